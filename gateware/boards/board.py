@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from amaranth.build import Attrs, Pins, Resource
-from amaranth_boards.icebreaker import ICEBreakerPlatform
-from amaranth_boards.numato_mimas import NumatoMimasPlatform
-from amaranth_boards.resources import LEDResources
-from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
-from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from boresight.gateware.boards.clock import Clock, spartan6_clock
 from boresight.gateware.boards.ecp5_clock import ecp5_clock
 from boresight.gateware.boards.ice40_clock import ice40_clock
+from boresight.model.tools.extras import optional
 
 
 @dataclass(frozen=True)
@@ -74,8 +70,8 @@ class Board:
     Attributes
     ----------
     title : str
-    platform : type
-        Of amaranth-boards.
+    platform : str
+        Module and class of amaranth-boards.
     oscillator_hz : int
     connector : (str, int)
         Its name in amaranth-boards.
@@ -96,7 +92,7 @@ class Board:
     """
 
     title: str
-    platform: type[Any]
+    platform: str
     oscillator_hz: int
     connector: tuple[str, int]
     positions: Mapping[str, str]
@@ -109,7 +105,8 @@ class Board:
 
     def make(self, lines: Sequence[Line]) -> Any:
         """Return the platform, with a resource for each line, named like it."""
-        platform = _in_rtlil(self.platform)()
+        module, _, name = self.platform.partition(":")
+        platform = _in_rtlil(getattr(optional(f"amaranth_boards.{module}"), name))()
         for line in lines:
             if line.place.startswith("led"):
                 continue
@@ -120,7 +117,7 @@ class Board:
             platform.add_resources([Resource("held", number, pin, Attrs(**self.pads.all))])
         if self.leds:
             platform.add_resources(
-                LEDResources(
+                optional("amaranth_boards.resources").LEDResources(
                     pins=" ".join(self.leds), conn=self.connector, attrs=Attrs(**self.pads.all)
                 )
             )
@@ -179,14 +176,14 @@ _ROW = (
 BOARDS = {
     "mimas": Board(
         "Numato Mimas",
-        NumatoMimasPlatform,
+        "numato_mimas:NumatoMimasPlatform",
         100_000_000,
         ("p", 1),
         {"host_rx": "3", "host_tx": "4", **_row(_ROW, 5)},
     ),
     "sk-xc6slx9": Board(
         "SK-XC6SLX9",
-        SK_XC6SLX9Platform,
+        "sk_xc6slx9:SK_XC6SLX9Platform",
         50_000_000,
         ("x", 7),
         {"host_rx": "3", "host_tx": "5", **_row(_ROW, 8)},
@@ -194,7 +191,7 @@ BOARDS = {
     ),
     "ulx3s": Board(
         "ULX3S (85F)",
-        ULX3S_85F_Platform,
+        "ulx3s:ULX3S_85F_Platform",
         25_000_000,
         ("gpio", 0),
         {
@@ -210,7 +207,7 @@ BOARDS = {
     ),
     "icebreaker": Board(
         "iCEBreaker",
-        ICEBreakerPlatform,
+        "icebreaker:ICEBreakerPlatform",
         12_000_000,
         ("pmod", 0),
         {

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 
@@ -49,10 +50,7 @@ def broad_record(path: Path) -> Record:
     ToolMissing
         scipy, which reads it, is not installed.
     """
-    try:
-        from scipy.io import loadmat
-    except ImportError:
-        raise ToolMissing("scipy was not found: pip install scipy reads .mat files.") from None
+    loadmat = optional("scipy.io").loadmat
     try:
         held = loadmat(path, variable_names=[*_ARRAYS, "sampling_rate"])
         rate_hz = float(np.asarray(held["sampling_rate"]).item())

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Record, index_place, name_of
@@ -214,8 +215,7 @@ def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArr
         is_finite = np.isfinite(values).all(axis=1)
         if not is_finite.any():
             return values
-        from pymap3d import geodetic2enu  # a tenth of a second
-
+        geodetic2enu = optional("pymap3d").geodetic2enu
         first = values[np.argmax(is_finite)]
         return np.stack(geodetic2enu(*values.T, *first), axis=1)
     if " to " not in source.frame:

@@ -8,14 +8,14 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Collection, Iterator
-from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.sim.records.reading import opened
 from boresight.sim.records.topics import Recording, Topic
 
@@ -45,13 +45,8 @@ def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:
     ToolMissing
         rosbags is not installed.
     """
-    try:
-        reader = import_module("rosbags.highlevel").AnyReader
-        types = import_module("rosbags.typesys")
-    except ImportError:
-        raise ToolMissing(
-            "rosbags was not found: pip install 'boresight[ros]' for bags of ROS and MCAP."
-        ) from None
+    reader = optional("rosbags.highlevel").AnyReader
+    types = optional("rosbags.typesys")
     if not os.path.isdir(path):
         with opened(path, "a log file that can be read"):
             pass

@@ -21,7 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.sim.records.archive import heads_of, record_of_arrays
 from boresight.sim.records.record import Record, shifted
 
@@ -43,18 +44,8 @@ __all__ = [
 ]
 
 
-def _module(name: str, reads: str) -> ModuleType:
-    try:
-        return import_module(name)
-    except ImportError:
-        package = name.partition(".")[0]
-        raise ToolMissing(
-            f"{package} was not found: pip install 'boresight[logs]' for {reads}."
-        ) from None
-
-
-def _arrow(name: str, reads: str) -> ModuleType:
-    return _module(f"pyarrow.{name}" if name else "pyarrow", reads)
+def _arrow(name: str = "") -> ModuleType:
+    return optional(f"pyarrow.{name}" if name else "pyarrow")
 
 
 def _damaged(path: Path, wanted: str, error: Exception) -> InputError:
@@ -69,19 +60,19 @@ def _damaged(path: Path, wanted: str, error: Exception) -> InputError:
 
 def parse_parquet(path: Path, content: bytes) -> Record:
     """Parse a Parquet file; raises InputError as `archive.parse_npz`."""
-    parquet = _arrow("parquet", "Parquet")
+    parquet = _arrow("parquet")
     return _record(path, "a Parquet file", lambda b: parquet.ParquetFile(b).read(), content)
 
 
 def parse_feather(path: Path, content: bytes) -> Record:
     """Parse a Feather file (version 2, or 1); raises InputError as `archive.parse_npz`."""
-    read = _arrow("feather", "Feather").read_table
+    read = _arrow("feather").read_table
     return _record(path, "a Feather file", read, content)
 
 
 def _record(path: Path, wanted: str, read: Any, content: bytes) -> Record:
     try:
-        table = read(_arrow("", wanted).BufferReader(content))
+        table = read(_arrow().BufferReader(content))
         table.validate(full=True)
         arrays = [column.to_numpy() for column in table.columns]
     except Exception as error:  # pyarrow lets out whatever its readers of damaged bytes meet
@@ -91,7 +82,7 @@ def _record(path: Path, wanted: str, read: Any, content: bytes) -> Record:
 
 def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
     """Parse a Parquet file in pieces; raises InputError as `parse_parquet`."""
-    parquet, rows = _arrow("parquet", "Parquet"), 0
+    parquet, rows = _arrow("parquet"), 0
     try:
         with _pool():
             # It would hold its read-ahead buffers to the end of the file.
@@ -116,7 +107,7 @@ def _pool() -> Iterator[Any]:
     Its own, by default, gives memory back between the pieces of a log and takes it again page by
     page: an eighth of the time of a run.
     """
-    arrow = _arrow("", "Parquet")
+    arrow = _arrow()
     previous = arrow.default_memory_pool()
     arrow.set_memory_pool(arrow.system_memory_pool())
     try:
@@ -131,7 +122,7 @@ def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
     Bytes of like weight stand together (BYTE_STREAM_SPLIT): measured values repeat too seldom for
     a dictionary, which takes four times as long and twice the space.
     """
-    parquet, writer = _arrow("parquet", "Parquet"), None
+    parquet, writer = _arrow("parquet"), None
     for block in map(_table, blocks):
         if writer is None:
             with _pool() as pool:
@@ -157,19 +148,19 @@ def parquet_of(columns: Mapping[str, Sequence[Any]]) -> bytes:
         pyarrow is not installed.
     """
     buffer = io.BytesIO()
-    _arrow("parquet", "Parquet").write_table(_arrow("", "Parquet").table(dict(columns)), buffer)
+    _arrow("parquet").write_table(_arrow().table(dict(columns)), buffer)
     return buffer.getvalue()
 
 
 def format_feather(record: Record) -> bytes:
     """Pack a record: one column for each, compressed by LZ4."""
     buffer = io.BytesIO()
-    _arrow("feather", "Feather").write_feather(_table(record), buffer, compression="lz4")
+    _arrow("feather").write_feather(_table(record), buffer, compression="lz4")
     return buffer.getvalue()
 
 
 def _table(record: Record) -> Any:
-    arrow = _arrow("", "Parquet and Feather")
+    arrow = _arrow()
     return arrow.table({n: arrow.array(values) for n, values in heads_of(record).items()})
 
 
@@ -181,7 +172,7 @@ def parse_mat(path: Path, content: bytes) -> Record:
     InputError
         The content is not such a file; the message names array and index, from 0.
     """
-    load = _module("scipy.io", "MAT").loadmat
+    load = optional("scipy.io").loadmat
     try:
         contents = load(io.BytesIO(content))
         raw = contents.pop("units", None)
@@ -221,7 +212,7 @@ def format_mat(record: Record) -> bytes:
     if units := {n: c.unit for n, c in record.columns.items() if c.unit is not None}:
         arrays["units"] = units
     buffer = io.BytesIO()
-    _module("scipy.io", "MAT").savemat(buffer, arrays, long_field_names=True, do_compression=True)
+    optional("scipy.io").savemat(buffer, arrays, long_field_names=True, do_compression=True)
     content = buffer.getvalue()
     return b"MATLAB 5.0 MAT-file".ljust(116) + content[116:]  # scipy writes the time there
 
@@ -241,7 +232,7 @@ def unpack_gzip(path: Path, content: bytes) -> bytes:
 
 def packer_zstd(file: BinaryIO) -> Any:
     """A file packed by zstd into another one, which stays open."""
-    return _arrow("", "zstd").CompressedOutputStream(_Open(file), "zstd")
+    return _arrow().CompressedOutputStream(_Open(file), "zstd")
 
 
 class _Open(io.RawIOBase):
@@ -259,7 +250,7 @@ class _Open(io.RawIOBase):
 
 def unpack_zstd(path: Path, content: bytes) -> bytes:
     """Unpack; raises InputError for other content."""
-    arrow = _arrow("", "zstd")
+    arrow = _arrow()
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), "zstd") as stream:
             return bytes(stream.read())

@@ -6,12 +6,12 @@ import io
 import struct
 from collections.abc import Collection
 from contextlib import redirect_stdout
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.sim.records.reading import read_bytes
 from boresight.sim.records.topics import Recording, Topic
 
@@ -39,12 +39,7 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
         pyulog is not installed.
     """
     content = read_bytes(path, "a log file that can be read")
-    try:
-        read = import_module("pyulog").ULog
-    except ImportError:
-        raise ToolMissing(
-            "pyulog was not found: pip install 'boresight[ulog]' for PX4's logs."
-        ) from None
+    read = optional("pyulog").ULog
     notes = []
     try:
         complete, lost, is_cut = _complete_messages(content)

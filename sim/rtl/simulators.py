@@ -94,7 +94,7 @@ def _missing(simulator: str) -> str:
     if simulator == "icarus" and shutil.which("iverilog") is None:
         return f"Icarus Verilog not found: {install_line('iverilog')}"
     if importlib.util.find_spec("cocotb_tools") is None:
-        return "cocotb not found: pip install cocotb"
+        return "cocotb not found: pip install 'boresight[icarus]'"
     if not embeddable():
         return f"cocotb needs libpython, which is not found: {install_line('libpython')}"
     return ""

@@ -2,7 +2,7 @@
 
 Run as a process of its own by `test_same_bits`, in an environment that the test chooses::
 
-    python compile_all.py FOLDER [--brief] [--every-core] [--off-by-one] [--synth]
+    python compile_all.py FOLDER [--brief] [--off-by-one]
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def programs(folder: Path, words: Sequence[int]) -> None:
                 (place / file).write_text(text, encoding="utf-8")
 
 
-def cores(folder: Path, synth: bool, brief: bool) -> None:
+def cores(folder: Path, brief: bool) -> None:
     """A complete system of the filters on a board; cores with all other estimators.
 
     ``brief``: one of the filters, and two of the others. The numbers of all are
@@ -55,7 +55,7 @@ def cores(folder: Path, synth: bool, brief: bool) -> None:
     from boresight.model.errors import InputError
 
     filters = FILTERS[-1:] if brief else FILTERS
-    boresight.compile(*filters, board="mimas", synth=synth, output=folder / "system")
+    boresight.compile(*filters, board="mimas", output=folder / "system")
     # As many in one core as its states have room.
     parts: list[list[str]] = [[]]
     free = ROOM
@@ -95,9 +95,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("--brief", action="store_true", help="few widths, passes, cores")
-    parser.add_argument("--every-core", action="store_true", help="all cores, even if brief")
     parser.add_argument("--off-by-one", action="store_true")
-    parser.add_argument("--synth", action="store_true")
     args = parser.parse_args()
     if args.off_by_one:
         from off_by_one import disturb
@@ -106,7 +104,7 @@ def main() -> None:
     if args.brief:
         search_briefly()
     programs(args.folder / "programs", (32,) if args.brief else (32, 18))
-    cores(args.folder, args.synth, args.brief and not args.every_core)
+    cores(args.folder, args.brief)
     import boresight
 
     sys.stdout.write(str(Path(boresight.__file__).parent))

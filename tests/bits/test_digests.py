@@ -39,7 +39,7 @@ from tests.support.random_program import random_program
 pytestmark = pytest.mark.pythons
 
 FILE = Path(__file__).with_name("digests.json")
-#: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
+#: Passes of the scheduler for a look at every change; the full effort is for `soak`.
 FEW = 3
 
 

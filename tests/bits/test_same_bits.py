@@ -73,22 +73,6 @@ OTHER = Machine(
     moved=True,
 )
 
-#: One thing after the other, for `make soak`.
-MACHINES = (
-    *(Machine(f"blas {name}", {"OPENBLAS_CORETYPE": name}) for name in KERNELS),
-    *(Machine(f"numpy {n}", vectors=n) for n in range(len(vector_features()))),
-    *(
-        Machine(f"hash {seed}", {"PYTHONHASHSEED": str(seed)}, options=("--synth",))
-        for seed in (1, 2)
-    ),
-    Machine("ascii", _ASCII),
-    Machine("utf-8", {"LC_ALL": "C.UTF-8", "TZ": "Asia/Kathmandu"}),
-    Machine("one thread", {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}),
-    Machine("elsewhere", moved=True),
-    Machine("off by one", options=("--off-by-one",)),
-    OTHER,
-)
-
 
 def made_by(machine: Machine, folder: Path, *options: str) -> dict[str, tuple[int, bytes]]:
     """Mode and bytes of every file that a machine writes."""
@@ -143,19 +127,6 @@ def test_another_machine(tmp_path: Path) -> None:
     assert all(data for _, data in here.values())
     there = made_by(OTHER, tmp_path / "there", "--brief")
     assert not (result := difference(here, there)), result
-
-
-@pytest.mark.soak
-def test_many_machines(tmp_path: Path) -> None:
-    """With the scheduler's full effort; synthesis too, where that is the machine's option."""
-    assert len(MACHINES) >= 12
-    plain = made_by(Machine("here"), tmp_path / "here")
-    assert "others-1/core_sim.v" in plain and "programs/mekf-18/program.json" in plain
-    synth = made_by(Machine("here", options=("--synth",)), tmp_path / "synth")
-    for machine in MACHINES:
-        there = made_by(machine, tmp_path / machine.name)
-        here = synth if "--synth" in machine.options else plain
-        assert not (result := difference(here, there)), f"{machine.name}: {result}"
 
 
 def test_text_is_utf_8_whatever_the_locale(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def test_random_programs(seed: int, word: int) -> None:
 
 
 def test_a_table_that_is_named_and_not_read() -> None:
-    """No text has it: an operation without a coefficient reads none (found by `make soak`)."""
+    """No text has it: an operation without a coefficient reads none (found by a long campaign)."""
     program = random_program(3, n_ops=1)
     (op,) = program.ops
     terms = tuple(replace(t, b=t.a, coefficient=None) for t in op.terms)

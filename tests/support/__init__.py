@@ -10,5 +10,4 @@
 | `board` | the board's bench under cocotb |
 | `soc` | costs of single operations on the soft core |
 | `strangers` | records of the programs in `tests/strangers/programs` and `examples` |
-| `soak` | the long campaigns, behind `make soak` |
 """

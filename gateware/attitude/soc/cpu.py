@@ -31,10 +31,7 @@ def cpu_verilog() -> str:
         path = Path(folder) / "verilog" / "VexRiscv.v"
         if path.is_file():
             return path.read_text(encoding="utf-8")
-    raise ToolMissing(
-        "the soft core was not found: run 'pip install pythondata-cpu-vexriscv' in "
-        "this Python environment"
-    )
+    raise ToolMissing("the soft core was not found: pip install 'boresight[softcore]'")
 
 
 #: ``cti`` of a word of a burst that is not the last: the next word follows, at the next address.

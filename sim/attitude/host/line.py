@@ -25,6 +25,7 @@ from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description, Records
 from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.model.tools.typed import Malformed
 from boresight.sim.records.reading import kind_of, read_json, reason
 
@@ -254,8 +255,7 @@ def _serial(source: str, baud: int) -> Any:
     """Open a serial port; the text of an OSError is fit for a message."""
     import termios
 
-    import serial
-
+    serial = optional("serial")
     try:
         return serial.Serial(source, baud, timeout=0.05)
     except (serial.SerialException, termios.error) as error:

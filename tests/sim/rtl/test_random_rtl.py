@@ -15,8 +15,8 @@ from boresight.model.words.program import Program
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.simulators import available
+from tests.support.random_case import Case, check
 from tests.support.random_program import random_program
-from tests.support.soak.compiler import Case, check
 
 VERILATOR, ICARUS = (
     pytest.mark.skipif(not available(name), reason=f"needs {name}")

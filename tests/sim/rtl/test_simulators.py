@@ -84,7 +84,7 @@ def test_what_is_missing(simulator, programs, wheel, message, here) -> None:
 @pytest.mark.parametrize(
     ("package", "library", "message"),
     [
-        (None, True, "cocotb not found: pip install cocotb"),
+        (None, True, "cocotb not found: pip install 'boresight[icarus]'"),
         ("here", False, "cocotb needs libpython, which is not found: apt-get install libpython"),
     ],
 )

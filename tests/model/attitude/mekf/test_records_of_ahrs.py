@@ -1,6 +1,6 @@
 """Random motions of `ahrs.Sensors`, some beyond full scale, with VQF beside.
 
-All hundred: ``make soak``, or ``pytest -m soak -s`` of this file
+All hundred: ``pytest -m soak -s`` of this file
 (docs/systems/mekf.md).
 """
 

@@ -8,11 +8,9 @@ writes and changes of the program, with pauses of both streams and resets of the
 from __future__ import annotations
 
 import copy
-import json
 import random
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,7 +31,7 @@ from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.linked import Models
 from tests.support.random_program import random_inputs, random_programs
 
-__all__ = ["Case", "check", "drawn", "read", "shrunk", "write"]
+__all__ = ["Case", "check", "drawn"]
 
 #: Machines and widths whose RTL is built: a build takes a minute and serves all programs.
 RTL = (("small", 32), ("fast", 32), ("small-d9", 24), ("fast-d12", 18))
@@ -223,35 +221,3 @@ def _beside(run: RtlRun, wanted: list[_Update]) -> Iterator[str]:
             yield f"RTL: update {k}: {got}, not {words}; interval {run.interval_cycles[k]}"
         elif not cut and bool(run.saturated[k]) != update.saturated:
             yield f"RTL: saturation of update {k}"
-
-
-def shrunk(case: Case) -> Case:
-    """A smaller case that fails, too: fewer updates, operations, programs, no pauses, no RTL."""
-    smaller = True
-    while smaller:
-        smaller = False
-        for name, least in (("rtl", 0), ("programs", 1), ("updates", 1), ("n_ops", 1), *_ZERO):
-            value = int(getattr(case, name))
-            for fewer in {least, value // 2, value - 1}:
-                if least <= fewer < value:
-                    other = Case(**{**asdict(case), name: bool(fewer) if name == "rtl" else fewer})
-                    if check(other):
-                        case, smaller = other, True
-                        break
-    return case
-
-
-_ZERO = (("stall", 0), ("urgent", 0), ("resets", 0))
-
-
-def write(case: Case, wrong: str, folder: Path) -> Path:
-    """Write a case that ``python -m tests.support.soak --replay FILE`` runs again."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"compiler-{case.seed}.json"
-    path.write_text(json.dumps({"case": asdict(case), "wrong": wrong}, indent=1) + "\n")
-    return path
-
-
-def read(path: Path) -> Case:
-    """The case of a file."""
-    return Case(**json.loads(path.read_text())["case"])

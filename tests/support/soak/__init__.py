@@ -1,1 +1,0 @@
-"""Long searches for trouble: random programs through the whole compiler, and what tests fuzz."""
