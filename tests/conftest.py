@@ -62,7 +62,7 @@ def _brief(program: Any, machine: Any, urgent: Any, restarts: int | None, *key: 
 
 
 def pytest_collection_finish() -> None:
-    """What is there now stays, and is not searched for garbage again (decision 0016)."""
+    """What is there now stays, and is not searched for garbage again."""
     # Hypothesis looks for who holds its source of random numbers, which it makes at its first use.
     given(none())(lambda _: None)()
     gc.collect()

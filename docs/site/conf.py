@@ -14,7 +14,7 @@ author = "the Boresight authors"
 copyright = f"{author}, BSD 2-Clause"
 release = boresight.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["decisions/0000-template.md", "site"]
+exclude_patterns = ["site"]
 
 # Pages are read on other sites too: plain Markdown, headings as targets of links, and blocks
 # without a language (drawings) as they are.
