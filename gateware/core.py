@@ -15,10 +15,9 @@ from boresight.gateware.microcode.listing import listing
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.links import tied, window_of
-from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.scheduler import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule.state_quotas import state_quotas
-from boresight.gateware.schedule_cache import cached_schedule
 from boresight.model.linking import families
 from boresight.model.words.program import Kind, Program
 
@@ -157,11 +156,11 @@ class Core:
 
 
 def build_core(
-    program: Program, config: str, *, urgent: int | None = None, restarts: int | None = None
+    program: Program, config: str, *, urgent: int | None = None
 ) -> Core:
     """Compile a program for a configuration; see `build_shared_core`."""
     chosen = program.urgent if urgent is None else urgent
-    return build_shared_core([program], config, urgents=[chosen], restarts=restarts)
+    return build_shared_core([program], config, urgents=[chosen])
 
 
 def build_shared_core(
@@ -169,7 +168,6 @@ def build_shared_core(
     config: str,
     *,
     urgents: Sequence[int | None] | None = None,
-    restarts: int | None = None,
 ) -> Core:
     """Compile programs into one core for a configuration.
 
@@ -181,8 +179,6 @@ def build_shared_core(
     urgents : sequence of int or None, optional
         For each program, the leading outputs whose latency counts first; by default as its
         program says.
-    restarts : int, optional
-        Effort of the scheduler; by default for a few seconds.
 
     Raises
     ------
@@ -199,7 +195,7 @@ def build_shared_core(
     programs = tied(programs)
     quotas = state_quotas(programs, machine)
     plans = [
-        _schedule(program, machine, urgent, restarts, tuple(quota), program.digest)
+        _schedule(program, machine, urgent, tuple(quota), program.digest)
         for program, urgent, quota in zip(
             programs, urgents or [p.urgent for p in programs], quotas, strict=True
         )
@@ -234,17 +230,10 @@ def build_shared_core(
 
 @lru_cache(maxsize=256)
 def _schedule(
-    program: Program,
-    machine: Machine,
-    urgent: int | None,
-    restarts: int | None,
-    quota: tuple[int, ...],
-    digest: str,
+    program: Program, machine: Machine, urgent: int | None, quota: tuple[int, ...], digest: str
 ) -> Schedule:
     """The schedule, memoised. ``digest`` distinguishes programs with 0.0 and -0.0."""
-    if restarts is None:
-        return cached_schedule(program, machine, urgent=urgent, state_quota=quota)
-    return schedule(program, machine, urgent=urgent, restarts=restarts, state_quota=quota)
+    return schedule(program, machine, urgent=urgent, state_quota=quota)
 
 
 def _digest(programs: Sequence[Program]) -> str:

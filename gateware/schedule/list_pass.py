@@ -7,45 +7,31 @@ placed; a group whose index, flag or count is there needs no separate capture.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Sequence
 from heapq import heappop
 
 from boresight.gateware.schedule.arrange import Arrangement, Need
 from boresight.gateware.schedule.captures import KINDS, Key
-from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
+from boresight.gateware.schedule.problem import Attempt, ListProblem, Variant
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.schedule.state import NOTHING, Fit, ListState
 
 
-def list_pass(
-    problem: ListProblem,
-    priority: Sequence[float],
-    style: Style,
-    limit: tuple[int, int] | None = None,
-) -> Attempt | None:
-    """Place every node once.
+#: Priority lost by overwriting a capture that other ops need.
+_KEEP = 4
+#: Longest group that is placed first because it makes a capture for the next one.
+_DETOUR = 2
 
-    ``limit`` is the largest latency and length: the pass returns None as soon as it is certain to
-    exceed the latency, or the length at exactly that latency.
-    """
-    return _Pass(problem, priority, style, limit).run()
+
+def list_pass(problem: ListProblem, variant: Variant) -> Attempt:
+    """Place every node once."""
+    return _Pass(problem, variant).run()
 
 
 class _Pass(ListState):
     """The choices of a pass."""
 
-    def __init__(
-        self,
-        problem: ListProblem,
-        priority: Sequence[float],
-        style: Style,
-        limit: tuple[int, int] | None,
-    ) -> None:
-        super().__init__(problem, priority, hold=style.hold, limit=limit)
-        self.style = style
-
-    def run(self) -> Attempt | None:
-        """Place every node; return the attempt, or None beyond the limit."""
+    def run(self) -> Attempt:
+        """Place every node."""
         problem = self.p
         t = 0
         limit = 8 * problem.machine.rom_words
@@ -60,7 +46,7 @@ class _Pass(ListState):
                 if best is None:
                     break
                 node, lane, fit = best
-                if self.style.patience is not None and self.impatient(t, node, lane, fit[1]):
+                if self.delays_another(t, node, lane, fit[1]):
                     skip.add(node)
                     continue
                 for kind, key in self.dummies(fit[2]):
@@ -70,8 +56,6 @@ class _Pass(ListState):
                         break
                 else:
                     self.place(t, node, lane, fit, None)
-            if self.over:
-                return None
             t += 1
             if t > limit:
                 raise ScheduleError(f"{problem.program.name}: no schedule within {limit} cycles")
@@ -91,10 +75,10 @@ class _Pass(ListState):
 
     def choose(self, t: int, lanes: list[int], skip: set[int]) -> tuple[int, int, Fit] | None:
         """The most urgent node that can start at ``t``."""
-        problem, style = self.p, self.style
+        problem, reuse = self.p, self.variant.reuse
         best: tuple[int, int, Fit] | None = None
         best_key = float("-inf")
-        most = len(KINDS) * style.reuse
+        most = len(KINDS) * reuse
         for minus, node in self.awake:
             if most - minus <= best_key:
                 break
@@ -108,7 +92,7 @@ class _Pass(ListState):
                 fits = self.fits.get((node, need)) or self.fit(node, need)
                 key = -minus
                 if need != full:
-                    key += style.reuse * (self.fit(node, full)[0][1] - fits[0][1])
+                    key += reuse * (self.fit(node, full)[0][1] - fits[0][1])
                 if key <= best_key:
                     continue
                 for f in fits:
@@ -124,19 +108,14 @@ class _Pass(ListState):
                         continue
                     for kind, held in enumerate(self.held[lane]):
                         if need[kind] and self.wanted(kind, held):
-                            key -= style.keep
-                    if f[1] > problem.terms[node] and any(
-                        t < free <= t + style.stay and self.need(node, other) < need
-                        for other, free in enumerate(self.free)
-                    ):
-                        key -= style.reuse
+                            key -= _KEEP
                 if key > best_key:
                     best, best_key = (node, lane, f), key
-        if style.carry and best is not None and best[0] >= problem.n_ops:
-            return self.carrier(t, best[0], skip) or best
+        if problem.emits_with_ops and best is not None and best[0] >= problem.n_ops:
+            return self.op_with(t, best[0], skip) or best
         return best
 
-    def carrier(self, t: int, emit: int, skip: set[int]) -> tuple[int, int, Fit] | None:
+    def op_with(self, t: int, emit: int, skip: set[int]) -> tuple[int, int, Fit] | None:
         """The most urgent op that could start in lane 0 with the value of an emit."""
         value = self.p.program.outputs[emit - self.p.n_ops]
         for _, node in self.awake:
@@ -147,12 +126,11 @@ class _Pass(ListState):
                     return node, 0, fit
         return None
 
-    def impatient(self, t: int, node: int, lane: int, length: int) -> bool:
+    def delays_another(self, t: int, node: int, lane: int, length: int) -> bool:
         """Whether a group would delay one that is more urgent and nearly ready."""
-        assert self.style.patience is not None
         if length == 1:
             return False
-        bar = -self.priority[node] - self.style.patience
+        bar = -self.priority[node]
         for minus, other in self.awake:
             if minus >= bar:
                 return False
@@ -181,6 +159,6 @@ class _Pass(ListState):
                 continue
             need = self.need(other, lane)
             f = self.fit(other, need)[0]
-            if f[1] <= self.style.detour and self.may_start(t, other, lane, need, f):
+            if f[1] <= _DETOUR and self.may_start(t, other, lane, need, f):
                 return other, f
         return None

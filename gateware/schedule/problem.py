@@ -14,36 +14,27 @@ from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Program
 
 
+#: Priority of urgent nodes above the others, in cycles.
+_LEAD = 1000
+
+
 @dataclass(frozen=True)
-class Style:
-    """Parameters of one pass.
+class Variant:
+    """What one pass prefers; none of the variants is the best for every program.
 
     Parameters
     ----------
-    reuse : float
+    reuse : int
         Priority gained per slot saved by captures that the lane already holds.
-    keep : float
-        Priority lost by overwriting a capture that other ops need.
-    patience : float or None
-        A lane is kept free for a node that will be ready within the group's length and is more
-        urgent by this much. None: never.
-    hold : bool
+    delay_gets : bool
         Whether a result of lane 0 may delay later gets by a cycle.
-    detour : int
-        Longest group that is placed first because it makes a capture for the next one.
-    stay : int
-        Cycles for which a node waits for a lane that already holds its capture.
-    carry : bool
-        Whether the next emit shares a slot with an op that reads its value and can start.
+    whole_group : bool
+        Whether a node is as urgent as its first slot; otherwise as its last one.
     """
 
-    reuse: float = 4.0
-    keep: float = 4.0
-    patience: float | None = None
-    hold: bool = True
-    detour: int = 1
-    stay: int = 2
-    carry: bool = False
+    reuse: int
+    delay_gets: bool
+    whole_group: bool
 
 
 @dataclass(frozen=True)
@@ -60,7 +51,7 @@ class Attempt:
 
 
 class ListProblem:
-    """A lowered program, for any number of passes with changing priorities.
+    """A lowered program, for any number of passes.
 
     Nodes are the ops (0 ...), then the emits in stream order. ``state_quota`` is the maximum number
     of next states that each lane may compute; by default the capacity of its bank.
@@ -109,7 +100,19 @@ class ListProblem:
             for b in sorted(before):
                 self.consumers[b].append(k)
         self.waits = list(map(len, self.producers))
+        #: Whether the next emit shares a slot with an op that reads its value and can start: where
+        #: outputs are a large part of all nodes.
+        self.emits_with_ops = 2 * len(program.outputs) >= self.n_ops
         self._arranged: dict[tuple[int, Need], list[Arrangement]] = {}
+
+    def priorities(self, variant: Variant) -> list[int]:
+        """Priority of every node: cycles that follow it, plus `_LEAD` for urgent nodes."""
+        return [
+            (total if urgent is None else urgent + _LEAD) + (slots - 1) * variant.whole_group
+            for urgent, total, slots in zip(
+                self.far.urgent, self.far.total, self.far.slots, strict=True
+            )
+        ]
 
     def arranged(self, node: int, need: Need) -> list[Arrangement]:
         """Arrangements of a node that makes the captures ``need``."""

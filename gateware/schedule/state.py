@@ -10,13 +10,12 @@ from heapq import heapify, heappush
 
 from boresight.gateware.schedule.arrange import Arrangement, Need
 from boresight.gateware.schedule.captures import KINDS, Key, give
-from boresight.gateware.schedule.problem import Attempt, ListProblem
+from boresight.gateware.schedule.problem import Attempt, ListProblem, Variant
 from boresight.gateware.schedule.slots import Slot
 
 #: Earliest start, number of slots, arrangement, order of its slots.
 Fit = tuple[int, int, Arrangement, list[int]]
 NOTHING: Need = (False, False, False)
-_NEVER = 1 << 30
 
 
 class ListState:
@@ -26,33 +25,14 @@ class ListState:
     ----------
     problem : ListProblem
         Problem to schedule.
-    priority : sequence of float
-        Priority of every node.
-    hold : bool
-        Whether a result of lane 0 may delay later gets by a cycle.
-    limit : (latency, length) or None
-        Limit beyond which `over` becomes true.
+    variant : Variant
+        Preferences of the pass.
     """
 
-    def __init__(
-        self,
-        problem: ListProblem,
-        priority: Sequence[float],
-        *,
-        hold: bool,
-        limit: tuple[int, int] | None,
-    ) -> None:
+    def __init__(self, problem: ListProblem, variant: Variant) -> None:
         self.p = problem
-        self.limit = limit or (_NEVER, _NEVER)
-        self.urgent_slots = sum(
-            n
-            for n, tail in zip(problem.far.slots, problem.far.urgent, strict=True)
-            if tail is not None
-        )
-        self.over = False
-        self.long = False
-        self.hold = hold
-        self.priority = priority
+        self.variant = variant
+        self.priority = problem.priorities(variant)
         program, machine = problem.program, problem.machine
         self.read, self.write = machine.stages.read, machine.stages.write
         self.gets = list(range(len(program.streamed)))
@@ -80,7 +60,7 @@ class ListState:
         #: Nodes whose operands are all scheduled, until they can start.
         self.asleep: list[tuple[int, int]] = []
         #: Nodes that can start about now, the most urgent first.
-        self.awake: list[tuple[float, int]] = []
+        self.awake: list[tuple[int, int]] = []
         for k in range(problem.nodes):
             if not self.waits[k]:
                 self.enqueue(k)
@@ -113,7 +93,7 @@ class ListState:
 
     def may_write(self, cycle: int) -> bool:
         """Whether lane 0 may write its result in this cycle, if necessary by delaying a get."""
-        return cycle not in self.gets or (self.hold and cycle > self.horizon)
+        return cycle not in self.gets or (self.variant.delay_gets and cycle > self.horizon)
 
     def may_look_up(self, t: int, lane: int, need: Need, fit: Fit) -> bool:
         """Whether the lane's index serves a group that starts now and relies on it."""
@@ -169,14 +149,13 @@ class ListState:
             for i, s in enumerate(slots):
                 if s.cap_index:
                     self.index_from[lane] = t + i + problem.index_delay
-            self.watch(t, node, end)
             if lane == 0:
                 slots = self.ride(t, slots)
                 self.writes0.add(end + self.write)
                 self.delay(end + self.write)
         self.groups.append((node, lane, t, slots))
         if node >= problem.n_ops:
-            self.emit(t, node, t)
+            self.emit(node, t)
             return
         for k in problem.consumers[node]:
             self.follow(k)
@@ -203,7 +182,7 @@ class ListState:
             else:
                 self.asleep = [x for x in self.asleep if x[1] != node]
                 heapify(self.asleep)
-            self.emit(t, node, t + i)
+            self.emit(node, t + i)
         return out
 
     @property
@@ -211,10 +190,9 @@ class ListState:
         """Number of emits placed."""
         return len(self.emits)
 
-    def emit(self, t: int, node: int, cycle: int) -> None:
-        """Record an emit in ``cycle``, placed by a decision of cycle ``t``."""
+    def emit(self, node: int, cycle: int) -> None:
+        """Record an emit in ``cycle``."""
         self.emits.append(cycle)
-        self.watch(t, node, cycle)
         for k in self.p.consumers[node]:
             self.follow(k)
 
@@ -223,21 +201,6 @@ class ListState:
         self.waits[node] -= 1
         if not self.waits[node]:
             self.enqueue(node)
-
-    def watch(self, t: int, node: int, end: int) -> None:
-        """Record whether, with a node placed in cycle ``t``, the limit can still be met."""
-        far, (latency, length) = self.p.far, self.limit
-        tail = far.urgent[node]
-        if tail is not None:
-            self.urgent_slots -= far.slots[node]
-            more = self.urgent_slots // len(self.free)  # minimum cycles of the rest
-            if max(end + tail, t + more) + self.read + 1 > latency:
-                self.over = True
-            if node == self.p.n_ops + self.p.urgent - 1 and end + self.read + 1 < latency:
-                self.limit = (_NEVER, _NEVER)  # better already, whatever the length
-        self.long = self.long or end + far.total[node] > length
-        if self.long and self.emitted >= self.p.urgent and self.limit[0] != _NEVER:
-            self.over = True
 
     def delay(self, cycle: int) -> None:
         """Delay gets from ``cycle`` on that collide with writes of lane 0."""

@@ -24,7 +24,7 @@ from boresight.gateware.boards.top import Top
 from boresight.gateware.bus.axi_core import AxiCore
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.scheduler import schedule
 from boresight.gateware.verilog import Device
 from boresight.model import ops
 from boresight.model.attitude import ESTIMATORS, FILTERS

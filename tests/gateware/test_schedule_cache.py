@@ -9,7 +9,7 @@ import pytest
 from boresight.gateware import schedule_cache
 from boresight.gateware.core import build_core
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.scheduler import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule_cache import cached_schedule, digest_of_sources
 from boresight.model.tools import cache

@@ -7,7 +7,7 @@ from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.allocate import allocate
-from boresight.gateware.schedule.search import Schedule, schedule
+from boresight.gateware.schedule.scheduler import Schedule, schedule
 from boresight.model.words.fixed import Arithmetic, leading_sign_count
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program

@@ -10,7 +10,7 @@ from boresight.gateware.microcode.assemble import assemble, decode, encode
 from boresight.gateware.microcode.image import Image, rom_pieces
 from boresight.gateware.microcode.layout import lane_fields, microword_layout
 from boresight.gateware.schedule.allocate import allocate
-from boresight.gateware.schedule.search import ScheduleError, schedule
+from boresight.gateware.schedule.scheduler import ScheduleError, schedule
 from tests.support.random_program import random_program
 
 # -- what an image must be to fit its machine -----------------------------------------------------

@@ -8,7 +8,7 @@ from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble, encode
 from boresight.gateware.microcode.listing import actions, listing
 from boresight.gateware.schedule.allocate import Allocation, LiveRange, allocate
-from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.scheduler import schedule
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Negate, Op, Program, Term, Value

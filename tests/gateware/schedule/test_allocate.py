@@ -6,7 +6,7 @@ import pytest
 
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.schedule.allocate import allocate, allocate_together
-from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
+from boresight.gateware.schedule.scheduler import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
 from tests.support.crowded_program import crowded_program

@@ -9,13 +9,13 @@ import random
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.schedule import search
+from boresight.gateware.schedule import scheduler
 from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.deviates import Deviates
 from boresight.gateware.schedule.priorities import paths
 from boresight.gateware.schedule.problem import Attempt, ListProblem
-from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
+from boresight.gateware.schedule.scheduler import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
 from tests.support.random_program import random_program
