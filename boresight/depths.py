@@ -67,7 +67,7 @@ def depth_by_time(build: Build, target: Target) -> DepthChoice | None:
     us = {}
     for depth, config in configs.items():
         try:
-            core = build_shared_core(build.programs, config, urgents=build.urgents, restarts=0)
+            core = build_shared_core(build.programs, config, urgents=build.urgents)
         except ScheduleError:
             continue
         us[depth] = max(_cycles(part.schedule) for part in core.parts) / clocks[lanes, depth]

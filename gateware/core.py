@@ -155,19 +155,14 @@ class Core:
         }
 
 
-def build_core(
-    program: Program, config: str, *, urgent: int | None = None
-) -> Core:
+def build_core(program: Program, config: str, *, urgent: int | None = None) -> Core:
     """Compile a program for a configuration; see `build_shared_core`."""
     chosen = program.urgent if urgent is None else urgent
     return build_shared_core([program], config, urgents=[chosen])
 
 
 def build_shared_core(
-    programs: Sequence[Program],
-    config: str,
-    *,
-    urgents: Sequence[int | None] | None = None,
+    programs: Sequence[Program], config: str, *, urgents: Sequence[int | None] | None = None
 ) -> Core:
     """Compile programs into one core for a configuration.
 

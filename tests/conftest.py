@@ -11,7 +11,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import none
 
 from boresight.firmware import build
-from boresight.gateware import core
 from boresight.model.errors import ToolMissing
 
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
@@ -19,9 +18,6 @@ CYCLES, STEPS = 100_000, 2
 
 #: Whose tests compile C as users do.
 FIRMWARE = Path(__file__).with_name("firmware")
-
-#: Passes of the scheduler's search, where neither a test nor its marker says how many.
-PASSES = 2
 
 #: Properties: the same cases in every run, and nothing that depends on how busy the machine is;
 #: `--hypothesis-profile=soak` draws many new ones.
@@ -38,12 +34,6 @@ settings.register_profile(
 settings.load_profile("everyday")
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line(
-        "markers", f"full_search: schedules as a user gets them, not after {PASSES} passes"
-    )
-
-
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call() -> Generator[None, Any, Any]:
     """Skip a test of a tool that is not installed; `-ra` shows the line that installs it."""
@@ -51,14 +41,6 @@ def pytest_runtest_call() -> Generator[None, Any, Any]:
         return (yield)
     except ToolMissing as error:
         pytest.skip(str(error))
-
-
-_schedule = core._schedule
-
-
-def _brief(program: Any, machine: Any, urgent: Any, restarts: int | None, *key: Any) -> Any:
-    """`gateware.core._schedule`, with few passes by default."""
-    return _schedule(program, machine, urgent, PASSES if restarts is None else restarts, *key)
 
 
 def pytest_collection_finish() -> None:
@@ -77,8 +59,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
     A fault in a component mostly shows as something that never comes; without a limit the bench
     would hang, and with it the whole run of tests.
 
-    Schedules are searched for briefly: each is proven by the same checks. C is compiled as fast as
-    it can be, but for what is about C (`tests/firmware`).
+    C is compiled as fast as it can be, but for what is about C (`tests/firmware`).
     """
 
     def run(simulator: Simulator) -> None:
@@ -90,8 +71,6 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Simulator, "run", run)
-        if not item.get_closest_marker("full_search"):
-            patch.setattr(core, "_schedule", _brief)
         if FIRMWARE not in item.path.parents:
             patch.setattr(build, "CFLAGS", ("-O0",))
         return (yield)

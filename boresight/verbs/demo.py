@@ -142,7 +142,6 @@ def demo(
     *,
     output: OutputFolder = "build",
     steps: int = STEPS,
-    restarts: Annotated[int | None, PythonOnly] = None,
     progress: Callable[[str], None] | None = None,
 ) -> DemoResult:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
@@ -159,8 +158,6 @@ def demo(
         Folder for the files.
     steps : int
         Leading samples of the recording.
-    restarts : int, optional
-        Effort of the scheduler.
 
     Returns
     -------
@@ -187,7 +184,7 @@ def demo(
             place = folder / f"core-{config}"
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
-            build = Build(*estimators, config=config, restarts=restarts)
+            build = Build(*estimators, config=config)
             results = Check(build, simulator=SIMULATOR, progress=say).run(record)
             _require_runs(results)
             say("synthesis (yosys) and clock estimate")

@@ -141,7 +141,7 @@ def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[i
     variant = copy.copy(estimator)
     variant.profile = profile
     with suppress(InputError, ScheduleError):
-        plan = Build(variant, word=word, restarts=0).core.schedule
+        plan = Build(variant, word=word).core.schedule
         return plan.latency, plan.interval
     return None
 

@@ -53,19 +53,6 @@ class Allocation:
         """Register of each value."""
         return {t.value: t.address for t in self.live_ranges}
 
-    def used(self, machine: Machine) -> tuple[tuple[int, int], ...]:
-        """Registers that the program uses, per bank: lower half, state pairs."""
-        depth = machine.bank_depth
-        lower: list[set[int]] = [set() for _ in range(machine.lanes)]
-        state: list[set[int]] = [set() for _ in range(machine.lanes)]
-        for t in self.live_ranges:
-            bank, offset = divmod(t.address, depth)
-            if offset < depth // 2:
-                lower[bank].add(offset)
-            else:
-                state[bank].add(offset % machine.state_slots)
-        return tuple((len(a), len(b)) for a, b in zip(lower, state, strict=True))
-
 
 def result_bank(schedule: Schedule, op: int) -> int:
     """Bank of the result of an op: that of its lane."""

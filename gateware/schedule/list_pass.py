@@ -15,7 +15,6 @@ from boresight.gateware.schedule.problem import Attempt, ListProblem, Variant
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.schedule.state import NOTHING, Fit, ListState
 
-
 #: Priority lost by overwriting a capture that other ops need.
 _KEEP = 4
 #: Longest group that is placed first because it makes a capture for the next one.

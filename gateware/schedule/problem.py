@@ -13,7 +13,6 @@ from boresight.gateware.schedule.priorities import Paths
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Program
 
-
 #: Priority of urgent nodes above the others, in cycles.
 _LEAD = 1000
 

@@ -112,19 +112,3 @@ class Schedule:
             indent=1,
             sort_keys=True,
         )
-
-    @classmethod
-    def from_json(cls, text: str, machine: Machine) -> Schedule:
-        """Inverse of `to_json` for the same machine."""
-        d = json.loads(text)
-        if d["machine"] != machine.name:
-            raise ScheduleError(f"machine must be {d['machine']!r}, not {machine.name!r}")
-        return cls(
-            program=Program.from_json(json.dumps(d["program"])),
-            source=d["source"],
-            machine=machine,
-            slots=tuple(Slot(**s) for s in d["slots"]),
-            gets=tuple(d["gets"]),
-            length=d["length"],
-            urgent=d["urgent"],
-        )

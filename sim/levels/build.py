@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from functools import cached_property
 from graphlib import TopologicalSorter
 from typing import Any
@@ -39,8 +38,6 @@ class Build:
         Parameter values of each estimator; by default those declared.
     urgent : int, optional
         Leading outputs whose latency counts first; by default as each estimator declares.
-    restarts : int, optional
-        Effort of the scheduler.
     target : str
         Part of the level netlist (`sim.levels.synthesised`).
 
@@ -57,10 +54,9 @@ class Build:
         word: int = 32,
         params: Sequence[Mapping[str, float] | None] | None = None,
         urgent: int | None = None,
-        restarts: int | None = None,
         target: str = "xc6slx9",
     ) -> None:
-        self.config, self.word, self.urgent, self.restarts = config, word, urgent, restarts
+        self.config, self.word, self.urgent = config, word, urgent
         self.target = target
         #: The estimators, with linked inputs in the format of their source.
         self.estimators = tuple(linked_estimators(estimators, word=word))
@@ -104,18 +100,13 @@ class Build:
             The programs do not fit into one core.
         """
         try:
-            return build_shared_core(
-                self.programs, self.config, urgents=self.urgents, restarts=self.restarts
-            )
+            return build_shared_core(self.programs, self.config, urgents=self.urgents)
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
 
     @property
     def shortage(self) -> str:
         """Why no core holds the programs, empty if one does."""
-        with suppress(ScheduleError):  # most often the quick search answers
-            build_shared_core(self.programs, self.config, urgents=self.urgents, restarts=0)
-            return ""
         try:
             self.core  # noqa: B018
         except ScheduleError as error:

@@ -78,23 +78,21 @@ def cores(folder: Path, brief: bool) -> None:
             boresight.compile(*names, config=config, output=place)
 
 
-def search_briefly() -> None:
-    """Let the scheduler search briefly: neither from the user's cache nor into it."""
-    from boresight.gateware.schedule import search
+def use_own_cache() -> None:
+    """Read nothing from the user's cache, and write nothing into it."""
     from boresight.model.tools.folders import cache_folder
 
     os.environ.setdefault("YOWASP_CACHE_DIR", str(cache_folder("YoWASP")))
     own = tempfile.TemporaryDirectory(prefix="compile-all-")
     atexit.register(own.cleanup)
     os.environ["XDG_CACHE_HOME"] = own.name
-    search._PASSES = (3, 3)
 
 
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--brief", action="store_true", help="few widths, passes, cores")
+    parser.add_argument("--brief", action="store_true", help="few widths and cores")
     parser.add_argument("--off-by-one", action="store_true")
     args = parser.parse_args()
     if args.off_by_one:
@@ -102,7 +100,7 @@ def main() -> None:
 
         disturb()
     if args.brief:
-        search_briefly()
+        use_own_cache()
     programs(args.folder / "programs", (32,) if args.brief else (32, 18))
     cores(args.folder, args.brief)
     import boresight

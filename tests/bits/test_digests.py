@@ -39,8 +39,6 @@ from tests.support.random_program import random_program
 pytestmark = pytest.mark.pythons
 
 FILE = Path(__file__).with_name("digests.json")
-#: Passes of the scheduler for a look at every change; the full effort is for `soak`.
-FEW = 3
 
 
 class Transcendental(Estimator):
@@ -76,14 +74,11 @@ def memories(core: Core) -> str:
     return hashlib.sha256(repr((image.rom, image.registers, image.tables)).encode()).hexdigest()
 
 
-def filters(config: str, passes: int | None) -> Core:
+def filters(config: str) -> Core:
     """The core of all four filters."""
     kinds = [ESTIMATORS[name] for name in FILTERS]
     return build_shared_core(
-        [kind().compile() for kind in kinds],
-        config,
-        urgents=[kind.urgent for kind in kinds],
-        restarts=passes,
+        [kind().compile() for kind in kinds], config, urgents=[kind.urgent for kind in kinds]
     )
 
 
@@ -110,18 +105,13 @@ def test_random_programs() -> None:
     kept("random programs", results)
 
 
-def test_memories() -> None:
-    kept(f"memories, {FEW} passes", {c: memories(filters(c, FEW)) for c in CONFIGS})
-
-
 def test_schedules_of_random_programs() -> None:
-    """Searched far enough that every way of the search has been gone."""
     results = {}
     for config, machine in CONFIGS.items():
         digests = hashlib.sha256()
         for seed in range(8):
             program = random_program(seed, n_ops=30 + 5 * seed, recent=seed % 5 / 4)
-            digests.update(schedule(program, machine, restarts=30, urgent=1).to_json().encode())
+            digests.update(schedule(program, machine, urgent=1).to_json().encode())
         results[config] = digests.hexdigest()
     kept("schedules of random programs", results)
 
@@ -132,10 +122,10 @@ def test_signals() -> None:
 
     ``a, b = Signal(), Signal()`` has no names, or not everywhere: one statement each, or ``name=``.
     """
-    core = system_core(("complementary", "mekf"), restarts=0)
+    core = system_core(("complementary", "mekf"))
     designs = {
         "system": (AttitudeSoc(system=AttitudeSystem(core=core, wishbone=True), words=1024), ""),
-        "core on a board": (Top(core=filters("small", 0), clock_hz=100e6), "xc6slx9"),
+        "core on a board": (Top(core=filters("small"), clock_hz=100e6), "xc6slx9"),
         "AXI": (AxiCore(word=24), ""),
     }
     results = {}
@@ -147,12 +137,11 @@ def test_signals() -> None:
     kept("signals", results)
 
 
-@pytest.mark.soak
-@pytest.mark.full_search
-def test_memories_as_shipped() -> None:
+def test_memories() -> None:
+    """Memories of the core with all filters, and the cycles of each."""
     results: dict[str, Any] = {}
     for config in CONFIGS:
-        core = filters(config, None)
+        core = filters(config)
         results[config] = memories(core)
         for part in core.parts:
             cycles = [part.schedule.latency, part.schedule.interval]

@@ -110,7 +110,6 @@ def test_attitude_is_the_truth_within_degrees() -> None:
     assert checked.good and all(d.largest < 1e-9 for d in checked.textbook)
 
 
-@pytest.mark.full_search
 @pytest.mark.parametrize("name", [*LOGGED, "pi"])
 def test_the_cycles_on_the_page(name: str) -> None:
     page = (ROOT / "docs" / "learn" / "examples.md").read_text(encoding="utf-8")

@@ -55,7 +55,7 @@ def test_a_line_of_the_table(row: list[str]) -> None:
     assert not saturated.any()
     assert 0.5 * float(error) <= deviation <= float(error), f"measured {deviation:.1e}"
     measured = sum(len(op.terms) for op in made.program.ops)
-    length = build_core(made.program, "small", restarts=0).schedule.length
+    length = build_core(made.program, "small").schedule.length
     assert (measured, length) == (int(products), int(cycles)), "products, cycles"
 
 

@@ -20,7 +20,6 @@ def folder(tmp_path, monkeypatch):
         yield tmp_path
 
 
-@pytest.mark.full_search
 @pytest.mark.parametrize("page", [page for page in pages.PAGES if page not in OWN])
 def test_blocks(page, folder):
     pages.run_page(page, folder)

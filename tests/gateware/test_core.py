@@ -21,7 +21,7 @@ CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 
 
 def shared(config: str, seed: int, count: int = 3, **options) -> Core:
-    return build_shared_core(random_programs(seed, count, **options), config, restarts=0)
+    return build_shared_core(random_programs(seed, count, **options), config)
 
 
 @CONFIG
@@ -61,7 +61,7 @@ def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
 def test_crowded_programs_leave_each_others_states_alone(config: str) -> None:
     """Their results live in the registers of next states, under parities that differ."""
     programs = [crowded_program(), crowded_program("other", states=68)]
-    core = build_shared_core(programs, config, restarts=0)
+    core = build_shared_core(programs, config)
     rng, emulator = random.Random(2), Emulator(core.machine, core.image)
     models = [Interpreter(p) for p in programs]
     for _ in range(24):
@@ -131,7 +131,7 @@ def test_parameters_beyond_registers_or_addresses(config: str, there: int, end: 
     several = [wide(name, 256) for name in "abc"]
     wanted = rf"^[abc]: parameters need {there + 1} registers .* has {there} for them; {end}$"
     with pytest.raises(ScheduleError, match=wanted):
-        build_shared_core(several, config, restarts=0)
+        build_shared_core(several, config)
 
 
 @pytest.mark.parametrize("config", sorted(ALL_CONFIGS))
@@ -139,7 +139,7 @@ def test_many_parameters(config: str) -> None:
     """So many that with two lanes they fill more than one bank's share."""
     more = 160 if ALL_CONFIGS[config].register_words == 2048 else 70
     programs = [wide("a", 40), wide("b", more)]
-    core = build_shared_core(programs, config, restarts=0)
+    core = build_shared_core(programs, config)
     machine = core.machine
     addresses = [list(core.select(k).parameter_addresses.values()) for k in range(2)]
     registers = [machine.parameter_register(k) for k in range(40 + more)]
@@ -168,7 +168,7 @@ def test_many_parameters(config: str) -> None:
 def test_equal_constants_share_a_register(config: str) -> None:
     first = random_program(3, n_inputs=2, n_outputs=1)
     twin = dataclasses.replace(first, name="twin")
-    core = build_shared_core([first, twin], config, restarts=0)
+    core = build_shared_core([first, twin], config)
     where = [part.allocation.addresses() for part in core.parts]
     for n, value in enumerate(first.values):
         if n in where[0] and value.kind is Kind.CONST:
@@ -179,11 +179,11 @@ def test_equal_constants_share_a_register(config: str) -> None:
 
 def test_digest_is_of_all_programs_in_order() -> None:
     a, b = random_programs(4, 2)
-    both = build_shared_core([a, b], "small", restarts=0)
-    other = build_shared_core([b, a], "small", restarts=0)
+    both = build_shared_core([a, b], "small")
+    other = build_shared_core([b, a], "small")
     assert both.digest != other.digest
     assert both.image.digest == int(both.digest, 16)
-    alone = build_core(a, "small", restarts=0)
+    alone = build_core(a, "small")
     assert alone.digest == a.digest and alone.name == "random0"
     assert len(both.digest) == len(alone.digest)
 
@@ -202,19 +202,19 @@ def test_refused() -> None:
         match=r"^random0, random1: function tables of the programs "
         r"must be the same$",
     ):
-        build_shared_core([a, tables], "small", restarts=0)
+        build_shared_core([a, tables], "small")
     crowd = random_programs(5, 3, n_states=43)
     with pytest.raises(
         ScheduleError,
         match=r"^random0 43, random1 43, random2 43: 129 states, the fast "
         r"machine has room for 128; config fast-1024 has more$",
     ):
-        build_shared_core(crowd, "fast", restarts=0)
+        build_shared_core(crowd, "fast")
 
 
 def test_too_long_together(monkeypatch) -> None:
     programs = random_programs(4, 2)
-    lengths = [build_core(p, "small", restarts=0).schedule.length for p in programs]
+    lengths = [build_core(p, "small").schedule.length for p in programs]
     machine = dataclasses.replace(CONFIGS["small"], rom_words=sum(lengths) - 1)
     monkeypatch.setitem(MACHINES, "small", machine)
     with pytest.raises(
@@ -222,7 +222,7 @@ def test_too_long_together(monkeypatch) -> None:
         match=rf"^the programs take {sum(lengths)} microwords, the "
         rf"small machine has {sum(lengths) - 1}: random0 {lengths[0]}, random1 {lengths[1]}$",
     ):
-        build_shared_core(programs, "small", restarts=0)
+        build_shared_core(programs, "small")
 
 
 @CONFIG
@@ -235,7 +235,7 @@ def test_as_many_states_as_there_is_room_for(config: str) -> None:
         dataclasses.replace(p, name=f"p{k}", table_memory=programs[0].table_memory)
         for k, p in enumerate(programs)
     ]
-    core = build_shared_core(programs, config, restarts=0)
+    core = build_shared_core(programs, config)
     used = [part.allocation.used(core.machine) for part in core.parts]
     for bank in range(core.machine.lanes):
         assert sum(u[bank][1] for u in used) == core.machine.state_slots
@@ -244,15 +244,15 @@ def test_as_many_states_as_there_is_room_for(config: str) -> None:
 def test_a_schedule_is_kept_for_what_it_was_made_for() -> None:
     program = random_program(8, n_ops=20)
     again = dataclasses.replace(program)
-    first = build_core(program, "small", restarts=0).schedule
-    assert build_core(again, "small", restarts=0).schedule is first
-    assert build_core(program, "fast", restarts=0).schedule.machine.name == "fast"
-    assert build_core(program, "small", restarts=1).schedule is not first
-    assert build_core(program, "small", restarts=0, urgent=1).schedule.urgent == 1
+    first = build_core(program, "small").schedule
+    assert build_core(again, "small").schedule is first
+    assert build_core(program, "fast").schedule.machine.name == "fast"
+    assert build_core(program, "small").schedule is not first
+    assert build_core(program, "small", urgent=1).schedule.urgent == 1
     for low in (0.0, -0.0):  # equal, but other programs
         value = dataclasses.replace(program.values[0], low=low)
         other = dataclasses.replace(program, values=(value, *program.values[1:]))
-        assert build_core(other, "small", restarts=0).schedule.source == other.digest
+        assert build_core(other, "small").schedule.source == other.digest
 
 
 def test_verilog_is_made_once_for_all_programs(monkeypatch: pytest.MonkeyPatch) -> None:

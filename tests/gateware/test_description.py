@@ -40,12 +40,12 @@ class Awkward(Estimator):
 
 
 def awkward(word: int) -> Core:
-    return build_core(Awkward().compile(word=word), "small", restarts=2)
+    return build_core(Awkward().compile(word=word), "small")
 
 
 @pytest.fixture(scope="module")
 def complementary() -> Core:
-    return build_core(Complementary().compile(), "fast", restarts=2)
+    return build_core(Complementary().compile(), "fast")
 
 
 def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:

@@ -22,12 +22,12 @@ STEPS = 300
 
 @pytest.fixture(scope="session")
 def core() -> Core:
-    return build_core(Complementary().compile(), "fast", urgent=Complementary.urgent, restarts=1)
+    return build_core(Complementary().compile(), "fast", urgent=Complementary.urgent)
 
 
 @pytest.fixture(scope="session")
 def small_core() -> Core:
-    return build_core(Complementary().compile(), "small", urgent=3, restarts=1)
+    return build_core(Complementary().compile(), "small", urgent=3)
 
 
 @pytest.fixture(scope="session")

@@ -27,7 +27,7 @@ SKY = {"east": 0, "north": -round(3**0.5 / 2 * 2**30), "up": 1 << 29}
 @pytest.fixture(scope="module")
 def board():
     """The sensors, the filter and the program that reads it."""
-    return make_board(SCALED, core=system_core(["mekf", FILE], restarts=0))
+    return make_board(SCALED, core=system_core(["mekf", FILE]))
 
 
 def test_on_the_board(board) -> None:

@@ -62,10 +62,10 @@ class Outer(Estimator):
 
 
 @functools.cache
-def linked_core(config: str = "small", *, restarts: int = 0) -> Core:
+def linked_core(config: str = "small") -> Core:
     """A core whose readers stand before what they read."""
     made = linked_estimators([Outer(), Middle(), Inner()])
-    return build_shared_core([e.compile() for e in made], config, restarts=restarts)
+    return build_shared_core([e.compile() for e in made], config)
 
 
 class Models:

@@ -116,7 +116,7 @@ def check(case: Case) -> str:
     )
     urgents = [min(case.urgent, len(p.outputs)) or None for p in programs]
     try:
-        core = build_shared_core(programs, case.config, urgents=urgents, restarts=0)
+        core = build_shared_core(programs, case.config, urgents=urgents)
     except ScheduleError:
         return ""
     parts = [part.program for part in core.parts]

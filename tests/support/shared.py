@@ -57,7 +57,7 @@ class Beside(Row):
 
 
 @functools.cache
-def shared_core(config: str = "small", *, restarts: int = 0) -> Core:
+def shared_core(config: str = "small") -> Core:
     """A core in which the owner of the states is neither the first program nor the last."""
     made = linked_estimators([Row(), Motion(), Beside()])
-    return build_shared_core([e.compile() for e in made], config, restarts=restarts)
+    return build_shared_core([e.compile() for e in made], config)

@@ -132,7 +132,6 @@ def system_core(
     word: int = 32,
     clock_hz: float = 100e6,
     params: Mapping[str, Mapping[str, float]] | None = None,
-    restarts: int | None = None,
 ) -> Core:
     """Compile the core of a system. Estimator k is program k; the front programs follow.
 
@@ -146,8 +145,6 @@ def system_core(
         Clock of the system, Hz: time stamps count its cycles (``tick_s``).
     params : mapping, optional
         By program's name, the parameter values other than the defaults.
-    restarts : int, optional
-        Effort of the scheduler.
 
     Raises
     ------
@@ -178,7 +175,7 @@ def system_core(
     for name, overrides in (params or {}).items():
         values[name] = {**values.get(name, {}), **overrides}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
-    return build_shared_core(programs, config, restarts=restarts)
+    return build_shared_core(programs, config)
 
 
 def core_plan(core: Core) -> Plan:

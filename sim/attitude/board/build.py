@@ -45,7 +45,6 @@ def make_board(
     *,
     filters: Sequence[Named] = FILTERS,
     config: str = "small",
-    restarts: int | None = None,
     core: Core | None = None,
     wishbone: bool = False,
     params: Mapping[str, Mapping[str, float]] | None = None,
@@ -56,12 +55,12 @@ def make_board(
     ----------
     setup : Setup
         Speeds.
-    filters, config, restarts, params
+    filters, config, params
         See `gateware.attitude.system.programs.system_core`; unused with a ``core``.
     wishbone : bool
         Whether to add a Wishbone slave, for a processor.
     """
-    core = core or system_core(filters, config=config, restarts=restarts, params=params)
+    core = core or system_core(filters, config=config, params=params)
     timing = Timing(
         sclk_hz=setup.sclk_hz,
         stall_s=setup.stall_s,

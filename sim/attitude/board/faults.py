@@ -149,13 +149,10 @@ def trial_log() -> Record:
     return slow.record()
 
 
-def fault_board(filters: Sequence[Named] = ("mekf",), *, restarts: int | None = None) -> Board:
+def fault_board(filters: Sequence[Named] = ("mekf",)) -> Board:
     """Return a board 16 times as fast as the real one, by default with one filter."""
     return make_board(
-        FAULTY,
-        filters=filters,
-        restarts=restarts,
-        params={"calibrate_inertial": {"tick_s": FASTER / FAULTY.clock_hz}},
+        FAULTY, filters=filters, params={"calibrate_inertial": {"tick_s": FASTER / FAULTY.clock_hz}}
     )
 
 

@@ -24,9 +24,7 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
         module, "map_core", lambda *core: (areas or areas.append(synthesis(*core)) or areas)[0]
     )
     monkeypatch.setattr(module, "BOARD_S", 0.02)
-    data = boresight.demo(
-        ("complementary", "complementary_as_printed"), steps=20, restarts=1, output=tmp_path
-    )
+    data = boresight.demo(("complementary", "complementary_as_printed"), steps=20, output=tmp_path)
     assert data.good is True
     assert [(r.config, r.estimator) for r in data.filters] == [
         (c, e) for c in ("small", "fast") for e in ("complementary", "complementary_as_printed")

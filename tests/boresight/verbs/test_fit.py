@@ -134,7 +134,7 @@ def test_the_data(folder: Path) -> None:
     result = boresight.fit("unit.py:Unit", "log.csv", "unit.py:Plant")
     data = json.loads(Path("unit.fit.json").read_text())
     assert result.records == {"log": 50, "plant": 29}
-    plan = Build(estimator_of("unit.py:Unit"), restarts=0).core.schedule
+    plan = Build(estimator_of("unit.py:Unit")).core.schedule
     assert result.cycles == (None, (plan.latency, plan.interval))
     assert f"scheduler: latency - cycles, with it {plan.latency}; interval -, with" in str(result)
     assert [x["log"] for x in data["made_from"]] == ["log", "plant"]

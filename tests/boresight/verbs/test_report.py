@@ -30,7 +30,7 @@ LOG = str(bundled("synthetic_60s"))
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rough schedule, and no simulator is built: test_demo.py writes pages of all levels."""
-    monkeypatch.setattr(module, "Build", partial(Build, restarts=0))
+    monkeypatch.setattr(module, "Build", partial(Build))
     monkeypatch.setattr(module, "Check", partial(Check, levels=("fixed", "c")))
 
 

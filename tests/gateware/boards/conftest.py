@@ -30,7 +30,7 @@ class Leaky(Estimator):
 @pytest.fixture(scope="session")
 def leaky() -> Core:
     """A tiny core."""
-    return build_core(Leaky().compile(), "small", restarts=2)
+    return build_core(Leaky().compile(), "small")
 
 
 class Growing(Leaky):
@@ -47,16 +47,16 @@ class Growing(Leaky):
 @pytest.fixture(scope="session")
 def both() -> Core:
     """Two tiny programs in one core."""
-    return build_shared_core([Leaky().compile(), Growing().compile()], "small", restarts=2)
+    return build_shared_core([Leaky().compile(), Growing().compile()], "small")
 
 
 @pytest.fixture(scope="session")
 def leaky_of() -> Callable[[str, int], Core]:
     """The tiny core of any configuration and word."""
-    return lambda config, word: build_core(Leaky().compile(word=word), config, restarts=2)
+    return lambda config, word: build_core(Leaky().compile(word=word), config)
 
 
 @pytest.fixture(scope="session")
 def complementary() -> Core:
     """The complementary filter."""
-    return build_core(Complementary().compile(), "fast", restarts=2)
+    return build_core(Complementary().compile(), "fast")

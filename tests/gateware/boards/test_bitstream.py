@@ -80,7 +80,7 @@ def tools(tmp_path, monkeypatch):
 
 
 def test_the_complete_system_on_its_pins() -> None:
-    core = system_core(("complementary",), restarts=0)
+    core = system_core(("complementary",))
     made = open_project(system_design(core), "ulx3s", clock_hz=100_000_000)
     pins = made.pins
     assert dict(re.findall(r'LOCATE COMP "(\w+?)(?:_0)?__io" SITE "(\w+)"', pins)) | {

@@ -284,7 +284,7 @@ SYSTEM_PINS = {
 
 @BOARD
 def test_complete_system(board: str, tmp_path) -> None:
-    write_system(tmp_path, board, system_core(("complementary",), restarts=1))
+    write_system(tmp_path, board, system_core(("complementary",)))
     assert sorted(os.listdir(tmp_path)) == sorted(
         [*FILES, *(f"registers.{end}" for end in ("h", "json", "md", "svd"))]
     )

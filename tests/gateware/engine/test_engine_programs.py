@@ -25,7 +25,7 @@ class Bench:
     def __init__(self, config: str, seed: int, count: int, pauses: float) -> None:
         self.rng = random.Random(seed)
         self.core: Core = build_shared_core(
-            random_programs(seed, count, n_ops=6, n_states=3), config, restarts=0
+            random_programs(seed, count, n_ops=6, n_states=3), config
         )
         self.dut = Engine(machine=self.core.machine, image=self.core.image)
         self.models = [Interpreter(part.program) for part in self.core.parts]

@@ -20,7 +20,7 @@ MASK = (1 << 32) - 1
 @pytest.mark.parametrize("config", sorted(CONFIGS))
 @pytest.mark.parametrize("seed", [1, 2, pytest.param(3, marks=pytest.mark.soak)])
 def test_turns_beside_writes(config: str, seed: int) -> None:
-    core = build_shared_core(random_programs(seed, 3, n_ops=6, n_states=3), config, restarts=0)
+    core = build_shared_core(random_programs(seed, 3, n_ops=6, n_states=3), config)
     dut = Engine(machine=core.machine, image=core.image, selector=True)
     models = [Interpreter(part.program) for part in core.parts]
     rng = random.Random(seed)
@@ -89,7 +89,7 @@ def test_turns_beside_writes(config: str, seed: int) -> None:
 
 
 def test_a_torn_record_is_told(simulate) -> None:
-    core = build_shared_core(random_programs(1, 2, n_ops=4, n_states=2), "small", restarts=0)
+    core = build_shared_core(random_programs(1, 2, n_ops=4, n_states=2), "small")
     dut = Engine(machine=core.machine, image=core.image, selector=True)
 
     async def bench(ctx):

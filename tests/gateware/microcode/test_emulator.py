@@ -16,8 +16,8 @@ from tests.support.random_program import random_inputs, random_program
 MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONFIGS)
 
 
-def build(program: Program, machine: Machine, restarts: int = 3) -> tuple[Schedule, Emulator]:
-    s = schedule(program, machine, restarts=restarts)
+def build(program: Program, machine: Machine) -> tuple[Schedule, Emulator]:
+    s = schedule(program, machine)
     return s, Emulator(machine, assemble(s, allocate(s)))
 
 

@@ -151,7 +151,7 @@ def test_decode_inverts_encode(machine: Machine) -> None:
 def test_fields_stand_in_the_word_of_their_stage(machine: Machine) -> None:
     for seed in range(8):
         p = random_program(seed)
-        s = schedule(p, machine, restarts=0)
+        s = schedule(p, machine)
         a = allocate(s)
         where = a.addresses()
         image = assemble(s, a)
@@ -181,12 +181,12 @@ def test_fields_stand_in_the_word_of_their_stage(machine: Machine) -> None:
 @MACHINES
 def test_digest_is_the_programs(machine: Machine) -> None:
     p = random_program(1)
-    s = schedule(p, machine, restarts=0)
+    s = schedule(p, machine)
     assert f"{assemble(s, allocate(s)).digest:064x}" == p.digest
 
 
 def test_a_table_memory_that_is_not_full() -> None:
-    s = schedule(random_program(1), CONFIGS["small"], restarts=0)
+    s = schedule(random_program(1), CONFIGS["small"])
     few = dataclasses.replace(s.program, table_memory=(7, -1))
     tables = assemble(dataclasses.replace(s, program=few), allocate(s)).tables
     assert tables == [7, (1 << 32) - 1, *[0] * 1534]
@@ -200,7 +200,7 @@ def test_errors() -> None:
         encode(machine, {"x": 0})
     with pytest.raises(ValueError, match=r"^word must have \d+ bits, not more$"):
         decode(machine, 1 << machine.word_bits)
-    s = schedule(random_program(1), machine, restarts=0)
+    s = schedule(random_program(1), machine)
     a = allocate(s)
     with pytest.raises(ScheduleError, match=r"falls behind the program's \d+ words$"):
         assemble(dataclasses.replace(s, length=s.length - 1), a)

@@ -139,7 +139,7 @@ def test_text() -> None:
 @pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 def test_every_register_has_a_name(machine: Machine) -> None:
     for seed in range(6):
-        s = schedule(random_program(seed), machine, restarts=0)
+        s = schedule(random_program(seed), machine)
         a = allocate(s)
         text = listing(assemble(s, a).rom, s, a)
         assert " r" not in text

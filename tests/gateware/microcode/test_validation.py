@@ -38,10 +38,10 @@ def test_shipped_programs(name: str, lanes: int) -> None:
     program = {**ALL, **FRONT}[name]().compile()
     config = ("small", "fast")[lanes - 1]
     try:
-        core = build_core(program, config, restarts=0)
+        core = build_core(program, config)
     except ScheduleError as error:  # it names the one that has enough registers
         (larger,) = re.findall(rf"config ({config}-\d+) has more", str(error))
-        core = build_core(program, larger, restarts=0)
+        core = build_core(program, larger)
     assert prove(core) == len(program.ops)
 
 
@@ -73,12 +73,12 @@ def test_programs_that_share_states() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_random_programs(config: str, seed: int) -> None:
     programs = random_programs(seed, 1 + seed % 3, n_ops=25)
-    assert prove(build_shared_core(programs, config, restarts=0)) > 0
+    assert prove(build_shared_core(programs, config)) > 0
 
 
 def test_first_words() -> None:
     """Of parameters and of both copies of the states."""
-    core = build_core(random_program(2, n_ops=10, n_states=3), "small", restarts=0)
+    core = build_core(random_program(2, n_ops=10, n_states=3), "small")
     where, slots = core.allocation.addresses(), core.machine.state_slots
     params = [where[n] for n in core.program.of_kind(Kind.PARAM)]
     states = [where[n] + copy for n, _ in core.program.states for copy in (0, slots)]
@@ -94,7 +94,7 @@ def test_a_constant_in_a_register_that_is_written() -> None:
     """Its first update is right, and none that follows."""
     found = 0
     for seed in range(12):
-        core = build_core(random_program(seed, n_ops=20, n_states=1), "small", restarts=0)
+        core = build_core(random_program(seed, n_ops=20, n_states=1), "small")
         plan, where, half = core.schedule, core.allocation.addresses(), core.machine.bank_depth // 2
         program, slots = plan.program, plan.slots
         written = {op.dest: plan.write_cycle(k) for k, op in enumerate(program.ops)}
@@ -142,7 +142,7 @@ def test_words_of_other_programs() -> None:
 def test_message() -> None:
     """The first operation that differs is named."""
     program = random_program(3, n_ops=12)
-    core = build_core(program, "small", restarts=0)
+    core = build_core(program, "small")
     fields = [decode(core.machine, word) for word in core.image.rom]
     k = next(k for k, f in enumerate(fields) if f["shift0"] and f["when0"])
     fields[k]["shift0"] -= 1
@@ -156,7 +156,7 @@ def test_message() -> None:
 def test_words_that_no_operation_computes() -> None:
     """A parameter, or what another update left: the message says what leaves instead."""
     program = random_program(3, n_ops=12)
-    core = build_core(program, "small", restarts=0)
+    core = build_core(program, "small")
     fields = [decode(core.machine, word) for word in core.image.rom]
     emit = next(k for k, f in enumerate(fields) if f["emit"])
     late = {f["dest0"] for f in fields[emit:] if f["we0"]} - {
@@ -270,7 +270,7 @@ def seeded(fault: Fault, seed: int) -> tuple[Core, Image, bool] | None:
     """A core, its image with a fault, and whether some input shows it; None: the assembler did."""
     rng = random.Random(f"{fault.__name__} {seed}")
     program = random_program(seed, n_ops=20, n_states=1 + seed % 4)
-    core = build_core(program, rng.choice(list(MACHINES)), restarts=0)
+    core = build_core(program, rng.choice(list(MACHINES)))
     try:
         image = fault(program, core, rng)
         image.check(core.machine)
@@ -315,7 +315,7 @@ def test_many_faults(fault: Fault) -> None:
 def test_exchanged_states() -> None:
     """The registers of parameters and states are those that the microcode reads and writes."""
     program = random_program(5, n_ops=10, n_states=3)
-    core = build_core(program, "small", restarts=0)
+    core = build_core(program, "small")
     registers = core.allocation.addresses()
     states = [state for state, _ in program.states]
     registers[states[0]], registers[states[1]] = registers[states[1]], registers[states[0]]

@@ -106,7 +106,7 @@ def test_the_window_leaves_room_for_other_states(config: str) -> None:
         spans = {t.value: (t.start, t.end) for t in part.allocation.live_ranges}
         last = part.schedule.length - 1
         assert all(spans[n] == (0, last) for n in part.program.linked)
-    alone = build_shared_core([Inner().compile()], config, restarts=0)
+    alone = build_shared_core([Inner().compile()], config)
     assert window_of([alone.parts[0].schedule]) is alone.image.window is None
 
 
@@ -146,9 +146,7 @@ class Twice(Reader):
 
 
 def test_two_inputs_of_one_source() -> None:
-    core = build_shared_core(
-        [e.compile() for e in linked_estimators([Twice(), Open()])], "small", restarts=0
-    )
+    core = build_shared_core([e.compile() for e in linked_estimators([Twice(), Open()])], "small")
     machine, models = Emulator(core.machine, core.image), Models(core)
     for number, word in ((1, 1 << 30), (0, 5), (1, -(1 << 30)), (1, 1 << 29), (0, -7)):
         machine.select(number)
@@ -170,7 +168,7 @@ class OpenTwice(Open):
 def test_a_word_of_two_states_before_the_first_update() -> None:
     """It is that of the first of them, on the machine as in a comparison's records."""
     core = build_shared_core(
-        [e.compile() for e in linked_estimators([Reader(), OpenTwice()])], "small", restarts=0
+        [e.compile() for e in linked_estimators([Reader(), OpenTwice()])], "small"
     )
     machine, models = Emulator(core.machine, core.image), Models(core)
     half = core.parts[0].program.format(core.parts[0].program.inputs[0]).quantise(0.5)
@@ -199,9 +197,7 @@ class Large(Open):
 
 
 def test_the_window_shrinks_where_other_states_need_the_room() -> None:
-    core = build_shared_core(
-        [e.compile() for e in linked_estimators([Reader(), Large()])], "small", restarts=0
-    )
+    core = build_shared_core([e.compile() for e in linked_estimators([Reader(), Large()])], "small")
     assert core.image.window == Window(32, (1,))
     reader, plan = (part.schedule for part in core.parts)
     after = {plan.program.values[n].name: number for n, number in plan.program.states}

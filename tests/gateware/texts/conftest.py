@@ -25,14 +25,14 @@ def _written(folder: Path, build: Build, target: str) -> tuple[Path, Build]:
 @pytest.fixture(scope="session")
 def one(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Build]:
     """One program of 32-bit words, for the part: its folder and what it is made from."""
-    build = Build(Track(), restarts=1)
+    build = Build(Track())
     return _written(tmp_path_factory.mktemp("one"), build, "xc6slx9")
 
 
 @pytest.fixture(scope="session")
 def linked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Build]:
     """Two programs of 18-bit words, the first reads what the second keeps; generic."""
-    build = Build(Middle(), Inner(), restarts=1, word=18)
+    build = Build(Middle(), Inner(), word=18)
     return _written(tmp_path_factory.mktemp("linked"), build, "generic")
 
 

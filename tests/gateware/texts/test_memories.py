@@ -15,7 +15,7 @@ from tests.support.random_program import random_program
 @pytest.mark.parametrize("config", ALL_CONFIGS)
 def test_one_digit(config: str) -> None:
     """Each word of each memory counts."""
-    core = build_core(random_program(7, n_ops=20), config, restarts=0)
+    core = build_core(random_program(7, n_ops=20), config)
     text = core.verilog(instances=False)
     check_memories(core.machine, core.image, text)
     words = list(re.finditer(r"(?m)^ +(\w+)\[\d+\] = \d+'[hd]([0-9a-f]+);", text))

@@ -73,13 +73,13 @@ def test_several(linked: Design) -> None:
 
 
 def test_programs_that_share_states() -> None:
-    build = Build(Row(), Motion(), restarts=0)
+    build = Build(Row(), Motion())
     text = integration_files(describe(build.core), recorded(build), generic=True, axi=False)
     readme = text["README.md"]
     row = readme[readme.index("### Records of `row`") : readme.index("### Records of `motion`")]
     assert "It has the states of program `motion`:" in row and readme.count("the states of") == 1
     assert "keeps its states while others run, but for those that share them." in readme
-    alone = Build(Row(), restarts=0)
+    alone = Build(Row())
     text = integration_files(describe(alone.core), recorded(alone), generic=True, axi=False)
     assert "states of program" not in text["README.md"]
 
@@ -111,7 +111,7 @@ def test_flags_are_those_of_the_register_map(one: Design) -> None:
 
 @pytest.fixture(scope="module")
 def build() -> Build:
-    return Build(Track(), restarts=0, word=21)
+    return Build(Track(), word=21)
 
 
 def run_of(saturated: list[bool]) -> Recorded:
@@ -150,7 +150,7 @@ def test_expected_lines(build: Build) -> None:
 
 @pytest.fixture(scope="module")
 def core() -> Core:
-    return Build(Track(), restarts=0).core
+    return Build(Track()).core
 
 
 def row(drawing: Drawing, name: str) -> tuple[Any, ...]:
@@ -191,7 +191,7 @@ def test_a_record(core: Core, simulate: Any) -> None:
 @pytest.mark.parametrize("kind", [Track, Inner])
 def test_the_bus(kind: Any, simulate: Any) -> None:
     """A parameter is written two cycles long; without one a flag is cleared at once."""
-    core = Build(kind(), restarts=0).core
+    core = Build(kind()).core
     drawing = bus_drawing(describe(core))
     dut: Component = Engine(machine=core.machine, image=core.image)
     assert len(drawing.cycles) == (4 if kind is Track else 3)

@@ -67,7 +67,7 @@ ORDER = {
 
 @pytest.fixture(scope="module")
 def core() -> Core:
-    return build_core(Complementary().compile(word=24), "small", restarts=2)
+    return build_core(Complementary().compile(word=24), "small")
 
 
 @pytest.fixture(scope="module")
@@ -283,7 +283,7 @@ def test_svd_of_texts_with_marks(registers: Description) -> None:
 
 
 def test_svd_enumerates_programs() -> None:
-    core = build_shared_core(random_programs(2, 3), "small", restarts=0)
+    core = build_shared_core(random_programs(2, 3), "small")
     device = svd(describe(core))
     register = next(r for r in device.iter("register") if r.findtext("name") == "PROGRAM")
     assert register.findtext("addressOffset") == hex(4 * 516)

@@ -52,7 +52,7 @@ def test_in_one_core_they_are_equal_on_every_level(seed: int, levels: tuple[str,
     parts = [Row(seed), Motion(seed)]
     values = inputs_of(parts[0], 60)
     columns = {i.name: values[:, k] for k, i in enumerate(parts[0].inputs)}
-    build = Build(*parts, config="small-1024", restarts=0)
+    build = Build(*parts, config="small-1024")
     results = Check(build, levels=levels).run(Record.of(columns))
     assert all(result.exact for result in results), (seed, [x.lines() for x in results])
 

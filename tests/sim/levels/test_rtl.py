@@ -183,7 +183,7 @@ def test_what_was_never_made_is_closed_quietly() -> None:
 
 
 def test_wandering() -> None:
-    build = Build(Track(), restarts=0)
+    build = Build(Track())
     (run,) = recorded(build)
     program = build.programs[0]
     assert run.inputs.shape == (60, 4) and run.outputs.shape == (60, 3)
@@ -199,13 +199,13 @@ def test_wandering() -> None:
             assert set(words) == {low, high}
         else:
             assert 2 <= np.count_nonzero(words == low) <= 20  # what says "no sample"
-    (again,) = recorded(Build(Track(), restarts=0))
+    (again,) = recorded(Build(Track()))
     assert (again.inputs == run.inputs).all() and (again.outputs == run.outputs).all()
     assert run.saturated.any() and not run.saturated.all()
 
 
 def test_from_the_log() -> None:
-    build = Build(estimator("complementary"), restarts=0)
+    build = Build(estimator("complementary"))
     (run,) = recorded(build)
     columns = feed(build.estimators[0], read_record(bundled("synthetic_60s")))
     count = len(run.inputs)
@@ -218,7 +218,7 @@ def test_from_the_log() -> None:
 @pytest.mark.parametrize("made", [(Middle, Inner), (Row, Beside, Motion)])
 def test_programs_that_have_something_of_each_other(made: tuple[type[Estimator], ...]) -> None:
     """Linked, or with shared states: the bench runs them one after the other."""
-    build = Build(*(of() for of in made), restarts=0)
+    build = Build(*(of() for of in made))
     runs = recorded(build)
     assert [run.number for run in runs] == build.order
     models = Models(build.core)
@@ -253,7 +253,7 @@ def records(build: Build, number: int, steps: int, rng: np.random.Generator) -> 
 )
 def test_in_turns(config: str, steps: int) -> None:
     rng = np.random.default_rng(4)
-    build = Build(*map(estimator_of, NAMES), config=config, restarts=0)
+    build = Build(*map(estimator_of, NAMES), config=config)
     numbers = range(len(NAMES))
     inputs = [records(build, k, steps + k, rng) for k in numbers]
     runs = {

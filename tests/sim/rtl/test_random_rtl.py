@@ -84,7 +84,7 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
         c_words, c_flags = CModel(program).update(inputs)
         assert np.array_equal(c_words, wanted), f"seed {seed}: C"
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
-        core = build_core(program, config, restarts=0)
+        core = build_core(program, config)
         icarus = simulator == "icarus"
         simulation = CocotbSimulation(core, cache=odd) if icarus else CompiledSimulation(core)
         for stall in (0, seed + 1):
@@ -174,7 +174,7 @@ def test_many_updates_in_rtl(config, depth):
     for seed, program in drawn_programs((18, 24, 32), 2000):
         inputs = inputs_for(program, each, seed)
         wanted, flags = CModel(program).update(inputs)
-        run = CompiledSimulation(build_core(program, config, restarts=0)).run(
+        run = CompiledSimulation(build_core(program, config)).run(
             inputs, stall=(seed + 1) * (seed % 2)
         )
         assert np.array_equal(run.outputs, wanted) and np.array_equal(run.saturated, flags), seed

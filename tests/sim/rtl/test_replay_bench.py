@@ -41,12 +41,12 @@ def _random() -> tuple[Core, list[IntArray]]:
     """Two programs, two lanes."""
     programs = random_programs(5, 2, word=24)
     streams = [np.array(random_inputs(p, k, 12 + k)) for k, p in enumerate(programs)]
-    return build_shared_core(programs, "fast", restarts=0), streams
+    return build_shared_core(programs, "fast"), streams
 
 
 def _recorded() -> tuple[Core, list[IntArray]]:
     """A filter on a bundled log."""
-    build = Build(Complementary(), restarts=0)
+    build = Build(Complementary())
     return build.core, [log.inputs[:10] for log in recorded(build)]
 
 
@@ -80,7 +80,7 @@ def doctored(monkeypatch: pytest.MonkeyPatch) -> tuple[Core, IntArray]:
     junk = r"reg [17:0] junk; \1 ^ junk };"
     monkeypatch.setattr(Core, "verilog", lambda *a, **k: payload.sub(junk, sound(*a, **k)))
     program = random_programs(1, 1, word=18)[0]
-    return build_core(program, "small", restarts=0), np.array(random_inputs(program, 3, 2))
+    return build_core(program, "small"), np.array(random_inputs(program, 3, 2))
 
 
 def test_an_unknown_value_is_random_in_verilator(doctored) -> None:
@@ -105,7 +105,7 @@ def test_an_unknown_value_is_an_error_in_icarus(doctored) -> None:
 @pytest.fixture(scope="module")
 def simulation() -> CompiledSimulation:
     """Of the second of two programs."""
-    core = build_shared_core(random_programs(1, 2, word=18), "small", restarts=0)
+    core = build_shared_core(random_programs(1, 2, word=18), "small")
     return CompiledSimulation(core.select(1))
 
 
@@ -227,7 +227,7 @@ def test_nothing_to_compare(simulation: CompiledSimulation) -> None:
 
 @pytest.mark.parametrize("config", ["small", "fast"])
 def test_cores_of_one_machine_differ_in_memories_only(config):
-    cores = [build_core(random_program(seed), config, restarts=0) for seed in (1, 2)]
+    cores = [build_core(random_program(seed), config) for seed in (1, 2)]
     (a, files_a), (b, files_b) = (split_memories(c.verilog(instances=False)) for c in cores)
     assert a == b
     assert files_a.keys() == files_b.keys()
@@ -235,7 +235,7 @@ def test_cores_of_one_machine_differ_in_memories_only(config):
 
 
 def test_words_survive():
-    core = build_core(random_program(3), "small", restarts=0)
+    core = build_core(random_program(3), "small")
     _, files = split_memories(core.verilog(instances=False))
     words = [int(x, 16) for x in files["rom0.hex"].split()]
     assert (words,) == core.image.hardware_rom(core.machine)
@@ -276,7 +276,7 @@ def test_random_programs_in_turns(config, word, count, simulator):
         for k in range(count)
     ]
     programs = [replace(p, table_memory=programs[0].table_memory) for p in programs]
-    core = build_shared_core(programs, config, restarts=0)
+    core = build_shared_core(programs, config)
     if not available(simulator):
         pytest.skip(f"needs {simulator}")
     bench = CocotbSimulation if simulator == "icarus" else CompiledSimulation

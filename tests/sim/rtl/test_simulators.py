@@ -517,7 +517,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Played:
 @pytest.fixture
 def simulation(played: Played, tmp_path: Path) -> CocotbSimulation:
     program = random_program(1, n_inputs=2, n_outputs=1)
-    simulation = CocotbSimulation(build_core(program, "fast", restarts=0), cache=tmp_path)
+    simulation = CocotbSimulation(build_core(program, "fast"), cache=tmp_path)
     assert played.given["parameters"] == {"WORD": 32, "LANES": 2}
     return simulation
 

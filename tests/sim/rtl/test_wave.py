@@ -62,7 +62,7 @@ def cycles_of(path: Path) -> Iterator[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> Seen:
-    build = Build(Complementary(), config="fast", restarts=0)
+    build = Build(Complementary(), config="fast")
     ((log),) = recorded(build)[:1]
     file = tmp_path_factory.mktemp("wave") / "wave.vcd"
     lines = {number: node.line for number, node in build.nodes[0].items()}

@@ -338,7 +338,7 @@ def test_covariance_stays_positive_over_millions(reading: str, params: Any, leas
 )
 def test_every_form_gives_the_same_words(config: str, steps: int) -> None:
     u = hostile(steps, 4) if steps > 1000 else np.concatenate([hostile(20, 4), records(16.0)[:20]])
-    build = Build(ArrayAttitude(), config=config, restarts=None if steps > 1000 else 2)
+    build = Build(ArrayAttitude(), config=config)
     wanted = make_level("fixed", build).run(u)
     for name in ("c", "rtl"):
         result = make_level(name, build).run(u)

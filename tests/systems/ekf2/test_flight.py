@@ -129,7 +129,7 @@ def test_its_parts_are_the_filter() -> None:
             if of is motion:  # the filter shows what it predicts
                 wanted = {name: values[k, 0] for name, values in together.outputs.items()}
                 assert out == pytest.approx(wanted, rel=1e-12, abs=1e-12)
-    build = Build(motion, row, config=CONFIG, restarts=0)
+    build = Build(motion, row, config=CONFIG)
     assert sum(part.schedule.interval for part in build.core.parts) <= 3300
     results = Check(build, levels=("fixed", "c")).run(record)
     assert all(result.exact for result in results), results
@@ -174,7 +174,6 @@ def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch)
     assert result.pages["ekf2.html"].count("<svg") == 2
 
 
-@pytest.mark.full_search
 def test_the_cycles_on_the_page() -> None:
     page = (ROOT / "docs" / "systems" / "ekf2.md").read_text(encoding="utf-8")
     schedule = Build(Ekf2(), config=CONFIG).core.schedule

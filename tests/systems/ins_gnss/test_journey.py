@@ -131,7 +131,6 @@ def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch)
     assert result.pages["ins_gnss.html"].count("<svg") == 2
 
 
-@pytest.mark.full_search
 def test_the_cycles_on_the_page() -> None:
     page = (ROOT / "docs" / "systems" / "ins_gnss.md").read_text(encoding="utf-8")
     schedule = Build(InsGnss(), config=CONFIG).core.schedule

@@ -88,7 +88,7 @@ def test_cycles(elements: int, config: str, interval: int) -> None:
 
 
 def test_most_elements_fit_a_core() -> None:
-    core = build_core(ArrayPhases(MOST_ELEMENTS).compile(), "small", restarts=0)
+    core = build_core(ArrayPhases(MOST_ELEMENTS).compile(), "small")
     assert len(core.program.outputs) == MOST_ELEMENTS + 1
 
 
@@ -97,7 +97,7 @@ def test_four_programs_in_one_core() -> None:
     made = [Satcom(), SatcomPointing(), MlsAttitude(), ArrayPhases()]
     programs = [e.compile() for e in linked_estimators(made)]
     for config in ("small", "fast"):
-        core = build_shared_core(programs, config, restarts=0)
+        core = build_shared_core(programs, config)
         assert [len(part.program.streamed) for part in core.parts] == [10, 3, 10, 3]
 
 

@@ -114,7 +114,6 @@ def test_the_experiment(driven: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.pages["pmsm.html"].count("<svg") == 3
 
 
-@pytest.mark.full_search
 def test_the_cycles_on_the_page() -> None:
     page = (ROOT / "docs" / "systems" / "pmsm.md").read_text(encoding="utf-8")
     for k, config in enumerate(("small", "fast")):

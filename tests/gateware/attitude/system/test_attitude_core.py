@@ -23,7 +23,7 @@ STEPS = 60
 
 @pytest.fixture(scope="module")
 def cores() -> dict[str, Core]:
-    return {config: system_core(FILTERS, config=config, restarts=0) for config in ("small", "fast")}
+    return {config: system_core(FILTERS, config=config) for config in ("small", "fast")}
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +132,7 @@ def test_the_host_writes_and_reads_meanwhile(cores) -> None:
         out += [f"n {k + 1}", f"w {100 + 70}"]
     played = play(core, out)
     before = run_chain(programs(core), stimulus)
-    later = system_core(FILTERS, params={"calibrate_inertial": {"gyro_bias_z": 0.25}}, restarts=0)
+    later = system_core(FILTERS, params={"calibrate_inertial": {"gyro_bias_z": 0.25}})
     after = run_chain(programs(later), stimulus)
     records = played.words(Place.INPUTS, 10)
     assert (records[:30] == before.records[:30]).all()

@@ -15,7 +15,7 @@ from boresight.model.errors import InputError
 @pytest.fixture(scope="module")
 def core() -> Core:
     """One filter."""
-    return system_core(("complementary",), restarts=1)
+    return system_core(("complementary",))
 
 
 def test_registers_are_told_apart(core: Core) -> None:
@@ -80,7 +80,7 @@ def test_lines_are_ports(core: Core) -> None:
 
 
 def test_only_32_bit_words() -> None:
-    narrow = system_core(("complementary",), word=30, restarts=0)
+    narrow = system_core(("complementary",), word=30)
     with pytest.raises(InputError, match="wanted 32 bits for a complete system, found 30"):
         system_design(narrow)
 

@@ -31,7 +31,7 @@ EMPTY = (Adis16385, Hmr3300, AttitudeCore, AttitudeOutput, Bridge)
 @pytest.fixture(scope="module")
 def core() -> Core:
     """Two filters: one bit says which."""
-    return system_core(("complementary", "mekf"), restarts=0)
+    return system_core(("complementary", "mekf"))
 
 
 class Bench:

@@ -234,7 +234,7 @@ def test_room() -> None:
 
 @pytest.fixture(scope="module")
 def core():
-    return system_core(["complementary"], restarts=0)
+    return system_core(["complementary"])
 
 
 @pytest.fixture(scope="module")
@@ -308,8 +308,6 @@ def test_parameters_of_a_stranger_are_refused() -> None:
 
 
 def test_parameters_go_to_their_program() -> None:
-    core = system_core(
-        ["complementary"], params={"calibrate_field": {"field_xx": 0.25}}, restarts=0
-    )
+    core = system_core(["complementary"], params={"calibrate_field": {"field_xx": 0.25}})
     program = core.parts[2].program
     assert program.values[program.find("field_xx")].initial == 1 << 30

@@ -29,7 +29,7 @@ EVENTS = ("sample", "restart")
 
 @pytest.fixture(scope="module")
 def core() -> Core:
-    return system_core(FILTERS, restarts=0)
+    return system_core(FILTERS)
 
 
 @pytest.fixture(scope="module")

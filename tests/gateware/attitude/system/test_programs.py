@@ -39,7 +39,7 @@ def test_interpreter_and_c(name: str, word: int) -> None:
 @pytest.mark.parametrize("name", sorted(FRONT))
 def test_interpreter_and_core(name: str, config: str) -> None:
     program = FRONT[name]().compile()
-    core = build_core(program, config, restarts=2)
+    core = build_core(program, config)
     emulator, machine = Emulator(core.machine, core.image), Interpreter(program)
     for row in random_inputs(program, 2, 60):
         record = emulator.update(row)
@@ -49,7 +49,7 @@ def test_interpreter_and_core(name: str, config: str) -> None:
 
 @CONFIG
 def test_all_fit(config: str) -> None:
-    core = system_core(FILTERS, config=config, restarts=0)
+    core = system_core(FILTERS, config=config)
     assert core.names == (*FILTERS, "calibrate_inertial", "calibrate_field", "compass_field")
     assert sum(len(p.program.states) for p in core.parts) <= 128
     files = register_files(describe(core))
@@ -74,11 +74,11 @@ def test_a_filter_is_told_the_sensors_full_scales() -> None:
         if "full scale" in p.meaning and p.unit.endswith("^2")
     ]
     assert {name for _, name, _ in told} == {"gyro_most_sq", "force_most_sq", "gyro_max_sq"}
-    core = system_core(FILTERS, restarts=0)
+    core = system_core(FILTERS)
     for filter, name, wanted in told:
         assert initial(core, filter, name) == pytest.approx(wanted, rel=1e-6), (filter, name)
         assert wanted == pytest.approx({"g": 5.1, "f": 38.2}[name[0]] ** 2, rel=0.02)
-    own = system_core(("mekf",), restarts=0, params={"mekf": {"gyro_most_sq": 9.0}})
+    own = system_core(("mekf",), params={"mekf": {"gyro_most_sq": 9.0}})
     assert initial(own, "mekf", "gyro_most_sq") == pytest.approx(9.0)
 
 

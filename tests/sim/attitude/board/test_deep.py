@@ -35,7 +35,7 @@ FILTERS = (Odd, "complementary", Rate)
 @lru_cache
 def deep_board() -> Board:
     """Three estimators on a deep core."""
-    return make_board(SCALED, core=system_core(FILTERS, config="small-d9", restarts=0))
+    return make_board(SCALED, core=system_core(FILTERS, config="small-d9"))
 
 
 @pytest.mark.parametrize("number", range(len(FILTERS)))
@@ -59,7 +59,7 @@ def test_every_frame_equals_the_models_in_the_stated_time(number: int) -> None:
 
 def test_writes_of_the_host_in_any_cycle_of_an_update() -> None:
     """Also when a write delays a record of one word."""
-    core = system_core([Rate, "complementary"], config="small-d9", restarts=0)
+    core = system_core([Rate, "complementary"], config="small-d9")
     (calibrate,) = (k for k, p in enumerate(core.parts) if p.program.name == "calibrate_inertial")
     address = core.select(calibrate).parameter_addresses["gyro_bias_z"]
     script = ["o 0", "u 1", "f 0", "w 10"]

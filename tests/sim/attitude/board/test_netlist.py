@@ -109,7 +109,7 @@ def simulated(folder: Path, sources: dict[str, str], data: bytes) -> bytes:
 def test_icebreaker(tmp_path) -> None:
     """PLL, pads, reset, serial line, core: records in, the model's words out; registers."""
     word = 18
-    core = build_core(Leaky().compile(word=word), "small", restarts=2)
+    core = build_core(Leaky().compile(word=word), "small")
     made = open_project(records_design(core, baud=BAUD), "icebreaker", clock_hz=CLOCK_HZ)
     mapped = netlist_for(made.verilog, "top", made.target, cache_dir=Cache().root)
     cells = CELLS[made.target.family.name]

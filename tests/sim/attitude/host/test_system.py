@@ -19,9 +19,7 @@ def small(monkeypatch) -> None:
     filters = ("complementary", "complementary_as_printed")
     monkeypatch.setattr(module, "FILTERS", filters)
     monkeypatch.setattr(
-        module,
-        "system_core",
-        lambda filters, config: system_core(filters, config=config, restarts=1),
+        module, "system_core", lambda filters, config: system_core(filters, config=config)
     )
 
 

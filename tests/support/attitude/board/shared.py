@@ -52,10 +52,10 @@ class Odd(Estimator):
 @lru_cache
 def shared_board() -> Board:
     """Two filters, 16 times as fast as the real one."""
-    return fault_board(("mekf", "complementary"), restarts=1)
+    return fault_board(("mekf", "complementary"))
 
 
 @lru_cache
 def odd_board() -> Board:
     """`Odd` and a filter."""
-    return make_board(SCALED, core=system_core([Odd, "complementary"], restarts=0))
+    return make_board(SCALED, core=system_core([Odd, "complementary"]))
