@@ -67,8 +67,10 @@ needs:
 $(VENV)/.setup: pyproject.toml $(LOCK) | needs
 	@"$(PYTHON)" -m venv $(VENV)
 	$(PIP) --editable '.[$(EXTRAS)]'
-	@# Relative, so plain ASCII: with LC_ALL=C Python would not start on a path beyond it.
-	@for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do echo ../../../../.src > "$$f"; done
+	@# A plain folder, for mypy and editors; relative, so ASCII: with LC_ALL=C Python would not start on a path beyond it.
+	@# Checkouts without symbolic links keep the hook of setuptools.
+	@test ! -d .src/boresight || for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do \
+	  echo ../../../../.src > "$$f"; done
 	@touch $@
 
 # What only some goals need, in the same environment.

@@ -28,8 +28,12 @@ Importing this package is cheap: its modules are imported on the first use of th
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+if not os.path.isdir(os.path.join(__path__[0], "model")):  # a checkout without symbolic links
+    __path__.append(os.path.dirname(__path__[0]))
 
 if TYPE_CHECKING:
     from boresight.loop import LoopResult as LoopResult
