@@ -8,6 +8,9 @@ BIN    := $(VENV)/bin
 LOCK   ?= constraints.txt
 # What the main job and a user of this clone need.
 EXTRAS := sim,plots,board,systems
+# What the main job makes, on what.
+FILTERS := complementary ekf_quaternion ekf_bias mekf
+DATA   := boresight/sim/data
 # Arguments of pytest: make test TESTS="-m soak tests/sim"
 TESTS  ?=
 # Its warnings are about caches in a closed home and about editable installs as such.
@@ -18,8 +21,12 @@ PIP    := PYTHONWARNINGS=ignore PIP_CONSTRAINT="$(LOCK)" PIP_BUILD_CONSTRAINT="$
 .PHONY: main setup test lint formal docs dist clean help needs
 
 main: setup            ## Set up, then Verilog, check on recorded data, area, clock, report
-	$(BIN)/boresight doctor --quiet
-	$(BIN)/boresight demo -o $(OUT)
+	@mkdir -p $(OUT) && $(BIN)/boresight info >$(OUT)/tools.txt || { tail -n 1 $(OUT)/tools.txt; exit 1; }
+	$(BIN)/boresight compile $(FILTERS) --board mimas --synth -o $(OUT)/core
+	$(BIN)/boresight check mekf $(DATA)/ximu_walk.csv --steps 400 -o $(OUT)/report
+	$(BIN)/boresight run mekf board -o $(OUT)/board
+	@echo "$(OUT)/core/README.md: the core and its files"
+	@echo "$(OUT)/report/report.html, $(OUT)/board/board.html: open these in a browser"
 
 # Python starts hundreds of times: compiled modules are kept, whatever the environment says.
 main test: export PYTHONDONTWRITEBYTECODE :=
@@ -28,7 +35,6 @@ setup: $(VENV)/.setup  ## The environment .venv with what `make` needs
 
 test: $(VENV)/.test lint ## Set up, then lint, types and all tests
 	@"$(PYTHON)" -I model/tools/needs.py tests
-	$(BIN)/boresight doctor --quiet
 	@# Types are checked beside the tests.
 	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -n auto --dist worksteal $(TESTS); tests=$$?; \
 	  wait $$types && exit $$tests
@@ -41,7 +47,7 @@ formal: $(VENV)/.test  ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.formal
 
 docs: $(VENV)/.docs    ## The site, build/site/index.html (warnings are errors), and the page of commands
-	$(BIN)/python docs/site/commands.py
+	$(BIN)/python -c "from boresight.cli import app; from boresight.verbs import VERBS; print(app(*VERBS).generate_docs())" >docs/reference/commands.md
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs/site docs $(OUT)/site
 	@echo "$(OUT)/site/index.html"
 

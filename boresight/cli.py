@@ -1,226 +1,266 @@
-"""The command line: choice of the verb, and exit codes.
+"""The command line: from words to a verb's function, and from its result or error to an exit code.
 
-0 good; 1 a check failed, a tool is missing, a worker was killed, or memory ran out; 2 bad usage or
-bad input; 3 a bug of Boresight; 130 ended by Ctrl-C; 141 the reader of standard output has gone.
+0: good. 1: a check failed, a tool is missing or failed, or memory ran out. 2: bad usage or bad
+input. 3: a bug of Boresight. 130: Ctrl-C. 141: standard output is closed. 143: SIGTERM.
 """
 
 from __future__ import annotations
 
-import argparse
-import ast
+import inspect
 import json
-import re
+import os
+import signal
 import sys
+import traceback
+import warnings
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache
+from functools import wraps
 from importlib import import_module
-from itertools import chain, takewhile
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Annotated, Any, cast
 
-import shtab
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts import exceptions as bad
 
 import boresight
-from boresight.failures import code_of, interruptible
-from boresight.model.errors import InputError, closest, shortened
-from boresight.model.resolve import profiles
-from boresight.model.tolerances import tolerances
+from boresight.model.errors import InputError, ToolMissing, shortened
+from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import overwriting
-from boresight.options import (
-    JUDGES,
-    LOG_ARGUMENTS,
-    PROFILE_ARGUMENTS,
-    PROFILED,
-    READS_LOGS,
-    TOLERANCE_ARGUMENTS,
-    Argument,
-    Verb,
-    chosen_profiles,
-    chosen_rows,
-)
-from boresight.terminal import say, tell
 from boresight.verbs import VERBS
 
-__all__ = ["arguments_of", "help_of", "main", "parse", "verb_of"]
+__all__ = ["DEBUG", "app", "main", "parse", "tell"]
 
-#: Longest complaint about the command line, in characters.
-_LONGEST = 300
-#: Options of all verbs, also in front of them, and those without a verb.
-_OF_ALL = ("--json", "--quiet", "-q", "--force")
-_OF_NONE = ("--help", "-h", "--version", "--print-completion")
-#: Messages of argparse, and their replacements.
-_WORDS = {
-    "^the following arguments are required: (.*)": r"wanted \1, found none",
-    "expected one argument$": "wanted a value, found none",
-}
+#: Environment variable that makes a bug show its traceback.
+DEBUG = "BORESIGHT_DEBUG"
+#: No --no-OPTION, and no default that says nothing.
+_PLAIN = Parameter(negative=(), show_default=False)
+#: Longest text of an unexpected error, characters.
+_LONGEST = 160
 
 
-class _Parser(argparse.ArgumentParser):
-    """argparse with errors of one line."""
+@Parameter(name="*", negative=())
+@dataclass(frozen=True)
+class _Shown:
+    """How a verb tells its result."""
 
-    def error(self, message: str) -> NoReturn:
-        """Print one line, exit 2."""
-        for kind, wanted in (("int", "a whole number"), ("float", "a number")):
-            message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
-        text = shortened(str(InputError(message.removeprefix("argument "))), _LONGEST)
-        if text.startswith("the following arguments are required: VERB"):
-            text = f"wanted a verb: {', '.join(VERBS)}, found none"
-        elif match := re.match(r"VERB: invalid choice: '(.*?)' \(", text):
-            text = (
-                f"wanted a verb such as {', '.join(closest(match[1], VERBS))}, found '{match[1]}'"
-            )
-        for pattern, replacement in _WORDS.items():
-            text = re.sub(pattern, replacement, text)
-        tell(f"error: {text}; see {self.prog} --help")
-        self.exit(2)
-
-    def print_help(self, file: Any = None) -> None:
-        """Print the help, unless standard output has gone."""
-        say(self.format_help().rstrip("\n"))
-
-
-class _Print(argparse.Action):
-    """Print a text, and end."""
-
-    def __init__(self, *words: Any, text: Callable[[str], str], **settings: Any) -> None:
-        super().__init__(*words, **settings)
-        self.text = text
-
-    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
-        say(self.text(values))
-        parser.exit()
-
-
-def verb_of(name: str) -> Verb:
-    """A verb by name; its module is imported."""
-    verb: Verb = import_module(f"boresight.{VERBS[name]}").VERB
-    return verb
-
-
-def arguments_of(name: str) -> list[Argument]:
-    """All arguments of a verb; its module is imported."""
-    shared = (
-        (PROFILED, PROFILE_ARGUMENTS),
-        (JUDGES, TOLERANCE_ARGUMENTS),
-        (READS_LOGS, LOG_ARGUMENTS),
+    json: Annotated[bool, Parameter(name="--json", help="Print the result as one JSON object.")] = (
+        False
     )
-    shared_arguments = (arguments for verbs, arguments in shared if name in verbs)
-    return [*verb_of(name).arguments.values(), *chain.from_iterable(shared_arguments)]
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], help="No progress.")] = False
+    force: Annotated[
+        bool, Parameter(name="--force", help="Overwrite files that boresight did not write.")
+    ] = False
 
 
-@cache
-def help_of(name: str) -> tuple[str, list[tuple[str, str]]]:
-    """Summary of a verb, and its examples with descriptions; its module is not imported."""
-    path = Path(__file__).parent / f"{VERBS[name].replace('.', '/')}.py"
-    summary, _, rest = (ast.get_docstring(ast.parse(path.read_bytes())) or "").partition("\n\n")
-    examples = [line.strip().partition("  # ") for line in rest.splitlines()]
-    return " ".join(summary.split()), [(line, text) for line, _, text in examples]
-
-
-def _parser(*verbs: str) -> _Parser:
-    """The parser of the command line, with the arguments of some verbs."""
-    parser = _Parser(
-        prog="boresight", description="Estimators from equations to FPGA, proven equal bit by bit."
+def app(*verbs: str) -> App:
+    """The command line; only the modules of the named verbs are imported."""
+    whole = App(
+        name="boresight",
+        help="Estimators and controllers from equations to an FPGA core and C.",
+        version=boresight.__version__,
+        version_flags="--version",
+        help_format="restructuredtext",
+        default_parameter=_PLAIN,
     )
-    parser.add_argument(
-        "--version",
-        action=_Print,
-        nargs=0,
-        text=lambda _: boresight.__version__,
-        help="show program's version number and exit",
-    )
-    parser.add_argument(
-        "--print-completion",
-        action=_Print,
-        text=lambda shell: shtab.complete(_parser(*VERBS), shell=shell),
-        choices=shtab.SUPPORTED_SHELLS,
-        metavar="SHELL",
-        help=f"print a script that completes command lines: {', '.join(shtab.SUPPORTED_SHELLS)}",
-    )
-    subparsers = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for name in VERBS:
-        # Only the help shows them, of all verbs or of the one that is named.
-        summary, examples = help_of(name) if name in verbs or not verbs else ("", [])
-        width = max((len(line) for line, _ in examples), default=0)
-        lines = ["examples:", *(f"  {line:{width}}  # {text}" for line, text in examples)]
-        verb = subparsers.add_parser(
-            name,
-            help=summary,
-            description=summary,
-            epilog="\n".join(lines),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
-        verb.add_argument("--json", action="store_true", help="print one JSON object as the result")
-        verb.add_argument("-q", "--quiet", action="store_true", help="no progress")
-        verb.add_argument(
-            "--force", action="store_true", help="overwrite files that boresight did not write"
-        )
+    for place, (name, summary) in enumerate(VERBS.items()):
+        function, examples = cast(Callable[..., Any], _stub), ""
         if name in verbs:
-            for argument in arguments_of(name):
-                argument.add_to(verb)
-    return parser
+            function = _command(name)
+            text = import_module(f"boresight.verbs.{name}").__doc__ or ""
+            examples = "".join(f"| {line}\n" for line in text.splitlines()[2:])
+        epilogue = examples or None
+        whole.command(
+            function,
+            name=name,
+            help=summary,
+            help_epilogue=epilogue,
+            sort_key=place,
+            default_parameter=_PLAIN,
+        )
+    whole.register_install_completion_command(add_to_startup=True)
+    return whole
 
 
-def parse(argv: Sequence[str]) -> dict[str, Any]:
-    """Values of a command line by name, and ``verb``; it may end with help or an error."""
-    for word in argv:  # argparse would take such a value for the end of all options
-        if re.fullmatch(r"(-\w|--[\w-]+=)--", word):
-            raise InputError.at(
-                word[:-2].rstrip("="), wanted="a value", found="none", fix="write one behind it"
-            )
-    shared = list(takewhile(_OF_ALL.__contains__, argv))
-    argv = [*argv[len(shared) :][:1], *shared, *argv[len(shared) + 1 :]]
-    if argv and argv[0].startswith("-") and argv[0].partition("=")[0] not in _OF_NONE:
-        raise InputError.at("", wanted="a verb", found=argv[0], fix="its options follow it")
-    parsed, unknown = _parser(*VERBS.keys() & {*argv}).parse_known_args(argv)
-    if unknown:
-        raise _unknown(parsed.verb, unknown)
-    return vars(parsed)
+def _with_default(p: inspect.Parameter) -> inspect.Parameter:
+    """A parameter whose default is shown, if it says something."""
+    if p.default in (p.empty, None, "", ()) or isinstance(p.default, bool):
+        return p
+    return p.replace(annotation=Annotated[p.annotation, Parameter(show_default=_default)])
 
 
-def _unknown(verb: str, words: Sequence[str]) -> InputError:
-    """The error of words that a verb does not take."""
-    hint = f"see boresight {verb} --help"
-    if re.fullmatch(r"\w+=\S+", words[0]):
-        fix = f"write a parameter as --param {words[0]}"
-        if verb == "explore":
-            fix += ", an argument of the constructor before the options"
-    else:
-        flags = [*(flag for argument in arguments_of(verb) for flag in argument.flags), *_OF_ALL]
-        names = {flag.lstrip("-"): flag for flag in flags}
-        matches = get_close_matches(words[0].partition("=")[0].lstrip("-"), names, 1, 0.7)
-        fix = f"write {names[matches[0]]}" if matches else "leave it out"
-    return InputError.at(
-        verb, wanted="what this verb takes", found=" ".join(words), fix=f"{fix}; {hint}"
-    )
+def _default(value: Any) -> str:
+    """Text of a default."""
+    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def _stub() -> None:
+    """A verb that is listed, and not called."""
+
+
+def _command(name: str) -> Callable[..., int]:
+    """The function of a verb with the options of its groups; it prints and returns the code."""
+    module = import_module(f"boresight.verbs.{name}")
+    function: Callable[..., Any] = getattr(module, name)
+    groups: tuple[type, ...] = (*getattr(module, "GROUPS", ()), _Shown)
+    typed: Callable[..., dict[str, Any]] | None = getattr(module, "typed", None)
+    signature = inspect.signature(function, eval_str=True)
+
+    @wraps(function)
+    def command(*words: Any, **options: Any) -> int:
+        chosen = {group: options.pop(group.__name__.lower(), group()) for group in groups}
+        shown = chosen.pop(_Shown)
+        if "progress" in signature.parameters and not shown.quiet:
+            options["progress"] = tell
+        with ExitStack() as stack:
+            stack.enter_context(overwriting(shown.force))
+            for group in chosen.values():
+                stack.enter_context(group.context())
+            if typed is not None:
+                options |= typed(words, options, shown)
+            result = function(*words, **options)
+            for group in chosen.values():
+                result = group.judged(result)
+        _print(json.dumps(result.to_json()) if shown.json else str(result))
+        return int(not getattr(result, "good", True))
+
+    more = [
+        inspect.Parameter(
+            group.__name__.lower(), inspect.Parameter.KEYWORD_ONLY, annotation=group, default=None
+        )
+        for group in groups
+    ]
+    parameters = [*map(_with_default, signature.parameters.values()), *more]
+    vars(command)["__signature__"] = signature.replace(parameters=parameters)
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
+    return command
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Entry point; returns the exit code."""
-    argv = sys.argv[1:] if argv is None else argv
+    """Run a command line; returns the exit code."""
+    words = [*(sys.argv[1:] if argv is None else argv)]
     try:
-        with interruptible():
-            parsed = parse(argv)
-            with (
-                overwriting(parsed["force"]),
-                profiles(chosen_profiles(parsed)),
-                tolerances(parsed.get("tolerance", ())),
-                chosen_rows(parsed),
-            ):
-                code, data, text = verb_of(parsed["verb"]).run(parsed)
-            if parsed["json"]:
-                say(json.dumps(data))
-            elif text:
-                say(text)
-            return int(code)
+        with ExitStack() as stack:
+            _terminable(stack)
+            function, bound = parse(words)
+            return int(function(*bound.args, **bound.kwargs) or 0)
     except (Exception, KeyboardInterrupt) as error:
-        code = code_of(error)
-        if code in (1, 2, 3) and "--json" in argv:
+        code = _code_of(error)
+        if code in (1, 2, 3) and "--json" in words:
             parts = error.parts if isinstance(error, InputError) else {}
-            say(json.dumps({"error": {"message": str(error).partition("\n")[0], **parts}}))
+            _print(json.dumps({"error": {"message": str(error).partition("\n")[0], **parts}}))
         return code
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def parse(words: Sequence[str]) -> tuple[Callable[..., Any], inspect.BoundArguments]:
+    """The function of a command line and its arguments; errors of usage as `InputError`."""
+    verb = words[0] if words and words[0] in VERBS else ""
+    if words and not verb and words[0] not in ("--help", "-h", "--version", "--install-completion"):
+        raise _no_verb(words[0])
+    tokens = [*words] or ["--help"]
+    try:
+        function, bound, _ = app(verb).parse_args(tokens, print_error=False, exit_on_error=False)
+    except CycloptsError as error:
+        raise _usage(error, verb) from None
+    return function, bound
+
+
+def _no_verb(word: str) -> InputError:
+    near = get_close_matches(word, VERBS, 1, 0.6)
+    fix = f"write {near[0]}" if near else "boresight --help says what each is for"
+    return InputError.at("", wanted=f"a verb: {', '.join(VERBS)}", found=word, fix=fix)
+
+
+def _usage(error: CycloptsError, verb: str) -> InputError:
+    """An error of cyclopts in our form."""
+    fix = f"see boresight {verb} --help"
+    argument = error.argument
+    where = verb if argument is None or not argument.names else argument.names[0]
+    if isinstance(error, bad.UnknownOptionError):
+        word = error.token.keyword or error.token.value
+        flags = [name for a in error.argument_collection for name in a.names]
+        near = get_close_matches(word.partition("=")[0], flags, 1, 0.6)
+        fix = f"write {near[0]}; {fix}" if near else f"leave it out; {fix}"
+        return InputError.at(verb, wanted="an option of this verb", found=word, fix=fix)
+    if isinstance(error, bad.UnusedCliTokensError):
+        found = " ".join(error.unused_tokens or ())
+        return InputError.at(verb, wanted="no more arguments", found=found, fix=fix)
+    if isinstance(error, bad.MissingArgumentError):
+        wanted = where if where.isupper() else "a value"
+        where = verb if where.isupper() else where
+        return InputError.at(where, wanted=wanted, found="none", fix=fix)
+    if isinstance(error, bad.CoercionError) and error.token is not None:
+        kinds = {int: "a whole number", float: "a number"}
+        wanted = next((text for kind, text in kinds.items() if _takes(argument, kind)), "a value")
+        return InputError.at(where, wanted=wanted, found=repr(error.token.value), fix=fix)
+    return InputError(f"{where}: {str(error).rstrip('.')}; {fix}")
+
+
+def _takes(argument: Any, kind: type) -> bool:
+    return argument is not None and kind.__name__ in str(argument.hint)
+
+
+def _terminable(stack: ExitStack) -> None:
+    """Let SIGTERM end the work as Ctrl-C does, with clean-up and its own exit code."""
+
+    def stop(number: int, frame: object) -> None:
+        raise _Terminated
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not the main thread
+        return
+    stack.callback(signal.signal, signal.SIGTERM, before)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM."""
+
+
+def _code_of(error: BaseException) -> int:
+    """Print an error as one line on standard error; returns the exit code."""
+    # Amaranth's warning of gateware that was not elaborated because of the error.
+    warnings.filterwarnings("ignore", ".* created but never used")
+    if isinstance(error, BrokenPipeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing to flush at exit
+        return 141
+    if isinstance(error, KeyboardInterrupt):
+        terminated = isinstance(error, _Terminated)
+        tell("terminated" if terminated else "interrupted")
+        return 143 if terminated else 130
+    if isinstance(error, MemoryError):
+        tell("error: out of memory; use smaller inputs, or a computer with more memory")
+        return 1
+    if isinstance(error, InputError):
+        tell(f"error: {error}")
+        return 2
+    if isinstance(error, ToolMissing | ToolFailed):
+        tell(f"error: {str(error).splitlines()[0]}")
+        return 1
+    if isinstance(error, OSError) and error.strerror:
+        where = "a file" if error.filename is None else os.fsdecode(error.filename) or "''"
+        found = error.strerror.lower()
+        tell(f"error: {where}: wanted a path that can be used, found {found}; check the path")
+        return 2
+    if os.environ.get(DEBUG):
+        tell("".join(traceback.format_exception(error)).rstrip())
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    text = shortened(" ".join(f"{type(error).__name__}: {error}".split()), _LONGEST)
+    tell(
+        f"error: a bug of Boresight, {text} ({Path(last.filename).name}, line {last.lineno}); "
+        f"please report it with the traceback, which {DEBUG}=1 shows"
+    )
+    return 3
+
+
+def tell(text: str) -> None:
+    """Print a line on standard error, for progress and errors."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def _print(text: str) -> None:
+    """Print a result on standard output."""
+    if text:
+        print(text.encode(sys.stdout.encoding or "utf-8", "backslashreplace").decode(), flush=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
 from boresight.gateware.synthesis.family import Target
+from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
@@ -32,13 +34,16 @@ from boresight.gateware.texts.core import (
     verilog_head,
 )
 from boresight.gateware.texts.memories import check_memories
+from boresight.model.errors import InputError
 from boresight.model.tools.cache import Cache
-from boresight.results.compile import Proven
 from boresight.sim.boards import board_system
 from boresight.sim.levels.build import Build
 
 __all__ = [
+    "Proven",
+    "SYSTEM_CLOCK_HZ",
     "TARGET_NAMES",
+    "check_routable",
     "core_files",
     "core_texts",
     "has_primitives",
@@ -62,6 +67,22 @@ TARGET_NAMES = ("xc6slx9", "generic", *(name for name in TARGETS if name != "xc6
 SYSTEM_CLOCK_HZ = 100_000_000
 
 
+def check_routable(targets: Sequence[str], alternative: str) -> None:
+    """Raise InputError unless an open tool routes one of ``targets``, ToolMissing without it."""
+    routers = [TARGETS[name].family.router for name in targets if name in TARGETS]
+    if not any(routers):
+        routed = {other.device.name: None for other in TARGETS.values() if other.family.router}
+        raise InputError.at(
+            "route",
+            wanted="a target that an open tool routes",
+            found=f"--target {','.join(targets)}",
+            fix=f"choose {', '.join(routed)}, or {alternative} for area alone",
+        )
+    for router in routers:
+        if router is not None:
+            find_router(router)
+
+
 def has_primitives(target: str) -> bool:
     """Whether ``core.v`` for a target has primitives of it: Spartan-6."""
     return target in TARGETS and TARGETS[target].family is SPARTAN6
@@ -78,6 +99,29 @@ _PROJECT = (
     *("README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"),
     *("top.prj", "top.ucf", "top.v", "top.xst"),
 )
+
+
+@dataclass(frozen=True)
+class Proven:
+    """Proof that what was compiled computes the programs, for all inputs (docs/proofs.md).
+
+    Attributes
+    ----------
+    operations : int
+        Operations of all programs.
+    firmware : bool
+        Whether the C is proven, too.
+    seconds : float
+        Time of the proof.
+    """
+
+    operations: int
+    firmware: bool
+    seconds: float
+
+    def __str__(self) -> str:
+        what = "microcode and C" if self.firmware else "microcode"
+        return f"{self.operations} operations, {what}, all inputs  {self.seconds:.1f} s"
 
 
 def core_files(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
-from boresight.parameters import values_for
-from boresight.sharing import params_for_each
+from boresight.parameters import params_of_each
 from boresight.sim.accuracy.peers import PEERS
 
 __all__ = ["chosen", "groups", "params_by_estimator"]
@@ -51,25 +50,24 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
 
 
 def params_by_estimator(
-    names: Sequence[Named], files: Sequence[str | Path] = (), settings: Sequence[str] = ()
-) -> dict[str, dict[str, float]]:
-    """Return parameter values by estimator, from files and ``[ESTIMATOR.]NAME=NUMBER`` texts.
-
-    A file may name its estimator; values without an estimator's name need a single estimator.
+    names: Sequence[Named], params: Mapping[str, Any] | Sequence[str] | None
+) -> dict[str, Mapping[str, float]]:
+    """Parameter values by estimator: from Python by estimator, or texts of the command line.
 
     Raises
     ------
     InputError
         Values whose estimator is unknown or not among ``names``.
     """
-    if (files or settings) and not names:
+    if params and not names:
         raise InputError.at(
             "parameters",
             wanted="an estimator with parameters",
             found="published filters only",
             fix="name an estimator, or leave the values out",
         )
-    if len(names) != 1:
-        return params_for_each(names, files, settings)
-    values = values_for(names[0], files, settings)
-    return {estimator_of(names[0]).name: values} if values else {}
+    own = [estimator_of(name).name for name in names]
+    if isinstance(params, Mapping) and len(own) == 1 and own[0] in params:
+        params = params[own[0]]
+    values = params_of_each(names, params)
+    return {name: some for name, some in zip(own, values, strict=True) if some}

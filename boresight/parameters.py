@@ -1,33 +1,109 @@
-"""Parameter values from the command line and from files.
+"""Estimators and their parameter values as verbs take them.
 
-A file is one JSON object: either parameter values by name, or an object with those under
-``parameters`` and the estimator's name under ``estimator``, as `boresight tune -o` writes it.
+Values come from Python as a mapping; from the command line as texts ``NAME=NUMBER`` or ``@FILE``.
+A file is one JSON object: values by name, or an object with those under ``parameters`` and the
+estimator's name under ``estimator``, as `boresight tune -o` writes it. With several estimators a
+name has its estimator before it, as in ``mekf.gyro_noise=0.1``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named
+from boresight.model.resolve import Named, split_names
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.records.reading import kind_of, read_json
 
-__all__ = ["parse_settings", "read_params", "values_for"]
+__all__ = ["estimator_names", "numbers", "params_of", "params_of_each"]
 
 
-#: A setting of each option that takes some.
-_EXAMPLES = {
-    "--param": "kp_pitch_per_s=0.5",
-    "--allow": "cycles=0.01",
-    "--weight": "vel=0.5",
-    "--feed": "east=0.6",
-}
+def estimator_names(*texts: Named) -> list[Named]:
+    """Split texts of one or several names with commas.
+
+    Raises
+    ------
+    InputError
+        A name is unknown or occurs twice.
+    """
+    names: list[Named] = []
+    for text in texts:
+        names += split_names(text) if isinstance(text, str) else [text]
+    accepted: list[str] = []
+    for text in names:
+        name = find_estimator(text).name
+        if name in accepted:
+            raise InputError.at(
+                "estimators",
+                wanted="each name once",
+                found=f"{name} twice",
+                fix="leave one out: a core holds one program of each",
+            )
+        accepted.append(name)
+    return names
 
 
-def parse_settings(items: Sequence[str], option: str = "--param") -> dict[str, float]:
+def params_of(
+    name: Named, params: Mapping[str, Any] | Sequence[str] | None
+) -> Mapping[str, float] | None:
+    """Parameter values of one estimator; see `params_of_each`."""
+    return params_of_each([name], params)[0]
+
+
+def params_of_each(
+    names: Sequence[Named], params: Mapping[str, Any] | Sequence[str] | None
+) -> list[Mapping[str, float] | None]:
+    """Parameter values of each estimator.
+
+    Parameters
+    ----------
+    params : mapping, sequence of str or None
+        For one estimator its values by name; for several, such a mapping by estimator; or texts.
+
+    Raises
+    ------
+    InputError
+        Values of an estimator that is not among ``names``; a bad file, name or value.
+    """
+    estimators = {e.name: e for e in map(find_estimator, names)}
+    only = next(iter(estimators)) if len(estimators) == 1 else ""
+    values: dict[str, dict[str, float]] = {}
+    for where, owner, some in _given(params, only):
+        if owner not in estimators or not isinstance(some, Mapping):
+            raise InputError.at(
+                where,
+                wanted=f"values of {', '.join(estimators)}",
+                found="no estimator's name" if owner is None else str(owner),
+                fix=f"write for example --param {only or next(iter(estimators))}.NAME=NUMBER",
+            )
+        values[owner] = {**values.get(owner, {}), **some}
+        estimators[owner].param_values(values[owner])
+    return [values.get(name) for name in estimators]
+
+
+def _given(
+    params: Mapping[str, Any] | Sequence[str] | None, only: str
+) -> Iterator[tuple[str, str | None, Any]]:
+    """Where values were given, the estimator that they belong to, and the values."""
+    if params is None:
+        return
+    if isinstance(params, Mapping):
+        items = {only: params} if only else params
+        yield from (("parameters", name, values) for name, values in items.items())
+        return
+    for text in params:
+        if text.startswith("@"):
+            owner, some = _read(text[1:])
+            yield text[1:], owner or only or None, some
+            continue
+        ((name, value),) = numbers([text]).items()
+        owner, dot, rest = name.rpartition(".")
+        yield f"--param {name}", owner if dot else only or None, {rest: value}
+
+
+def numbers(texts: Sequence[str], option: str = "--param") -> dict[str, float]:
     """Values of ``NAME=NUMBER`` texts; the last text of a name counts.
 
     Raises
@@ -36,28 +112,22 @@ def parse_settings(items: Sequence[str], option: str = "--param") -> dict[str, f
         A text of another form.
     """
     out = {}
-    for item in items:
-        name, _, text = item.partition("=")
+    for text in texts:
+        name, _, number = text.partition("=")
         try:
-            out[name] = float(text)
+            out[name] = float(number)
         except ValueError:
             raise InputError.at(
                 option,
                 wanted="NAME=NUMBER",
-                found=repr(item),
-                fix=f"write for example {option} {_EXAMPLES.get(option, 'NAME=0.5')}",
+                found=repr(text),
+                fix=f"write for example {option} NAME=0.5",
             ) from None
     return out
 
 
-def read_params(path: str | Path) -> tuple[str | None, dict[str, float]]:
-    """Estimator's name (None if the file has none) and values of a parameter file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not JSON, or does not hold numbers by name.
-    """
+def _read(path: str | Path) -> tuple[str | None, dict[str, float]]:
+    """Estimator's name (None if the file has none) and values of a parameter file."""
     data = read_json(path, "a parameter file")
     name, values = None, data
     if isinstance(data, dict) and "parameters" in data:
@@ -69,46 +139,9 @@ def read_params(path: str | Path) -> tuple[str | None, dict[str, float]]:
             found=kind_of(values),
             fix='write for example {"kp_pitch_per_s": 0.5}',
         )
-    return name, {key: _number(f"{path}, {key}", value) for key, value in values.items()}
-
-
-def _number(where: str, value: Any) -> float:
-    """Return a value of a file as float; raise InputError if it is not a finite number."""
-    try:
-        if not isinstance(value, bool) and isinstance(value, int | float):
-            return float(value)
-    except OverflowError:
-        pass
-    raise InputError.at(where, wanted="a number", found=kind_of(value), fix="correct the file")
-
-
-def values_for(
-    estimator: Named, files: Sequence[str | Path] = (), settings: Sequence[str] = ()
-) -> dict[str, float]:
-    """Values for one estimator: files in order, then ``NAME=NUMBER`` texts on top.
-
-    Raises
-    ------
-    InputError
-        Unknown estimator, a file for another estimator, an unknown name, or an illegal value.
-    """
-    out: dict[str, float] = {}
-    target = find_estimator(estimator)
-    for path in files:
-        name, values = read_params(path)
-        if name is not None and name != target.name:
+    for key, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError.at(
-                str(path),
-                wanted=f"parameters of {target.name}",
-                found=f"those of {name}",
-                fix="choose the file that fits",
+                f"{path}, {key}", wanted="a number", found=kind_of(value), fix="correct the file"
             )
-        try:
-            target.param_values(values)
-        except InputError as error:
-            parts = {**error.parts, "where": f"{path}, {error.parts['where']}"}
-            raise InputError.at(**parts) from None
-        out |= values
-    out |= parse_settings(settings)
-    target.param_values(out)
-    return out
+    return name, values

@@ -4,7 +4,7 @@
 same output within the tolerance::
 
     boresight check biquad.py biquad.csv
-    boresight run biquad.py biquad.csv --on fixed -o out.csv
+    boresight run biquad.py biquad.csv --levels fixed -o out.csv
 
 A cascade of second order keeps its bits where one filter of fourth order would lose them: its
 poles lie close together, and its coefficients would have to be far finer than its signal. The gain

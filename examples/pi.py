@@ -2,8 +2,8 @@
 
 The motor is a world: it is told the drive and gives the speed that an encoder shows::
 
-    boresight simulate pi.py:Motor pi.py:Pi --on fixed -o loop.csv
-    boresight simulate pi.py:Motor pi.py:Pi --on rtl --steps 300
+    boresight run pi.py:Pi pi.py:Motor --levels fixed -o loop.csv
+    boresight run pi.py:Pi pi.py:Motor --levels rtl --steps 300
 
 The integral stops at the supply, so that it does not wind up while the drive is at its limit.
 """

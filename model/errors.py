@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from collections.abc import Callable, Iterable, Mapping
+from typing import SupportsIndex, cast
 
 __all__ = [
     "InputError",
@@ -12,6 +14,7 @@ __all__ = [
     "listed",
     "require",
     "require_choice",
+    "require_whole",
     "shortened",
 ]
 
@@ -109,6 +112,17 @@ def require_choice(
     if value not in names:
         wanted = f"one of {listed(str(value), map(str, names))}"
         raise InputError.at(where, wanted=wanted, found=repr(value), fix=fix)
+
+
+def require_whole(where: str, value: object, low: int, high: int | None = None) -> None:
+    """Raise `InputError.at` unless ``value`` is None or a whole number in a range."""
+    try:
+        number = low if value is None else operator.index(cast(SupportsIndex, value))
+    except TypeError:
+        number = low - 1
+    if number < low or (high is not None and number > high):
+        wanted = f"{low:,} or more" if high is None else f"{low:,} to {high:,}"
+        raise InputError.at(where, wanted=wanted, found=str(value), fix="choose another")
 
 
 class ToolMissing(RuntimeError):

@@ -29,6 +29,7 @@ from boresight.model.tolerances import judged_outputs
 __all__ = [
     "ESTIMATOR_GROUP",
     "Named",
+    "call_of",
     "estimator_of",
     "load",
     "names_of_entry_points",
@@ -184,10 +185,10 @@ def load(source: Any, base: type[T], kind: str, group: str) -> T:
     stem, colon, call = source.partition(".py:")
     path = f"{stem}.py" if colon else source
     if not colon and not source.endswith(".py"):
-        name, args, options = _call(source, source) if source.endswith(")") else (source, (), {})
+        name, args, options = call_of(source, source) if source.endswith(")") else (source, (), {})
         return _constructed(_lookup(name, base, kind, group), source, args, options)
     module = _module(Path(path), kind)
-    name, args, options = _call(call, source) if colon else ("", (), {})
+    name, args, options = call_of(call, source) if colon else ("", (), {})
     return _constructed(_class(module, name, base, kind, path), source, args, options)
 
 
@@ -196,7 +197,7 @@ def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
     names = {*names_of_entry_points(group)}
-    fix = "boresight list shows them all"
+    fix = "boresight info shows them all"
     if Path(f"{name}.py").is_file():
         fix = f"write {name}.py, the file that is here"
     elif Path(name).exists():
@@ -329,7 +330,7 @@ def _error_line(error: BaseException, file: Path, path: Path) -> str:
     return f"{path}, line {lines[-1]}" if lines else str(path)
 
 
-def _call(text: str, source: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
+def call_of(text: str, source: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
     """``Class`` or ``Class(1, n=2)`` as name and literal arguments."""
     try:
         node = ast.parse(text, mode="eval").body

@@ -1,108 +1,226 @@
 """Compare integer model, C and RTL on logs, bit by bit, and with float64.
 
 boresight check my_filter.py log.csv  # all levels
-boresight check mekf first.csv folder  # several logs, or folders of logs
-boresight check mekf log.csv --levels fixed,c --word 24  # without RTL, in narrow words
-boresight check mekf log.csv --levels fixed,netlist --target ecp5-25k --config small-d9  # as mapped
-boresight check complementary,mekf log.csv  # taking turns on one core
-boresight check mekf,pi.py mekf=log.csv pi=motor.csv  # each with its own log
+boresight check my_filter.py first.csv folder -o build  # several logs; a page and its JSON
+boresight check my_filter.py log.csv --levels fixed,c --word 24  # without RTL, in narrow words
+boresight check my_filter.py log.csv --levels fixed,netlist --target ecp5-25k  # as mapped
+boresight check one.py,two.py log.csv  # taking turns on one core
+boresight check one.py,two.py one=log.csv two=motor.csv  # each with its own log
 boresight check my_filter.py log.csv --baseline check.json  # also beside an earlier --json
-boresight check mekf log.csv --wave 1200:1210  # also the core's signals in these rows, to look at
-boresight check replay reproducer.json  # a difference that was found, again
+boresight check my_filter.py log.csv --wave 1200:1210  # also the core's signals, to look at
+boresight check reproducer.json  # a difference that was found, again
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, overload
+from typing import Annotated, Any
 
-from boresight.arguments import check_machine, check_optional, check_target, check_urgent
-from boresight.model.errors import InputError
+from cyclopts import Parameter
+
+from boresight.gateware.machine import machine_named
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
+from boresight.model.words.fixed import check_word
 from boresight.options import (
-    Arguments,
     Config,
     EstimatorNames,
+    Level,
+    LogRows,
     Logs,
-    Option,
-    Outcome,
+    OptionalFolder,
     Params,
-    Urgent,
+    Profiles,
+    Progress,
+    PythonOnly,
+    Steps,
+    Tolerances,
     Word,
 )
-from boresight.regression import JudgedVerb
-from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.answer import Answer, Figure, JsonObject, plain
+from boresight.parameters import estimator_names, params_of_each
+from boresight.regression import Baseline
+from boresight.sim.answer import Figure
 from boresight.sim.compare.check import ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.synthesised import NetlistSimulated
+from boresight.sim.records.files import log_files
 from boresight.sim.records.log import Log, logs_of
+from boresight.sim.result import Result
 from boresight.sim.rtl.netlist import SIMULATED
-from boresight.terminal import say
 from boresight.waves import WAVE_FOLDER, write_waves
 
-__all__ = ["CheckResults", "check"]
+__all__ = ["GROUPS", "JUDGED", "check", "typed"]
 
-#: Where a difference is kept, unless said otherwise.
+GROUPS = (LogRows, Profiles, Tolerances, Baseline)
+
+#: Where the command line keeps a difference.
 REPRODUCER = "reproducer.json"
 
+#: Figures of the result that can be compared with an earlier one.
+JUDGED: Mapping[str, Figure] = {
+    "results.*.config": Figure("config", "same"),
+    "results.*.word": Figure("word", "same"),
+    "results.*.good": Figure("good", "count", falls=True),
+    "results.*.accuracy.outputs.*.samples": Figure("samples", "count", falls=True),
+    "results.*.accuracy.outputs.*.max": Figure("largest error", "error"),
+    "results.*.accuracy.outputs.*.rms": Figure("error, rms", "error"),
+    "results.*.accuracy.saturated_updates": Figure("updates that saturated", "count"),
+    "results.*.textbook.*.max": Figure("from the textbook's form", "error"),
+    "results.*.verification.*.cycles_predicted": Figure("latency", "cycles", "cycles"),
+    "results.*.verification.*.interval_predicted": Figure("interval", "cycles", "cycles"),
+}
 
-@dataclass(frozen=True, eq=False)
-class CheckResults(Answer, Sequence[CheckResult]):
-    """What `check` gives: a sequence with one result for each estimator on each log.
 
-    Attributes
+def check(
+    estimator: EstimatorNames,
+    /,
+    *logs: Logs,
+    config: Config = "small",
+    word: Word = 32,
+    steps: Steps = None,
+    levels: Level = USUAL,
+    simulator: str | None = None,
+    target: str | None = None,
+    params: Params = None,
+    rtl_rows: int | None = None,
+    wave: Annotated[str | None, Parameter(metavar="FIRST:STOP")] = None,
+    output: OptionalFolder = None,
+    reproducer: Annotated[str | Path | None, PythonOnly] = None,
+    progress: Progress = None,
+    rows: Annotated[int | None, PythonOnly] = None,
+) -> Result:
+    """Compare the levels of an estimator on logs; see `sim.compare.check.Check`.
+
+    Parameters
     ----------
-    results : tuple of CheckResult
-        In the order of the logs.
+    estimator : str, class or Estimator
+        Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. A
+        reproducer.json alone runs a difference again.
+    logs : paths, or data in memory (`Record.of`)
+        Logs, or folders of logs; with several estimators NAME=LOG gives each its own.
+    steps : int, optional
+        Most samples of each log.
+    levels : sequence of str
+        Some of fixed, c, rtl, netlist (the core after synthesis for a target).
+    simulator : str, optional
+        Simulator of the RTL: verilator or icarus; by default what is there.
+    target : str, optional
+        Part of the level netlist, and of the page's area: xc6slx9, the default, ecp5-25k, ...
+    params : mapping, optional
+        Values other than the defaults; of several estimators such a mapping of each by its name.
+    rtl_rows : int, optional
+        Rows of each log that run in RTL, as 16 slices spread over it, each from the states of the
+        integer model; by default all of them, from a reset on.
+    wave : str, optional
+        Rows of the log, FIRST:STOP without the last, whose signals of the core are written to the
+        folder waves, with the program's names.
+    output : path, optional
+        Folder for report.html and report.json, with area and clock: about one estimator.
+    reproducer : path, optional
+        Written when a level differs. The command line writes reproducer.json.
+    rows : int, optional
+        Rows that run on a level at a time; the results are the same with any number.
+
+    Returns
+    -------
+    Result
+        ``results``: one for each estimator on each log.
+
+    Raises
+    ------
+    InputError
+        Unknown names, bad logs. All logs are read before the first is checked; of a long file the
+        first rows.
     """
+    require_whole("steps", steps, 1)
+    require_whole("rtl_rows", rtl_rows, 1)
+    machine_named(config)
+    check_word(word)
+    levels = levels.split(",") if isinstance(levels, str) else levels
+    part = _part(target, levels, page=output is not None)
+    if isinstance(estimator, str) and estimator.endswith(".json"):
+        return _again((estimator, *logs), levels=levels, simulator=simulator, target=part)
+    names = estimator_names(estimator)
+    estimators = [find_estimator(n) for n in names]
+    if output is not None and len(estimators) > 1:
+        found = ", ".join(e.name for e in estimators)
+        fix = "leave -o out, or check each"
+        raise InputError.at("--output", wanted="one estimator", found=found, fix=fix)
+    values = params_of_each(names, params)
+    build = Build(*estimators, config=config, word=word, params=values, target=part)
+    messages: list[str] = []
+    tell = progress or (lambda text: None)
+    checking = Check(
+        build,
+        levels=levels,
+        simulator=simulator,
+        progress=lambda text: tell("".join((*messages, text))),
+    )
+    shared, own = _shared_and_own(logs, [e.name for e in estimators])
+    rounds = [[each_log] for each_log in logs_of(shared, steps)]
+    if own:
+        rounds.append([_own_log(e.name, own, steps) for e in estimators])
+    if not rounds:
+        raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
+    kept = None
+    if reproducer is not None:
+        files = [log.path for records in rounds for log in records if log.path]
+        kept = OutputFile(reproducer, inputs=files)
+    if wave is not None:
+        tell(write_waves(build, rounds, wave, WAVE_FOLDER))
+    results: list[CheckResult] = []
+    for records in rounds:
+        messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
+        results += checking.run(
+            *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
+        )
+    lines = [line for result in results for line in result.lines()]
+    if kept is not None and kept.written:
+        lines.append(f"the difference, to run again: boresight check {reproducer}")
+    if output is not None:
+        inputs = log_files(log for log in logs if isinstance(log, str | Path))
+        from boresight.page import write_page  # it imports the gateware, plots, synthesis
 
-    judged: ClassVar[Mapping[str, Figure]] = {
-        "results.*.config": Figure("config", "same"),
-        "results.*.word": Figure("word", "same"),
-        "results.*.good": Figure("good", "count", falls=True),
-        "results.*.accuracy.outputs.*.samples": Figure("samples", "count", falls=True),
-        "results.*.accuracy.outputs.*.max": Figure("largest error", "error"),
-        "results.*.accuracy.outputs.*.rms": Figure("error, rms", "error"),
-        "results.*.accuracy.saturated_updates": Figure("updates that saturated", "count"),
-        "results.*.textbook.*.max": Figure("from the textbook's form", "error"),
-        "results.*.verification.*.cycles_predicted": Figure("latency", "cycles", "cycles"),
-        "results.*.verification.*.interval_predicted": Figure("interval", "cycles", "cycles"),
-    }
+        lines.append(write_page(Path(output), estimators[0], build, results, part, inputs, tell))
+    good = all(r.good for r in results)
+    return Result(
+        {"results": results},
+        summary="\n".join((*lines, "good") if good else lines),
+        failures=() if good else (verdict(results).removeprefix("FAILED: "),),
+        judged=JUDGED,
+    )
 
-    results: tuple[CheckResult, ...]
 
-    @property
-    def good(self) -> bool:
-        """All are good."""
-        return all(r.good for r in self.results)
+def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
+    """Keep differences in a file."""
+    if str(words[0]).endswith(".json"):
+        return {}
+    with suppress(InputError):  # a file of the user, or a folder that cannot be written
+        OutputFile(REPRODUCER)
+        return {"reproducer": REPRODUCER}
+    return {}
 
-    def __len__(self) -> int:
-        return len(self.results)
 
-    @overload
-    def __getitem__(self, index: int) -> CheckResult: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[CheckResult, ...]: ...
-    def __getitem__(self, index: int | slice) -> CheckResult | tuple[CheckResult, ...]:
-        return self.results[index]
-
-    def to_json(self) -> JsonObject:
-        """Plain data: ``good``, and ``results``."""
-        return {"good": self.good, "results": plain(self.results)}
-
-    def __str__(self) -> str:
-        lines = [line for result in self.results for line in result.lines()]
-        return "\n".join((*lines, verdict(self.results)))
-
-    def _repr_html_(self) -> str:
-        return "\n".join(result._repr_html_() for result in self.results)
+def _part(target: str | None, levels: Sequence[str], *, page: bool) -> str:
+    """The part of the level netlist, and of the page."""
+    if target is None:
+        return "xc6slx9"
+    netlist = NetlistSimulated.name in levels
+    if not netlist and not page:
+        raise InputError.at(
+            "--target",
+            wanted="the level netlist, which runs the core after synthesis, or a page",
+            found=f"--levels {','.join(levels)}",
+            fix="say --levels fixed,netlist, or leave --target out",
+        )
+    require_choice("target", target, SIMULATED if netlist else TARGETS)
+    return target
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:
@@ -133,179 +251,18 @@ def _own_log(name: str, own: Mapping[str, Any], steps: int | None) -> Log:
     return Log.of(own[name], steps)
 
 
-def check(
-    name: EstimatorNames,
-    *logs: Logs,
-    config: Config = "small",
-    word: Word = 32,
-    steps: int | None = None,
-    levels: Sequence[str] = USUAL,
-    simulator: str | None = None,
-    target: str | None = None,
-    params: Params = None,
-    urgent: Urgent = None,
-    reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
-    rtl_rows: Annotated[int | None, Option(metavar="N")] = None,
-    wave: Annotated[str | None, Option(metavar="FIRST:STOP")] = None,
-    wave_folder: Annotated[str | Path, Option(metavar="DIR")] = WAVE_FOLDER,
-    progress: Callable[[str], None] | None = None,
-    each: Callable[[CheckResult], None] | None = None,
-    rows: Annotated[int | None, Option(hidden=True)] = None,
-) -> CheckResults:
-    """Check an estimator on logs; see `sim.compare.check.Check`.
-
-    Parameters
-    ----------
-    name : str, class or Estimator
-        Name, or FILE.py:CLASS; several with commas: all in one core, in turns. On the command
-        line also the word replay, before reproducers.
-    logs : paths, or data in memory (`Record.of`)
-        Logs, or folders of logs; with several estimators NAME=LOG, or a mapping by their names,
-        gives each its own.
-    steps : int, optional
-        Leading samples of each log.
-    levels : sequence of str
-        Some of fixed, c, rtl, netlist (the core after synthesis for a target).
-    simulator : str, optional
-        verilator or icarus; by default what is there.
-    target : str, optional
-        Part of the level netlist: xc6slx9, the default, ecp5-25k, ...
-    params : mapping, optional
-        Values other than the defaults; of several estimators such a mapping of each by its name.
-    reproducer : path, optional
-        Written when a level differs; `boresight check replay FILE` runs it. The command line
-        writes reproducer.json by default, unless a file of yours has that name.
-    rtl_rows : int, optional
-        Rows of each log that run in RTL, as 16 slices spread over it, each from the states of the
-        integer model; by default all of them, from a reset on.
-    wave : str, optional
-        Rows of the log, FIRST:STOP without the last, whose signals of the core are written as
-        waveforms, with the program's names.
-    wave_folder : path
-        Folder for them.
-    each : callable, optional
-        Called with every result as soon as it is there.
-    rows : int, optional
-        Rows that run on a level at a time; the results are the same with any number.
-
-    Returns
-    -------
-    CheckResults
-        One for each estimator on each log.
-
-    Raises
-    ------
-    InputError
-        Unknown names, bad logs. All logs are read before the first is checked; of a long file the
-        first rows.
-    """
-    names = estimator_names(name)
-    estimators = [find_estimator(n) for n in names]
-    check_optional("steps", steps, 1)
-    check_optional("rtl_rows", rtl_rows, 1)
-    check_machine(config, word)
-    check_urgent(urgent, estimators)
-    build = Build(
-        *estimators,
-        config=config,
-        word=word,
-        params=params_of_each(names, params),
-        urgent=urgent,
-        target=_simulated(target, levels),
-    )
-    messages: list[str] = []
-    tell = progress or (lambda text: None)
-    checking = Check(
-        build,
-        levels=levels,
-        simulator=simulator,
-        progress=lambda text: tell("".join((*messages, text))),
-    )
-    shared, own = _shared_and_own(logs, [e.name for e in estimators])
-    rounds = [[each_log] for each_log in logs_of(shared, steps)]
-    if own:
-        rounds.append([_own_log(e.name, own, steps) for e in estimators])
-    if not rounds:
-        raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
-    kept = None
-    if reproducer is not None:
-        files = [log.path for records in rounds for log in records if log.path]
-        kept = OutputFile(reproducer, inputs=files, option="--reproducer")
-    if wave is not None:
-        tell(write_waves(build, rounds, wave, wave_folder))
-    results: list[CheckResult] = []
-    for records in rounds:
-        messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        checked = checking.run(
-            *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
-        )
-        results += checked
-        if each is not None:
-            for result in checked:
-                each(result)
-    if kept is not None and kept.written:
-        tell(f"the difference, to run again: {reproducer}")
-    return CheckResults(tuple(results))
-
-
-def _simulated(target: str | None, levels: Sequence[str]) -> str:
-    """The part of the level netlist."""
-    if target is None:
-        return "xc6slx9"
-    check_target(target, SIMULATED)
-    if NetlistSimulated.name not in levels:
-        raise InputError.at(
-            "target",
-            wanted="the level netlist, which runs the core after synthesis for it",
-            found=f"--levels {','.join(levels)}",
-            fix="say --levels fixed,netlist, or leave --target out",
-        )
-    return target
-
-
-def replay(
-    *files: str | Path,
-    levels: Sequence[str] = USUAL,
-    simulator: str | None = None,
-    target: str | None = None,
-) -> list[str]:
-    """Run reproducers, which hold their machine and inputs; all are read before the first is run.
-
-    Returns
-    -------
-    list of str
-        A line for each difference.
-    """
+def _again(
+    files: Sequence[str | Path], *, levels: Sequence[str], simulator: str | None, target: str
+) -> Result:
+    """Run reproducers, which hold their machine and inputs; all are read before the first runs."""
     Check(Build(), levels=levels, simulator=simulator)  # refuses what it does not know
-    part = _simulated(target, levels)
     for file in files:
         load_reproducer(Path(file))
-    return [
+    lines = [
         line
         for file in files
         for line in replay_reproducer(
-            Path(file), levels=levels, simulator=simulator or "verilator", target=part
+            Path(file), levels=levels, simulator=simulator or "verilator", target=target
         )
     ]
-
-
-def call(arguments: Arguments) -> Outcome:
-    """Check, or run reproducers."""
-    typed = arguments.typed
-    if typed["name"] == "replay":
-        del typed["name"]
-        files = typed.pop("logs")
-        mode = "a reproducer, which holds its own"
-        arguments.only(replay, wanted="an estimator and a log", found=mode)
-        lines = arguments.call(replay, *files)
-        return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
-    if "reproducer" not in typed:
-        with suppress(InputError):  # a file of the user, or a folder that cannot be written
-            OutputFile(REPRODUCER)
-            typed["reproducer"] = REPRODUCER
-    each = None if arguments.json else lambda result: say("\n".join(result.lines()))
-    results = arguments.call(check, each=each)
-    return int(not results.good), results.to_json(), verdict(results)
-
-
-VERB = JudgedVerb(check, replay, call=call, judged=CheckResults.judged)
+    return Result({"differences": lines}, summary="no difference" * (not lines), failures=lines)

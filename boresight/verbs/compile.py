@@ -1,37 +1,30 @@
-"""Write Verilog, ISE project, microcode, register map, C, report.json.
+"""Write a core for an FPGA: Verilog, bench, instances, register map, C.
 
 boresight compile my_filter.py -o build  # a filter of one's own
 boresight compile complementary mekf -o build  # two in one core; a register says which runs
 boresight compile mekf --config fast --board mimas --synth -o build  # ISE project, estimates
-boresight compile mekf my_filter.py --config small-1024 -o build  # twice the registers
-boresight compile my_filter.py --target generic --axi -o build  # for any part; behind AXI
+boresight compile my_filter.py --target generic -o build  # Verilog for any part
 boresight compile my_filter.py --target ecp5-25k --route --seeds 5 -o build  # placed and routed
 boresight compile mekf --board ulx3s --clock 100 -o build  # to the bitstream, with open tools
-boresight compile my_filter.py --target ecp5-25k --depth 7 -o build  # not the fastest depth there
+boresight compile my_filter.py --target ecp5-25k --config small-d7 -o build  # not the fastest depth
 boresight compile "vqf(rate_hz=200, mag='none')" -o build  # one that takes arguments
-boresight compile complementary --urgent 3 -o build  # the first three outputs soonest
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from boresight.arguments import (
-    check_machine,
-    check_number,
-    check_routable,
-    check_target,
-    check_urgent,
-)
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
+    Proven,
+    check_routable,
     core_files,
     core_texts,
     is_open,
@@ -45,101 +38,101 @@ from boresight.core_files import (
     write_system,
     write_text,
 )
-from boresight.depths import depth_by_time
+from boresight.depths import DepthChoice, depth_by_time
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.top import records_design
-from boresight.gateware.machine import ALL_CONFIGS, at_depth
+from boresight.gateware.machine import ALL_CONFIGS, machine_named
 from boresight.gateware.synthesis.blocks import check_memory
 from boresight.gateware.synthesis.routed import Mapped, Routed, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.files import output_folder
-from boresight.options import Config, EstimatorNames, OutputFolder, Params, Urgent, Word
-from boresight.regression import JudgedVerb
-from boresight.results.compile import CompiledProgram, CompileResult, Proven, TargetFigures
-from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.answer import JsonObject, plain
+from boresight.model.words.fixed import check_word
+from boresight.options import (
+    Config,
+    EstimatorNames,
+    OutputFolder,
+    Params,
+    Profiles,
+    Progress,
+    Tolerances,
+    Word,
+)
+from boresight.parameters import estimator_names, params_of_each
+from boresight.regression import Baseline
 from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
+from boresight.sim.report.against import JUDGED
 from boresight.sim.report.data import report_data
+from boresight.sim.result import Result, plain
 
-__all__ = ["compile"]
+__all__ = ["GROUPS", "compile"]
 
-#: What an ISE project can be made of.
+GROUPS = (Profiles, Tolerances, Baseline)
+
+#: What a board's project can be made of.
 TOPS = ("sensors", "records")
+#: Clock for which times are given where none was asked for or routed.
+_CLOCK_HZ = 100e6
 
 
 def compile(
-    name: EstimatorNames,
+    estimator: EstimatorNames,
+    /,
     *others: EstimatorNames,
     config: Config = "small",
-    board: str | None = None,
     word: Word = 32,
-    synth: bool = False,
-    output: OutputFolder = "build",
-    params: Params = None,
-    urgent: Urgent = None,
-    top: str = "sensors",
     target: str | None = None,
-    depth: int | None = None,
-    axi: bool = False,
+    board: str | None = None,
+    top: str = "sensors",
+    synth: bool = False,
     route: bool = False,
     seeds: int = 1,
     clock: float | None = None,
-    rate: float | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> CompileResult:
+    params: Params = None,
+    output: OutputFolder = "build",
+    progress: Progress = None,
+) -> Result:
     """Compile one estimator or several into a core, and write everything about it.
-
-    With several estimators the core holds them all, a register says which runs, and the files of a
-    single program have its name in theirs: ``microcode-mekf.lst``.
 
     Parameters
     ----------
-    name : str, class or Estimator
-        Name, FILE.py:CLASS, class or object.
+    estimator : str, class or Estimator
+        Name, FILE.py or FILE.py:CLASS, a class or an object.
     others : str, class or Estimator
         More of them: one core holds them all, in this order, and a register says which runs.
-    board : str, optional
-        Also write an ISE project for this board, mimas or sk-xc6slx9; or with open tools the
-        bitstream for ulx3s or icebreaker.
-    top : str
-        What that is: sensors, the complete system of readers, calibration, filters and
-        output, or records, the core alone, fed by the host.
-    synth : bool
-        Also synthesise (yosys): area and clock estimate of the core, and of the complete system if
-        there is one (``system`` in the report). Area alone where the target is no Spartan-6.
     target : str, optional
-        What ``core.v`` is for: xc6slx9 (or another Spartan-6), with its primitives, or without any
-        generic, ecp5-25k, ice40-up5k, ... (docs/targets.md); by default the board's part, or
-        xc6slx9.
-    depth : int, optional
-        Depth of the pipeline, 7, 9, 10 or 12; by default the one with the shortest time to the last
-        urgent output on the target, or 7 where no clocks were routed.
+        What core.v is for: xc6slx9 (or another Spartan-6), with its primitives; generic, ecp5-25k,
+        ice40-up5k, ... (docs/targets.md) without any. By default the board's part, or xc6slx9. If
+        the configuration names no depth, the target's fastest one is taken.
+    board : str, optional
+        Also write a project for this board: mimas or sk-xc6slx9 (ISE), ulx3s or icebreaker (the
+        bitstream, with open tools).
+    top : str
+        What that is: sensors, the complete system, or records, the core alone, fed by a computer.
+    synth : bool
+        Also synthesise the core, and the complete system if there is one: area, and an estimate of
+        the clock where the family has one.
     route : bool
-        Also place and route the core on the target (nextpnr), between flip-flops: area and clock.
+        Also place and route the core on the target: area and clock.
     seeds : int
         Placements that are tried, with seeds 1, 2, ...; the slowest counts.
     clock : float, optional
         Clock in MHz: fails where the routed core, at its slowest seed, does not reach it. On a
-        board with open tools the clock of the design, 100 by default (of records the oscillator's):
-        fails where no seed reaches it.
-    axi : bool
-        Also the core behind AXI4-Stream and AXI4-Lite, ``core_axi.v``.
-    params : mapping
+        board with open tools the clock of the design.
+    params : mapping, optional
         Values other than the defaults; of several estimators such a mapping of each by its name.
-    rate : float, optional
-        Records a second, Hz: fails where the core at 100 MHz is not done in time.
 
     Returns
     -------
-    CompileResult
-        Latencies by output, area and clock; ``report`` is the contents of report.json.
+    Result
+        The contents of report.json: ``timing`` with latencies and interval, ``resources``; with
+        several estimators what concerns them all, and under ``programs`` the report of each.
 
     Raises
     ------
@@ -150,59 +143,52 @@ def compile(
         The programs do not fit into one core.
     """
     say = progress or (lambda text: None)
-    names = estimator_names(name, *others)
+    names = estimator_names(estimator, *others)
     estimators = [find_estimator(n) for n in names]
     own = [e.name for e in estimators]
-    chosen_by_us = depth is None and config in ALL_CONFIGS
-    config = at_depth(config, depth)
-    check_machine(config, word)
-    check_urgent(urgent, estimators)
-    if rate is not None:
-        check_number("rate", int(rate) if math.isfinite(rate) else -1, 1, SYSTEM_CLOCK_HZ)
+    by_time = config in ALL_CONFIGS
+    config = config.removesuffix("-d7")
+    machine_named(config)
+    check_word(word)
     chosen = params_of_each(names, params)
-    with_config = partial(Build, *estimators, word=word, params=chosen, urgent=urgent)
+    with_config = partial(Build, *estimators, word=word, params=chosen)
     build = with_config(config=config)
     target = _target(target, board)
     _check_project(board, top)
     _check_route(target, route=route or is_open(board), seeds=seeds, clock=clock)
-    expected = core_files(own, target=target, axi=axi)
+    expected = core_files(own, target=target, axi=True)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
     with output_folder(output, "compile", files=expected) as folder:
-        choice = None
-        if chosen_by_us and target in TARGETS:
-            choice = depth_by_time(build, TARGETS[target])
+        choice = depth_by_time(build, TARGETS[target]) if by_time and target in TARGETS else None
         if choice is not None:
             say(str(choice))
             build = with_config(config=choice.config)
         core = build.core
         if target in TARGETS:
             check_memory(core.machine, core.image, TARGETS[target])
-        area: Mapped | Routed | None = None
         part = TARGETS.get(target, TARGETS[TARGET_NAMES[0]])
+        area: Mapped | Routed | None = None
+        if route or synth:
+            say(f"synthesis (yosys) for {part.title}")
         if route:
-            say(f"synthesis (yosys), then {part.title}")
             area = route_core(core, part, seeds=seeds, clock_mhz=clock, progress=say)
         elif synth:
-            say(f"synthesis (yosys) for {part.title}")
             area = map_core(core, part)
         say(f"{', '.join(own)} for {build.config}: Verilog")
-        texts = core_texts(build, recorded(build), area=area, target=target, axi=axi)
+        texts = core_texts(build, recorded(build), area=area, target=target, axi=True)
         proven = write_core(folder, core, texts)
-        whole: TargetFigures | None = None
+        system: Mapped | Routed | None = None
         if board is not None:
             say(f"{board}: {top}")
             place = folder / project_folder(board)
-            settings: Mapping[str, Any] = {"seeds": seeds, "progress": say}
             hz = None if clock is None or not is_open(board) else round(1e6 * clock)
+            settings: Mapping[str, Any] = {"seeds": seeds, "progress": say}
             if top == "records":
-                on_board = write_project(
-                    records_design(core), board, place, clock_hz=hz, **settings
-                )
-                whole = None if on_board is None else TargetFigures.of(on_board)
+                system = write_project(records_design(core), board, place, clock_hz=hz, **settings)
             else:
-                whole = _write_sensors(place, board, build, hz, synth=synth, settings=settings)
+                system = _write_sensors(place, board, build, hz, synth=synth, settings=settings)
         data = together(
             core,
             [
@@ -212,44 +198,80 @@ def compile(
         )
         if choice is not None:
             data["depth"] = plain(choice)
-        if whole is not None:
-            data["system"] = plain(whole)
+        if system is not None:
+            data["system"] = plain(DesignFigures.of(system))
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    result = _result(Path(output), build, proven, area, whole, data, rate)
-    return replace(result, clock_mhz=clock, depth=choice)
+    return _result(Path(output), build, data, proven, area, system, clock, choice)
+
+
+@dataclass(frozen=True)
+class DesignFigures:
+    """What a design takes on a target, and its clock after routing.
+
+    Attributes
+    ----------
+    target : str
+    used : mapping of str to float
+        Cells by resource: lut, ff, dsp, and the block RAM.
+    clock_mhz : float or None
+        Of the worst seed; None: not routed.
+    seeds : mapping of int to float
+        Clock of each seed, MHz.
+    estimate_mhz : mapping of str to float, optional
+        Estimate of the clock with ``median`` and ``p75`` (upper quartile) delays of nets.
+    """
+
+    target: str
+    used: Mapping[str, float]
+    clock_mhz: float | None
+    seeds: Mapping[int, float | None]
+    estimate_mhz: Mapping[str, float] | None = None
+
+    @classmethod
+    def of(cls, made: Mapped | Routed) -> DesignFigures:
+        """Those of a design."""
+        mapped = made.mapped if isinstance(made, Routed) else made
+        runs = made.runs if isinstance(made, Routed) else ()
+        clock = made.clock_mhz if isinstance(made, Routed) else None
+        timed = isinstance(made, Routed) and not made.untimed
+        seeds = {run.seed: run.clock_mhz if timed else None for run in runs}
+        estimate = None if made is not mapped or mapped.clock is None else mapped.clock.by_nets
+        return cls(mapped.target.name, mapped.used, clock, seeds, estimate)
 
 
 def _result(
     output: Path,
     build: Build,
+    data: dict[str, Any],
     proven: Proven,
     area: Mapped | Routed | None,
-    whole: TargetFigures | None,
-    data: JsonObject,
-    rate: float | None,
-) -> CompileResult:
-    """What was compiled."""
+    system: Mapped | Routed | None,
+    clock: float | None,
+    choice: DepthChoice | None,
+) -> Result:
+    """What was compiled: a row for each output, and lines about the whole core."""
     core = build.core
-    return CompileResult(
-        output=output,
-        config=core.machine.name,
-        word=core.machine.arithmetic.word,
-        digest=core.digest,
-        programs=tuple(
-            CompiledProgram(
-                part.program.name,
-                dict(zip(part.program.output_names, part.schedule.latencies, strict=True)),
-                part.schedule.interval,
-                str(estimator.profile or ""),
-            )
-            for part, estimator in zip(core.parts, build.estimators, strict=True)
-        ),
-        proven=proven,
-        core=None if area is None else TargetFigures.of(area),
-        system=whole,
-        report=data,
-        rate_hz=rate,
-    )
+    routed = area.clock_mhz if isinstance(area, Routed) else None
+    hz = 1e6 * (clock or routed or _CLOCK_HZ / 1e6)
+    rows, lines = [], [f"{output}: {core.machine.name}, W = {core.machine.arithmetic.word}"]
+    for part, estimator in zip(core.parts, build.estimators, strict=True):
+        program, schedule = part.program, part.schedule
+        lines.append(
+            f"{program.name}: interval {schedule.interval} cycles, at {hz / 1e6:g} MHz up to "
+            f"{hz / schedule.interval:,.0f} updates/s"
+        )
+        lines += [str(estimator.profile)] if estimator.profile else []
+        rows += [
+            {"program": program.name, "output": name, "latency, cycles": cycles}
+            for name, cycles in zip(program.output_names, schedule.latencies, strict=True)
+        ]
+    lines += [str(choice)] if choice is not None else []
+    lines.append(f"proven: {proven}")
+    lines += [f"{name}: {x}" for name, x in (("core", area), ("board", system)) if x is not None]
+    slow = (routed or math.inf) < (clock or 0.0)
+    failures = [f"clock {routed} MHz, below {clock:g} MHz"] if slow and clock else []
+    tables = {"outputs": rows}
+    return Result(data, tables, "\n".join(lines), failures=failures, judged=JUDGED)
 
 
 def _target(target: str | None, board: str | None) -> str:
@@ -260,7 +282,7 @@ def _target(target: str | None, board: str | None) -> str:
         part = BOARDS[board].target
     if target is None:
         return part
-    check_target(target, TARGET_NAMES)
+    require_choice("target", target, TARGET_NAMES)
     if board is not None and target != part:
         raise InputError.at(
             "target",
@@ -273,9 +295,9 @@ def _target(target: str | None, board: str | None) -> str:
 
 def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -> None:
     """Raise InputError, or ToolMissing, unless a core can be routed on a target."""
-    check_number("seeds", seeds, 1, 1000)
+    require_whole("seeds", seeds, 1, 1000)
     if clock is not None:
-        check_number("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
+        require_whole("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
     if route:
         check_routable([target], "--synth")
         router = TARGETS[target].family.router
@@ -315,7 +337,7 @@ def _write_sensors(
     *,
     synth: bool,
     settings: Mapping[str, Any],
-) -> TargetFigures | None:
+) -> Mapped | Routed | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
     values = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
     hz = clock_hz or SYSTEM_CLOCK_HZ
@@ -323,14 +345,8 @@ def _write_sensors(
         build.estimators, config=build.config, word=build.word, clock_hz=hz, params=values
     )
     system, routed = write_system(folder, board, core, clock_hz=hz, **settings)
-    if routed is not None:
-        return TargetFigures.of(routed)
-    if not synth:
-        return None
+    if routed is not None or not synth:
+        return routed
     settings["progress"]("synthesis of the complete system")
     text = to_verilog(system, "system", instances=True)
-    target = TARGETS[BOARDS[board].target]
-    return TargetFigures.of(netlist_for(text, "system", target, cache_dir=Cache().root))
-
-
-VERB = JudgedVerb(compile, judged=CompileResult.judged)
+    return netlist_for(text, "system", TARGETS[BOARDS[board].target], cache_dir=Cache().root)

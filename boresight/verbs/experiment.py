@@ -1,4 +1,4 @@
-"""A published experiment in simulation: page and JSON.
+"""Run a published experiment in simulation and judge its targets.
 
 boresight experiment ma2014 -o build  # the 2014 paper's tables and figures
 boresight experiment satcom --runs 2 -o build  # an antenna on a vehicle, in closed loop
@@ -8,76 +8,35 @@ boresight experiment my_experiment.py:Mine  # one's own
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import SEED_MOST, check_number
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_whole
 from boresight.model.tools.files import output_folder
-from boresight.options import Option, OutputFolder, Verb
-from boresight.sim.answer import Answer
+from boresight.options import ExperimentName, OutputFolder, Progress
 from boresight.sim.experiments.experiment import Experiment, Target, grouped, result_of
 from boresight.sim.experiments.registry import experiment_of
+from boresight.sim.result import Result, plain
 
-__all__ = ["ExperimentResult", "experiment"]
-
-
-@dataclass(frozen=True)
-class ExperimentResult(Answer):
-    """What `experiment` gives; the JSON file has ``details`` besides.
-
-    Attributes
-    ----------
-    experiment : str
-        Its name.
-    figures : mapping of str to float
-    targets : tuple of Target
-        In JSON each with ``name``, ``source``, ``value``, ``limit`` (least and greatest good value)
-        and ``pass``.
-    files : tuple of str
-        What was written.
-    """
-
-    experiment: str
-    figures: Mapping[str, float]
-    targets: tuple[Target, ...]
-    files: tuple[str, ...] = field(repr=False)
-
-    @property
-    def good(self) -> bool:
-        """Every binding target is met."""
-        return all(target.good for target in self.targets if target.binding)
-
-    def __str__(self) -> str:
-        judged = [target for target in self.targets if target.judged]
-        met = sum(target.good for target in judged)
-        reported = sum(not (target.good or target.binding) for target in judged)
-        besides = f"; {reported} missed that are reported, not binding" if reported else ""
-        return "\n".join(
-            [
-                *map(_line, grouped(self.targets)),
-                f"targets met: {met} of {len(judged)}{besides}",
-                *self.files,
-            ]
-        )
+__all__ = ["experiment"]
 
 
 def experiment(
-    what: Annotated[str | type[Experiment] | Experiment, Option(metavar="NAME")],
+    name: Annotated[str | type[Experiment] | Experiment, ExperimentName],
+    /,
     *,
     output: OutputFolder = "build",
     seed: int = 1,
     runs: int | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> ExperimentResult:
+    progress: Progress = None,
+) -> Result:
     """Run an experiment and write ``NAME.json``, and the pages that it makes.
 
     Parameters
     ----------
-    what : str, class or Experiment
-        A name of `boresight list`, ``file.py:Class``, a class or an object.
+    name : str, class or Experiment
+        A name that `boresight info` lists, FILE.py:CLASS, a class or an object.
     output : path
         Folder for the files.
     seed : int
@@ -87,8 +46,9 @@ def experiment(
 
     Returns
     -------
-    ExperimentResult
-        Figures, targets, files.
+    Result
+        ``figures``; ``targets``, each with ``name``, ``source``, ``value``, ``limit`` (least and
+        greatest good value) and ``pass``; ``files``.
 
     Raises
     ------
@@ -96,25 +56,35 @@ def experiment(
         Unknown name, seed out of range, folder that cannot be written, an experiment that raises or
         gives no `Result`.
     """
-    instance = experiment_of(what)
-    check_number("seed", seed, 0, SEED_MOST)
+    instance = experiment_of(name)
+    require_whole("seed", seed, 0, 2**31)
     runs = instance.runs if runs is None else runs
-    check_number("runs", runs, 2, 1000)
+    require_whole("runs", runs, 2, 1000)
     files = (f"{instance.name}.json", *instance.pages)
     with output_folder(output, f"experiment {instance.name}", files=files) as folder:
         result = result_of(instance, seed=seed, runs=runs, say=progress or (lambda text: None))
-        outcome = ExperimentResult(
-            experiment=instance.name,
-            figures=dict(result.figures),
-            targets=result.targets,
-            files=tuple(str(Path(output) / name) for name in files),
-        )
-        more = {"figures": dict(result.figures), "details": result.details}
-        text = _written(instance, {**outcome.to_json(), **more})
+        data = {
+            "experiment": instance.name,
+            "figures": dict(result.figures),
+            "targets": plain(result.targets),
+            "files": [str(Path(output) / name) for name in files],
+        }
+        text = _written(instance, {"good": result.good, **data, "details": result.details})
         (folder / files[0]).write_text(text + "\n")
         for name in instance.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")
-    return outcome
+    return _told(data, result.targets)
+
+
+def _told(data: Mapping[str, Any], targets: Sequence[Target]) -> Result:
+    """The targets, a line for each group, and which of them are missed."""
+    judged = [target for target in targets if target.judged]
+    met = sum(target.good for target in judged)
+    reported = sum(not (target.good or target.binding) for target in judged)
+    besides = f"; {reported} missed that are reported, not binding" if reported else ""
+    lines = [*map(_line, grouped(targets)), f"targets met: {met} of {len(judged)}{besides}"]
+    missed = [t.to_json()["name"] for t in targets if t.binding and not t.good]
+    return Result(data, summary="\n".join([*lines, *data["files"]]), failures=missed)
 
 
 def _written(instance: Experiment, data: Mapping[str, Any]) -> str:
@@ -150,6 +120,3 @@ def _limit(target: Target) -> str:
         sign, limit = ("at most", target.high) if target.low is None else ("at least", target.low)
         return "a finite number" if limit is None else f"{sign} {limit:.4g}"
     return f"{target.low:.4g} to {target.high:.4g}"
-
-
-VERB = Verb(experiment)

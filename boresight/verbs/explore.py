@@ -1,7 +1,7 @@
-"""How many bits, which machine, which part: errors and costs of many combinations.
+"""Compare many combinations of word, machine and part.
 
 boresight explore mekf log.csv -o build  # six widths, one lane and two: a page and a table
-boresight explore my_filter.py log.csv --words 18,20,24 --no-area  # errors and cycles alone
+boresight explore my_filter.py log.csv --word 18,20,24  # three widths
 boresight explore my_filter.py log.csv taps=4,8,16  # an argument of the constructor
 boresight explore mekf log.csv --want "attitude<0.01deg, dsp<=1, us<5" --least lut  # choose
 boresight explore mekf log.csv --target xc6slx9,ecp5-25k --route  # also placed and routed
@@ -9,78 +9,81 @@ boresight explore mekf log.csv --target xc6slx9,ecp5-25k --route  # also placed 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import (
-    JOBS_MOST,
-    check_machine,
-    check_number,
-    check_optional,
-    check_routable,
-    check_target,
-    check_urgent,
-    check_word,
-)
+from cyclopts import Parameter
+
+from boresight.core_files import check_routable
+from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
-from boresight.model.tools.files import OutputFile, require_distinct
+from boresight.model.tools.files import OutputFile
+from boresight.model.words.fixed import check_word
 from boresight.options import (
     EstimatorName,
     Jobs,
+    LogRows,
     Logs,
-    Option,
     OutputFolder,
     Params,
+    Profiles,
+    Progress,
     PythonOnly,
-    Urgent,
-    Verb,
+    Steps,
+    Texts,
+    Tolerances,
 )
+from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, cluster, complete
 from boresight.sim.explore.cases import Case, Exploration, arguments_of, cases_of
 from boresight.sim.explore.measure import digest_of, measured, planned
 from boresight.sim.explore.page import render_page
-from boresight.sim.explore.table import (
-    OF_AREA,
-    csv_of,
-    demands_of,
-    quantities,
-    quantity_of,
-    result_of,
-)
+from boresight.sim.explore.table import OF_AREA, demands_of, quantities, quantity_of, result_of
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_logs
 from boresight.sim.result import Result
 
-__all__ = ["explore"]
+__all__ = ["GROUPS", "explore"]
+
+GROUPS = (LogRows, Profiles, Tolerances)
+
+#: Word widths that are tried.
+_WORDS = (18, 20, 22, 24, 28, 32)
 
 
 def explore(
-    name: EstimatorName,
+    estimator: EstimatorName,
+    /,
     *logs: Logs,
-    words: Annotated[Sequence[int], Option(metavar="BITS,...")] = (18, 20, 22, 24, 28, 32),
-    configs: Annotated[Sequence[str], Option(("--config",), "NAME,...")] = ("small", "fast"),
-    targets: Annotated[Sequence[str], Option(("--target",), "NAME,...")] = ("xc6slx9",),
-    area: bool = True,
+    words: Annotated[
+        Sequence[int | str], Texts, Parameter(name="--word", metavar="BITS,...")
+    ] = _WORDS,
+    configs: Annotated[Sequence[str], Texts, Parameter(name="--config", metavar="NAME,...")] = (
+        "small",
+        "fast",
+    ),
+    targets: Annotated[Sequence[str], Texts, Parameter(name="--target", metavar="NAME,...")] = (
+        "xc6slx9",
+    ),
+    synth: bool = False,
     route: bool = False,
     seeds: int = 1,
     want: str = "",
     least: str = "",
     clock: float = 100.0,
-    steps: int | None = None,
+    steps: Steps = None,
     params: Params = None,
-    urgent: Urgent = None,
-    csv: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     jobs: Jobs = None,
     again: bool = False,
-    scheduler: Annotated[str | None, Option(metavar="ADDRESS")] = None,
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> Result:
     """Measure combinations of word, machine and target, and choose one.
 
@@ -90,7 +93,8 @@ def explore(
 
     Parameters
     ----------
-    name : str, class or Estimator
+    estimator : str, class or Estimator
+        Name, FILE.py or FILE.py:CLASS.
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs; also arguments of the constructor with the values to try,
         taps=4,8,16.
@@ -100,8 +104,8 @@ def explore(
         Machines, as compile has them.
     targets : sequence of str
         Parts for area and clock.
-    area : bool
-        Without area and estimated clock, by far the longest.
+    synth : bool
+        Also area, and an estimate of the clock (yosys), which takes longest.
     route : bool
         Also place and route on targets for which there is an open tool: minutes for each.
     seeds : int
@@ -118,8 +122,6 @@ def explore(
         Leading samples of each log.
     params : mapping, optional
         Values other than the defaults.
-    csv : path, optional
-        Also the table, as CSV.
     jobs : int, optional
         Processes; by default one for each processor. An estimator that is no text runs in this
         process.
@@ -147,9 +149,9 @@ def explore(
     say = progress or (lambda text: None)
     _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs, seeds=seeds)
     for config in configs:
-        check_machine(config, 32)
+        machine_named(config)
     for target in targets:
-        check_target(target, TARGETS)
+        require_choice("target", target, TARGETS)
     if route:
         check_routable(targets, "leave --route out")
     elif seeds != 1:
@@ -158,30 +160,29 @@ def explore(
         )
     inputs, arguments = arguments_of(logs)
     widths = [*map(int, words)]
-    cases = cases_of(name, arguments, words=widths, configs=configs, targets=targets)
-    estimator = _first(cases)
-    estimator.param_values(params)
-    check_urgent(urgent, [estimator])
-    known = quantities(estimator)
+    cases = cases_of(estimator, arguments, words=widths, configs=configs, targets=targets)
+    found = _first(cases)
+    values = params_of(found, params)
+    known = quantities(found)
     demands = demands_of(want, known)
     decides = demands[0].quantity if demands else None
     if least:
         decides = quantity_of(least, known, "least")
     asked = [demand.quantity.name for demand in demands] + [q.name for q in [decides] if q]
-    if not (area or route) and (of_area := [figure for figure in asked if figure in OF_AREA]):
+    if not (synth or route) and (of_area := [figure for figure in asked if figure in OF_AREA]):
         raise InputError.at(
-            "no-area",
+            "want",
             wanted=f"areas and clocks, for {of_area[0]}",
-            found="--no-area",
-            fix=f"leave it out, or ask for no {of_area[0]}",
+            found="no --synth",
+            fix="add --synth, or --route",
         )
     read = read_logs(inputs)
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     for record, _ in read:
         if not arguments:
-            feed(estimator, record)
-    if scheduler is not None and not isinstance(name, str):
+            feed(found, record)
+    if scheduler is not None and not isinstance(estimator, str):
         raise InputError.at(
             "scheduler",
             wanted="an estimator by name or file, which its workers can read",
@@ -189,26 +190,22 @@ def explore(
             fix="give a text, or leave the scheduler out",
         )
     files = [path for _, path in read if path is not None]
-    folder, of = Path(output), f"explore-{estimator.name}"
-    require_distinct(csv=csv, output=folder / f"{of}.html")
+    folder, of = Path(output), f"explore-{found.name}"
     page = OutputFile(folder / f"{of}.html", inputs=files)
-    table = None
-    if csv is not None:
-        table = OutputFile(csv, inputs=files, option="--csv")
     journal = Journal(folder / f"{of}.jsonl", again=again)
     journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
-    say(f"{estimator.name}: {len(cases)} combinations")
+    say(f"{found.name}: {len(cases)} combinations")
     exploration = Exploration(
         tuple(record if path is None else str(path.absolute()) for record, path in read),
-        tuple(sorted((params or {}).items())),
+        tuple(sorted((values or {}).items())),
         steps,
         seeds,
-        urgent,
+        None,
         digest_of([record for record, _ in read]),
     )
-    plans, tasks = planned(exploration, cases, area=area, route=route)
+    plans, tasks = planned(exploration, cases, area=synth, route=route)
     with cluster(scheduler, executor) as workers:
-        own = jobs if isinstance(name, str) else 1
+        own = jobs if isinstance(estimator, str) else 1
         complete(
             exploration, measured, tasks, journal, say=say, jobs=own, executor=workers, batch=1
         )
@@ -221,9 +218,7 @@ def explore(
         least=decides,
         clock_mhz=clock,
     )
-    page.write(render_page(estimator.name, result))
-    if table is not None:
-        table.write(csv_of(result["rows"]))
+    page.write(render_page(found.name, result))
     place = f"{folder / of}.html, {journal.path}"
     return replace(result, summary=f"{result.summary}\n{place}".strip())
 
@@ -252,9 +247,6 @@ def _check_numbers(
         raise InputError.at(
             "clock", wanted="1 to 10,000 MHz", found=f"{clock:g}", fix="choose another"
         )
-    check_optional("steps", steps, 1)
-    check_optional("jobs", jobs, 1, JOBS_MOST)
-    check_number("seeds", seeds, 1)
-
-
-VERB = Verb(explore)
+    require_whole("steps", steps, 1)
+    require_whole("jobs", jobs, 1)
+    require_whole("seeds", seeds, 1)

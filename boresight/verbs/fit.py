@@ -1,4 +1,4 @@
-"""Choose the formats of an estimator's values from runs; the other verbs take them.
+"""Choose the formats of an estimator's values from runs.
 
 boresight fit my_filter.py log.csv  # my_filter.fit.json, which every verb finds beside it
 boresight fit my_filter.py folder world.py:World  # from several logs and a closed loop
@@ -18,16 +18,28 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import check_optional, check_word
+from cyclopts import Parameter
+
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.resolve import profile_place, profiles
 from boresight.model.tools.files import OutputFile
-from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
+from boresight.model.words.fixed import check_word
+from boresight.options import (
+    EstimatorName,
+    LogRows,
+    OptionalFile,
+    Params,
+    Progress,
+    Steps,
+    Tolerances,
+    Word,
+)
+from boresight.parameters import params_of
 from boresight.results.fit import FitError, FitLimit, FitResult, succeeded
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.fit.fitting import Effect, Fitted, fitted, select_ranges, wasted_ranges
@@ -37,21 +49,25 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feeds
 from boresight.sim.records.files import log_files
 from boresight.sim.records.log import Log, logs_of
+from boresight.sim.result import Result
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import World, world_of
 
-__all__ = ["fit"]
+__all__ = ["GROUPS", "fit"]
+
+GROUPS = (LogRows, Tolerances)
 
 
 def fit(
-    name: EstimatorName,
-    *sources: Annotated[Any, Option(metavar="LOG|WORLD", required=True)],
+    estimator: EstimatorName,
+    /,
+    *sources: Annotated[Any, Parameter(metavar="LOG|WORLD", show_default=False)],
     params: Params = None,
     word: Word = 32,
-    steps: int | None = None,
-    output: Annotated[str | Path | None, Option(("-o", "--output"), "FILE")] = None,
-    progress: Callable[[str], None] | None = None,
-) -> FitResult:
+    steps: Steps = None,
+    output: OptionalFile = None,
+    progress: Progress = None,
+) -> Result:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
 
     Every value is observed in float64 on the sources and on hostile inputs, with states in their
@@ -64,7 +80,8 @@ def fit(
 
     Parameters
     ----------
-    name : str, class or Estimator
+    estimator : str, class or Estimator
+        Name, FILE.py or FILE.py:CLASS.
     sources : paths, data in memory (`Record.of`), worlds
         Logs, folders of logs, or worlds as FILE.py:CLASS, in which the estimator runs in float64.
     params : mapping, optional
@@ -79,7 +96,8 @@ def fit(
 
     Returns
     -------
-    FitResult
+    Result
+        ``errors`` before and after, by output; ``limits``, ``wasted``.
 
     Raises
     ------
@@ -87,34 +105,35 @@ def fit(
         Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
     """
     check_word(word)
-    check_optional("steps", steps, 1)
+    require_whole("steps", steps, 1)
     with profiles(()):
-        estimator = copy.copy(find_estimator(name))
-    estimator.profile = None
+        found = copy.copy(find_estimator(estimator))
+        values = params_of(estimator, params)
+    found.profile = None
     if not sources:
         fix = "name a log, or a world as file.py:Class"
         raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
-    place = profile_place(name, estimator.name)
+    place = profile_place(estimator, found.name)
     target = OutputFile(
-        output or place or f"{estimator.name}.fit.json",
+        output or place or f"{found.name}.fit.json",
         inputs=log_files(s for s in sources if isinstance(s, str | Path) and not _is_world(s)),
     )
     say = progress or (lambda text: None)
-    records = _records(estimator, sources, params, steps, say)
+    records = _records(found, sources, values, steps, say)
     made_from = {name: _digest(inputs) for name, inputs in records.items()}
     fit_result = fitted(
-        estimator, records, params=params, starts=initial_covariances(estimator), progress=say
+        found, records, params=values, starts=initial_covariances(found), progress=say
     )
     say("fixed point, by intervals and with the profile")
-    choice = select_ranges(fit_result, records, params=params, word=word)
+    choice = select_ranges(fit_result, records, params=values, word=word)
     before, after = choice.before, choice.after
     fit_result = replace(fit_result, profile=choice.profile)
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
     if succeeded(after.saturated_updates, negative):
         target.write(_text(fit_result, made_from))
-    return FitResult(
-        estimator=estimator.name,
-        profile=Path(output or place or f"{estimator.name}.fit.json"),
+    outcome = FitResult(
+        estimator=found.name,
+        profile=Path(output or place or f"{found.name}.fit.json"),
         records={n: updates for n, (updates, _) in made_from.items()},
         hostile_updates=fit_result.hostile_updates,
         values=sum(
@@ -131,9 +150,14 @@ def fit(
         negative_updates=negative,
         refused=before if isinstance(before, str) else "",
         word=word,
-        cycles=(_cycles(estimator, None, word), _cycles(estimator, choice.profile, word)),
+        cycles=(_cycles(found, None, word), _cycles(found, choice.profile, word)),
         wasted=tuple(wasted_ranges(fit_result, word)),
     )
+    lines = str(outcome).splitlines()
+    failures = [line.removeprefix("FAILED, ") for line in lines if line.startswith("FAILED")]
+    shown = [line for line in lines if not line.startswith("FAILED")]
+    data = outcome.to_json()
+    return Result(data, summary="\n".join(shown), failures=failures)
 
 
 def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[int, int] | None:
@@ -243,12 +267,3 @@ def _text(fit_result: Fitted, records: Mapping[str, tuple[int, str]]) -> str:
 
 def _finite(x: float) -> float | None:
     return float(x) if math.isfinite(x) else None
-
-
-def call(arguments: Arguments) -> Outcome:
-    """Choose formats by intervals alone, whatever profile there is."""
-    with profiles(()):
-        return outcome(arguments.call(fit))
-
-
-VERB = Verb(fit, call=call)

@@ -1,40 +1,48 @@
-"""Attitudes and registers of a board, from its serial port or a capture.
+"""Read attitudes and registers of a board from its serial line.
 
 boresight monitor /dev/ttyUSB0  # attitudes, until Ctrl-C
-boresight monitor capture.bin --csv out.csv --plot out.png  # of a capture
+boresight monitor capture.bin -o out.csv -o out.png  # of a capture
 boresight monitor /dev/ttyUSB0 --map registers.json --write filter=1  # another filter
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.options import Arguments, Option, Outcome, PythonOnly, Verb, outcome
-from boresight.sim.boards import board_system
-from boresight.terminal import say
+from cyclopts import Parameter
 
-__all__ = ["monitor"]
+from boresight.model.errors import InputError
+from boresight.options import Progress, PythonOnly, Repeated
+from boresight.sim.boards import board_system
+
+__all__ = ["monitor", "typed"]
 
 
 def monitor(
-    source: Annotated[str, Option(metavar="PORT|CAPTURE")],
+    source: Annotated[str, Parameter(metavar="PORT|CAPTURE")],
+    /,
     *,
     baud: int = 921_600,
-    count: int | None = None,
-    csv: Annotated[str | Path | None, Option(metavar="OUT.csv")] = None,
-    plot: Annotated[str | Path | None, Option(metavar="OUT.png")] = None,
-    reads: Annotated[Sequence[str], Option(("--read",), "NAME", repeated=True)] = (),
-    writes: Annotated[Sequence[str], Option(("--write",), "NAME=VALUE", repeated=True)] = (),
-    register_map: Annotated[str | Path | None, Option(("--map",), "REGISTERS.json")] = None,
+    steps: int | None = None,
+    output: Annotated[
+        Sequence[str | Path], Repeated, Parameter(name=["--output", "-o"], metavar="FILE")
+    ] = (),
+    reads: Annotated[Sequence[str], Repeated, Parameter(name="--read", metavar="NAME")] = (),
+    writes: Annotated[
+        Sequence[str], Repeated, Parameter(name="--write", metavar="NAME=VALUE")
+    ] = (),
+    register_map: Annotated[
+        str | Path | None, Parameter(name="--map", metavar="REGISTERS.json")
+    ] = None,
     silence_s: Annotated[float, PythonOnly] = 5.0,
-    each: Callable[[str], None] | None = None,
+    each: Progress = None,
 ) -> Any:
     """Listen to a board; first write, then read registers.
 
-    With ``reads`` or ``writes`` and without ``count``, ``csv`` and ``plot`` that is all. A port is
-    listened to until ``count`` attitudes have come, or for ever; Ctrl-C ends it in good order.
+    With ``reads`` or ``writes`` and without ``steps`` and ``output`` that is all. A port is
+    listened to until ``steps`` attitudes have come, or for ever; Ctrl-C ends it in good order.
 
     Parameters
     ----------
@@ -42,12 +50,10 @@ def monitor(
         Serial port, or a file of what came from one.
     baud : int
         Bits per second.
-    count : int, optional
+    steps : int, optional
         Attitudes to take; by default all, or for ever.
-    csv : path, optional
-        Write a table.
-    plot : path, optional
-        Write a picture of heading, pitch and roll: .png, .svg or .pdf.
+    output : paths
+        A table, FILE.csv, and a picture of heading, pitch and roll, FILE.png, .svg or .pdf.
     reads : sequence of str
         Read a register, by name or address; repeatable.
     writes : sequence of str
@@ -69,12 +75,21 @@ def monitor(
     InputError
         Wrong argument, no such register, or a line that cannot be read.
     """
+    tables = [path for path in output if str(path).endswith(".csv")]
+    plots = [path for path in output if path not in tables]
+    if len(tables) > 1 or len(plots) > 1:
+        raise InputError.at(
+            "--output",
+            wanted="at most one table, FILE.csv, and one picture",
+            found=", ".join(map(str, output)),
+            fix="leave the others out",
+        )
     return board_system().monitor(
         source,
         baud=baud,
-        count=count,
-        csv=csv,
-        plot=plot,
+        count=steps,
+        csv=tables[0] if tables else None,
+        plot=plots[0] if plots else None,
         reads=reads,
         writes=writes,
         register_map=register_map,
@@ -83,11 +98,6 @@ def monitor(
     )
 
 
-def call(arguments: Arguments) -> Outcome:
-    """Listen, each attitude a line."""
-    quiet = arguments.json or arguments.quiet
-    each = None if quiet else say
-    return outcome(arguments.call(monitor, each=each))
-
-
-VERB = Verb(monitor, call=call)
+def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
+    """Print each attitude as it comes."""
+    return {} if shown.json or shown.quiet else {"each": lambda line: print(line, flush=True)}

@@ -2,7 +2,6 @@
 
 boresight new my_filter  # my_filter.py, its log, results and test, here
 boresight new work/my_filter.py  # in another folder
-boresight new my_filter --ci  # and workflows for GitHub and GitLab
 """
 
 from __future__ import annotations
@@ -10,49 +9,18 @@ from __future__ import annotations
 import importlib.util
 import keyword
 import os
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
+from cyclopts import Parameter
+
 from boresight.model.errors import InputError
 from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
 from boresight.model.tools.files import OutputFile
-from boresight.options import Option, Verb
-from boresight.sim.answer import Answer
+from boresight.sim.result import Result
 
-__all__ = ["NewResult", "new"]
-
-
-@dataclass(frozen=True)
-class NewResult(Answer):
-    """What `new` wrote.
-
-    Attributes
-    ----------
-    files : tuple of Path
-        The estimator with its world, a log, their test, what `boresight check` gives, and the
-        workflows.
-    """
-
-    files: tuple[Path, ...]
-
-    def __str__(self) -> str:
-        source, log, test, baseline, *ci = self.files
-        name = _class(source.stem)
-        return (
-            f"{source}: the estimator {name}, and {name}World that moves it\n"
-            f"{log}: a log of that world\n"
-            f"{test}: their test\n"
-            f"{baseline}: results of check, with which the test compares\n"
-            + "".join(
-                f"{path}: runs all of it at every push; its first lines say what it needs\n"
-                for path in ci
-            )
-            + f"now: boresight check {source} {log}\n"
-            f"     boresight simulate {source} {source}\n"
-            f"     pytest {test}"
-        )
+__all__ = ["new"]
 
 
 #: What is written, by name of the file, and the text that it is made of.
@@ -63,27 +31,22 @@ _FILES = {
     "{}_baseline.json": "baseline.txt",
 }
 
-#: Workflows, which run the test, `compile` and `accuracy`.
-_CI = {".github/workflows/{}.yml": "github.txt", ".gitlab-ci.yml": "gitlab.txt"}
 
-
-def new(name: Annotated[str | Path, Option(metavar="NAME")], *, ci: bool = False) -> NewResult:
+def new(name: Annotated[str | Path, Parameter(show_default=False)], /) -> Result:
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
-    Beside them ``NAME_baseline.json``, what `boresight check` gives, for the test. They pass
-    `boresight check`, `boresight simulate` and pytest as they are.
+    Beside them stands ``NAME_baseline.json``, which `boresight check` gives, for the test. They
+    pass `boresight check`, `boresight run` and pytest as they are.
 
     Parameters
     ----------
     name : str or path
-        Name of the module, with or without ``.py``; a folder before it says where.
-    ci : bool
-        Workflows for GitHub and GitLab besides.
+        Name of the module, with or without .py; a folder before it says where.
 
     Returns
     -------
-    NewResult
-        The files.
+    Result
+        ``files``.
 
     Raises
     ------
@@ -95,15 +58,24 @@ def new(name: Annotated[str | Path, Option(metavar="NAME")], *, ci: bool = False
     _check_name(stem, os.fspath(name))
     words = {"StarterWorld": f"{_class(stem)}World", "Starter": _class(stem), "starter": stem}
     words["STARTER"] = _class(stem).lower()  # the estimator's name
-    patterns = _FILES | (_CI if ci else {})
-    files = {path.parent / pattern.format(stem): made for pattern, made in patterns.items()}
+    files = {path.parent / pattern.format(stem): made for pattern, made in _FILES.items()}
     places = {path: OutputFile(path, option="NAME") for path in files}
     for path, place in places.items():
         text = resources.files("boresight.starter").joinpath(files[path]).read_text("utf-8")
         for old, word in words.items():
             text = text.replace(old, word)
         place.write(text)
-    return NewResult(tuple(files))
+    source, log, test, baseline = files
+    shown = (
+        f"{source}: the estimator {_class(stem)}, and {_class(stem)}World that moves it\n"
+        f"{log}: a log of that world\n"
+        f"{test}: their test\n"
+        f"{baseline}: results of check, with which the test compares\n"
+        f"now: boresight check {source} {log}\n"
+        f"     boresight run {source} {source}\n"
+        f"     pytest {test}"
+    )
+    return Result({"files": [*files]}, summary=shown)
 
 
 def _class(stem: str) -> str:
@@ -141,6 +113,3 @@ def _taken(stem: str, folder: Path) -> bool:
         return True
     here = (folder / f"{stem}.py").resolve()
     return spec is not None and (spec.origin is None or Path(spec.origin).resolve() != here)
-
-
-VERB = Verb(new)

@@ -1,323 +1,459 @@
-"""Run an estimator on a log; one row out per row in.
+"""Run an estimator on a log, in a closed loop with a world, or on the board.
 
-boresight run my_filter.py log.csv --on fixed -o out.csv  # the integers of the core
-boresight run mekf log.csv --on float  # float64, compiled; out: mekf-float.csv
-boresight run mekf log.csv --params tuned.json --param r_acc=0.02  # with other parameters
+boresight run my_filter.py log.csv -o out.csv  # the integers of the core; one row out per row in
+boresight run my_filter.py log.csv --levels float  # float64, compiled; out: my_filter-float.csv
+boresight run my_filter.py log.csv --param @tuned.json --param alpha=0.02  # other parameters
+boresight run pi.py plant.py:Plant --levels rtl,c  # a closed loop, on two levels
+boresight run pi.py plant.py:Plant -o loop.csv  # what the loop saw, as a log
+boresight run mekf board -o build  # the complete system, sensors at its pins: a page
+boresight run mekf "board(source='counts', seconds=2)" -o build  # with other settings
+boresight run flight.ulg -o flight.csv --from 10s --to 70s  # a log as another kind of file
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from html import escape
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 
-from boresight.arguments import check_machine, check_optional
-from boresight.model.arrays import FloatArray, IntArray
+from boresight.gateware.machine import machine_named
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
+from boresight.model.resolve import call_of, names_of_entry_points
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.model.tools.files import OutputFile
+from boresight.model.tools.files import OutputFile, output_folder
+from boresight.model.words.fixed import check_word
 from boresight.options import (
-    Arguments,
     Config,
     EstimatorName,
-    Option,
-    Outcome,
+    Level,
+    LogRows,
     Params,
-    Verb,
+    Profiles,
+    Progress,
+    PythonOnly,
+    Steps,
     Word,
-    outcome,
 )
-from boresight.sim.answer import Answer, JsonObject
+from boresight.parameters import params_of
+from boresight.sim.boards import board_system
 from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.verdict import judge
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level
+from boresight.sim.levels.level import Level as Machine
 from boresight.sim.levels.registry import LEVELS, make_level
-from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.sim.records.feed import Feed, feeds
-from boresight.sim.records.files import check_written, read_pieces, record_of, write_pieces
+from boresight.sim.records.files import (
+    FORMATS,
+    blocks_of,
+    check_written,
+    content_of,
+    read_pieces,
+    record_of,
+    write_pieces,
+)
 from boresight.sim.records.record import Column, Record
 from boresight.sim.records.stream import ahead
+from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import AttitudeRmse, attitude_rmse
-from boresight.sim.rotations.outputs import attitude_of, euler_deg_of, status_of
-from boresight.sim.worlds.loop import Loop, drive
-from boresight.terminal import tell
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
+from boresight.sim.worlds.world import WORLD_GROUP, World, drawn, world_of
 
-__all__ = ["LEVELS", "RunAttitude", "RunResult", "run"]
+__all__ = ["GROUPS", "run", "typed"]
 
+GROUPS = (LogRows, Profiles)
 
-@dataclass(frozen=True, eq=False)
-class RunAttitude:
-    """What `run` says of an attitude besides its outputs.
-
-    Attributes
-    ----------
-    q : float64 (n, 4)
-        Quaternions.
-    euler_deg : float64 (n, 3)
-        Heading, pitch, roll.
-    status : int64 (n,)
-        Status words.
-    rmse_deg : AttitudeRmse or None
-        ``total``, ``heading``, ``inclination`` against the log's reference, if it has one.
-    samples : int or None
-        That count in it.
-    """
-
-    q: FloatArray = field(repr=False)
-    euler_deg: FloatArray = field(repr=False)
-    status: IntArray = field(repr=False)
-    rmse_deg: AttitudeRmse | None
-    samples: int | None = None
-
-    @classmethod
-    def joined(cls, parts: Sequence[RunAttitude]) -> RunAttitude:
-        """Summaries of parts of a run, or its only part, as one."""
-        first = parts[0]
-        counted = [(p.samples, p.rmse_deg) for p in parts if p.samples and p.rmse_deg]
-        if not counted or len(counted) == len(parts) == 1:
-            return first
-        samples = [n for n, _ in counted]
-        mean = np.average([np.square(x) for _, x in counted], axis=0, weights=samples)
-        return replace(first, rmse_deg=AttitudeRmse(*np.sqrt(mean).tolist()), samples=sum(samples))
-
-
-@dataclass(frozen=True, eq=False)
-class RunResult(Answer):
-    """What `run` gives; in a notebook the outputs as plots, unit by unit.
-
-    Attributes
-    ----------
-    estimator, on, log : str
-        Names of the estimator, the level and the log.
-    t : float64 (n,) or None
-        Times in seconds, where the log has them.
-    outputs : mapping of str to float64 (n,)
-        By name, in their units.
-    units : mapping of str to str
-        Unit of each output.
-    truth : tuple of Difference
-        Outputs from the log's truths.
-    warnings : tuple of str
-        What is odd about the log.
-    clamped : mapping of str to int
-        Samples beyond the range of inputs that are declared to be clamped.
-    fault : str
-        Why the level's run is none, where two of its forms or its cycles and the schedule disagree;
-        empty as a rule.
-    rows : int
-        Of the log that were run.
-    attitude : RunAttitude or None
-        Of an attitude filter; in `to_json` its fields stand beside the others.
-    """
-
-    estimator: str
-    on: str
-    log: str
-    t: FloatArray | None = field(repr=False)
-    outputs: Mapping[str, FloatArray] = field(repr=False)
-    units: Mapping[str, str]
-    truth: tuple[Difference, ...]
-    warnings: tuple[str, ...]
-    clamped: Mapping[str, int]
-    fault: str
-    rows: int
-    attitude: RunAttitude | None = None
-
-    @property
-    def good(self) -> bool:
-        """The level's run is one."""
-        return not self.fault
-
-    def __len__(self) -> int:
-        """Count the rows."""
-        return self.rows
-
-    @classmethod
-    def joined(cls, parts: Sequence[RunResult]) -> RunResult:
-        """Summaries of pieces of a log, or its only piece, as one."""
-        first, last, rows = parts[0], parts[-1], [p.rows for p in parts]
-        truth = zip(*(p.truth for p in parts), strict=True)
-        attitudes = [p.attitude for p in parts if p.attitude is not None]
-        return replace(
-            first,
-            truth=tuple(Difference.joined(d, rows) for d in truth),
-            warnings=tuple(dict.fromkeys(text for p in parts for text in p.warnings)),
-            clamped=last.clamped,
-            fault=next((p.fault for p in parts if p.fault), ""),
-            rows=sum(rows),
-            attitude=RunAttitude.joined(attitudes) if attitudes else None,
-        )
-
-    def record(self) -> Record:
-        """The outputs as a log, half turns in degrees."""
-        return _record(self.estimator, self.units, self.t, self.outputs)
-
-    def to_json(self) -> JsonObject:
-        """Plain data; fields of an attitude beside the others."""
-        data = super().to_json()
-        more = data.pop("attitude")
-        return data | more if isinstance(more, dict) else data
-
-    def __str__(self) -> str:
-        if self.fault:
-            return f"FAILED {self.on}: {self.fault}"
-        text = f"{len(self)} rows"
-        if self.attitude is not None and self.attitude.rmse_deg is not None:
-            return f"{text}, RMSE against the log's reference, deg: " + ", ".join(
-                f"{k} {v:.3f}" for k, v in self.attitude.rmse_deg._asdict().items()
-            )
-        if known := [d for d in self.truth if np.isfinite(d.rms)]:
-            text += ", RMSE against the log's truth: " + ", ".join(
-                f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in known
-            )
-        return text
-
-    def _repr_html_(self) -> str:
-        by_unit: dict[str, list[str]] = {}
-        for name, unit in self.units.items():
-            by_unit.setdefault(unit, []).append(name)
-        across = np.arange(len(self)) if self.t is None else self.t
-        colours = list(dict.fromkeys(COLOUR.values()))  # each once
-        with settings():
-            figure, all_axes = figure_and_axes(
-                1.8 * len(by_unit) + 0.4, len(by_unit), sharex=True, squeeze=False
-            )
-            for axes, (unit, names) in zip(all_axes[:, 0], by_unit.items(), strict=True):
-                for k, name in enumerate(names):
-                    colour = colours[k % len(colours)]
-                    axes.plot(across, self.outputs[name], label=name, color=colour)
-                axes.set_ylabel(unit)
-                legend(axes, len(names))
-            axes.set_xlabel("row" if self.t is None else "t, s")
-            drawn = svg(figure, self.estimator)
-        return f"<p>{escape(self.estimator)} on {self.on}: {escape(str(self))}</p>\n{drawn}"
+#: Levels without words.
+_FLOATS = {"numpy", "float"}
+#: Rows of a log that are in memory at once where nothing but a summary is asked for.
+_ROWS = 1 << 15
+#: Largest seed of a draw.
+_SEED_MOST = 2**31
 
 
 def run(
-    name: EstimatorName,
-    log: Annotated[Any, Option(metavar="LOG")],
+    estimator: EstimatorName,
+    source: Annotated[Any, Parameter(show_default=False)] = None,
+    /,
     *,
-    on: str = "fixed",
+    levels: Level = (),
     config: Config = "small",
     word: Word = 32,
     params: Params = None,
-    steps: int | None = None,
-    output: Annotated[str | Path | None, Option(("-o", "--output"), "OUT.csv")] = None,
-    rows: Annotated[int | None, Option(hidden=True)] = None,
-) -> RunResult:
-    """Run an estimator on a log.
+    steps: Steps = None,
+    seed: int | None = None,
+    output: Annotated[
+        str | Path | None, Parameter(name=["--output", "-o"], metavar="FILE|DIR")
+    ] = None,
+    progress: Progress = None,
+    rows: Annotated[int | None, PythonOnly] = None,
+) -> Result:
+    """Run an estimator on a log, in a closed loop with a world, or on the simulated board.
 
     Parameters
     ----------
-    name : str, class or Estimator
-        Name, ``file.py:Class``, class or object.
-    log : path, mapping of arrays, table or Record
-        Columns by input name (`Record.of`).
-    on : str
-        Level: float (compiled float64), numpy (the same, as written), fixed (the integer
-        interpreter, in segments whose first states come from the C: it needs a C compiler), c or
-        rtl (Verilator).
+    estimator : str, class or Estimator
+        Name, FILE.py or FILE.py:CLASS. A log in its place, alone, is written as another file.
+    source : path, mapping of arrays, table, Record, World or str
+        A log; a world, as FILE.py:CLASS or by its name; or board, the complete system with its
+        sensors, settings in brackets: board(seconds=1, source="heading", feed={}, faults=False).
+    levels : sequence of str
+        On a log one of float (compiled float64), numpy (the same, as written), fixed (the integer
+        interpreter, the default), c or rtl. In a loop one or several, c by default: the first
+        runs, and the others are compared with it.
     steps : int, optional
-        Leading samples of the log.
+        Most samples of the source.
+    seed : int, optional
+        Of the world's draw, as montecarlo takes it; by default the world as it is.
     output : path, optional
-        Log (its kind by the suffix, else CSV) with one row per input row: ``t``, then every output
-        with its unit in the header; half turns in degrees. The command line writes
-        ESTIMATOR-LEVEL.csv by default, with --json none.
+        On a log and in a loop a log (its kind by the suffix, else CSV): outputs with their units,
+        half turns in degrees; of a loop what it saw, with truths. The command line writes
+        ESTIMATOR-LEVEL.csv by default. Of the board a folder.
     rows : int, optional
         Read, run and write a file in pieces of so many rows, for a log that memory does not hold;
-        the result has no rows then, and no ``truth`` of an attitude whose error it gives. By
-        default all at once.
+        the result has no arrays then. By default all at once.
 
     Returns
     -------
-    RunResult
-        Outputs by name, differences from the log's truths, warnings.
+    Result
+        On a log ``outputs`` by name, ``t``, ``truth`` (differences from the log's truths),
+        ``clamped``; in a loop ``accuracy`` and ``truth``, ``records``, ``parting``.
 
     Raises
     ------
     InputError
-        Unknown estimator or level, bad log, output that cannot be written.
+        Unknown estimator, source or level, bad log, a world that raises or gives what is no
+        record, output that cannot be written.
     """
-    estimator = find_estimator(name)
-    require_choice("on", on, LEVELS)
-    check_machine(config, word)
-    check_optional("steps", steps, 1)
-    build = Build(estimator, config=config, word=word, params=[params])
+    if source is None:
+        return _copied(estimator, output)
+    machine_named(config)
+    check_word(word)
+    require_whole("steps", steps, 1)
+    require_whole("seed", seed, 0, _SEED_MOST)
+    levels = [levels] if isinstance(levels, str) else [*levels]
+    for level in levels:
+        require_choice("levels", level, LEVELS)
+    if isinstance(source, str) and source.partition("(")[0] == "board":
+        return _on_board(estimator, source, config, output, progress)
+    found = find_estimator(estimator)
+    build = Build(found, config=config, word=word, params=[params_of(estimator, params)])
+    if _is_world(source):
+        world = world_of(source)
+        if seed is not None:
+            drawn(world, seed)
+        return _in_loop(world, build, levels or ["c"], steps, output, progress)
+    if len(levels) > 1 or seed is not None:
+        raise InputError.at(
+            "levels" if seed is None else "seed",
+            wanted="a world",
+            found="a log",
+            fix="choose one level" if seed is None else "leave it out",
+        )
+    return _on_log(build, source, levels[0] if levels else "fixed", steps, output, rows)
+
+
+def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
+    """Write the outputs of a log, piece by piece."""
+    if len(words) < 2 or _is_world(words[1]) or words[1].partition("(")[0] == "board":
+        return {}
+    level = (options.get("levels") or ["fixed"])[0]
+    # The RTL replays a log from a reset on; all others go on from piece to piece.
+    more: dict[str, Any] = {"rows": None if shown.json or level == "rtl" else _ROWS}
+    if "output" not in options and not shown.json:
+        more["output"] = f"{find_estimator(words[0]).name}-{level}.csv"
+    return more
+
+
+def _is_world(source: Any) -> bool:
+    """Whether a source is a world: an object, a class, a file, or the name of one."""
+    if isinstance(source, str):
+        if ".py" in source:
+            return not source.endswith(tuple(FORMATS))
+        return source.partition("(")[0] in names_of_entry_points(WORLD_GROUP)
+    return isinstance(source, World) or (isinstance(source, type) and issubclass(source, World))
+
+
+def _copied(log: Any, output: str | Path | None) -> Result:
+    """A log written as another kind of file, block by block."""
+    if not isinstance(log, str | Path) or ".py" in str(log) or not Path(log).exists():
+        raise InputError.at(
+            "run",
+            wanted="an estimator and a log, a world or board",
+            found=f"{log} alone",
+            fix="name both; a log alone is written as another file",
+        )
+    if output is None or not str(output).lower().endswith(tuple(FORMATS)):
+        raise InputError.at(
+            "--output",
+            wanted=f"a file of a suffix that says its kind: {', '.join(FORMATS)}",
+            found="none" if output is None else str(output),
+            fix="name it",
+        )
+    count, notes = 0, dict[str, None]()
+
+    def counted() -> Iterator[Record]:
+        nonlocal count
+        for block in blocks_of(log):
+            count += len(block)
+            notes.update(dict.fromkeys(block.notes))
+            yield block
+
+    with OutputFile(output, inputs=[log]).opened() as file:
+        write_pieces(str(output), file, counted())
+    data = {"log": str(output), "rows": count}
+    return Result(data, summary=f"{count:,} rows to {output}", notes=[*notes])
+
+
+def _on_board(
+    estimator: Any, source: str, config: str, output: str | Path | None, progress: Progress
+) -> Result:
+    """The complete system with its sensors."""
+    _, _, settings = call_of(source, source)
+    allowed: dict[str, Any] = {
+        "seconds": 1.0,
+        "source": "heading",
+        "feed": None,
+        "log": None,
+        "faults": False,
+    }
+    for name in settings:
+        require_choice("board", name, allowed)
+    settings = allowed | settings
+    board = board_system()
+    if settings.pop("faults"):
+        result: Result = board.simulate_faults(estimator, faults=None, jobs=None, progress=progress)
+        return result
+    say = progress or (lambda text: None)
+    log = settings.pop("log")
     inputs = [log] if isinstance(log, str | Path) else []
-    of = estimator.name
+    folder = output or "build"
+    with output_folder(folder, "run", files=board.files, inputs=inputs) as place:
+        result = board.simulate(
+            place, estimator, log, config=config, core=None, say=say, **settings
+        )
+    return result
+
+
+def _in_loop(
+    world: World,
+    build: Build,
+    levels: Sequence[str],
+    steps: int | None,
+    output: str | Path | None,
+    progress: Progress,
+) -> Result:
+    """The loop of a world and an estimator on each level.
+
+    Integer levels (fixed, c, rtl) give the same loop, bit by bit: where they part, something is
+    wrong. Float64 runs on the records that the first loop saw, since loops of their own part
+    sooner or later: its differences are judged by the outputs' tolerances. The first loop with
+    words is judged.
+    """
+    (estimator,) = build.estimators
+    target = None if output is None else OutputFile(output)
+    say = progress or (lambda text: None)
+
+    def close(name: str) -> Loop:
+        say(f"{world.name} and {estimator.name} on {name}")
+        with make_level(name, build) as level:
+            return close_loop(
+                world, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
+            )
+
+    loops = {name: close(name) for name in dict.fromkeys(levels)}
+    first, loop = next(iter(loops.items()))
+    partings = {n: parting(estimator, loop, other) for n, other in loops.items() if n != first}
+    judged = next((x for n, x in loops.items() if n not in _FLOATS), loop)
+    reference = make_level("float", build).run(judged.inputs)
+    accuracy = judge(build, 0, judged.inputs, judged.run, reference, judged.clamped)
+    if target is not None:
+        target.write(content_of(str(output), loop.record(estimator, world.name)))
+    lines = [
+        f"{world.name} and {estimator.name} on {first}: {len(loop.inputs):,} records, "
+        f"{loop.records_per_s:,.0f} a second"
+    ]
+    failures = []
+    for name, parted in partings.items():
+        if parted is None:
+            lines.append(f"the same records and outputs as on {name}, bit by bit")
+        else:
+            lines.append(parted.line())
+            failures += [f"{first} and {name} part"] * (not {first, name} & _FLOATS)
+    if loop.unused:
+        lines.append(
+            f"not used of what {world.name} gives: {', '.join(loop.unused)}: no input, or "
+            f"OUTPUT_true, of {estimator.name}"
+        )
+    if loops.keys() <= _FLOATS:
+        lines.append("no fixed point was judged: choose --levels fixed, c or rtl")
+    failures += [] if accuracy.good else accuracy.faults()
+    truth = differences(estimator.outputs, loop.outputs, loop.truth, judged=False)
+    rows = [
+        *_rows_of("from float64 on the same records", accuracy.differences),
+        *_rows_of("from truth", truth),
+    ]
+    data = {
+        "world": world.name,
+        "estimator": estimator.name,
+        "levels": [*loops],
+        "records": len(loop.inputs),
+        "records_per_s": round(loop.records_per_s),
+        "parting": {n: None if p is None else p.line() for n, p in partings.items()},
+        "accuracy": [*accuracy.differences],
+        "truth": truth,
+        "clamped": loop.clamped,
+        "saturated_updates": accuracy.saturated_updates,
+        "unused": loop.unused,
+        "causes": accuracy.causes(),
+    }
+    return Result(data, {"errors": rows}, "\n".join(lines), accuracy.causes(), failures)
+
+
+def _rows_of(what: str, several: Sequence[Difference]) -> list[dict[str, Any]]:
+    return [
+        {
+            "output": d.output,
+            "error": what,
+            "max": d.largest,
+            "rms": d.rms,
+            "unit": d.unit,
+            "accepted": d.tolerance,
+        }
+        for d in several
+        if math.isfinite(d.largest)
+    ]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """What is told of a piece of a log; ``outputs`` of a whole log alone."""
+
+    rows: int
+    log: str
+    t: FloatArray | None
+    outputs: Mapping[str, FloatArray]
+    truth: Sequence[Difference]
+    rmse: AttitudeRmse | None
+    samples: int
+    clamped: Mapping[str, int]
+    warnings: Sequence[str]
+    fault: str
+
+
+def _on_log(
+    build: Build,
+    log: Any,
+    level: str,
+    steps: int | None,
+    output: str | Path | None,
+    rows: int | None,
+) -> Result:
+    """The outputs of an estimator on a log."""
+    (estimator,) = build.estimators
+    inputs = [log] if isinstance(log, str | Path) else []
     if output is not None and any(o.name == "t" for o in estimator.outputs):
         raise InputError.at(
-            f"{of}, output t",
+            f"{estimator.name}, output t",
             wanted="another name for what is written",
             found="t, the column of the times",
             fix="rename the output, or leave -o out",
         )
     if output is not None:
         check_written(output)
-    target = None if output is None else OutputFile(output, inputs=inputs)
-    parts, units = list[RunResult](), {o.name: o.unit for o in estimator.outputs}
+    target = None
+    if output is not None:
+        target = OutputFile(output, inputs=inputs)
+    pieces = list[_Piece]()
 
-    def runs(level: Level) -> Iterator[tuple[Feed, Loop]]:
+    def runs(machine: Machine) -> Iterator[tuple[Feed, Loop]]:
         """The level on the log, piece by piece, with what it ran on."""
-        pieces = _pieces(log, steps, rows)
+        read = _read(log, steps, rows)
         anew = True
-        for columns in feeds(estimator, pieces if rows is None else ahead(pieces)):
-            (loop,) = drive(columns, level, anew=anew)
+        for columns in feeds(estimator, read if rows is None else ahead(read)):
+            (loop,) = drive(columns, machine, anew=anew)
             anew = False
             yield columns, loop
 
-    def written(level: Level) -> Iterator[Record]:
-        """Outputs, piece by piece; what the result needs of each goes to ``parts``."""
-        for columns, loop in runs(level) if rows is None else ahead(runs(level)):
-            parts.append(_result(estimator, on, columns, loop, whole=rows is None))
-            start = sum(part.rows for part in parts[:-1])
-            yield _record(of, units, columns.t, loop.outputs, start)
+    def written(machine: Machine) -> Iterator[Record]:
+        """Outputs, piece by piece; what the result needs of each goes to ``pieces``."""
+        for columns, loop in runs(machine) if rows is None else ahead(runs(machine)):
+            start = sum(piece.rows for piece in pieces)
+            pieces.append(_piece(estimator, columns, loop, whole=rows is None))
+            yield _record(estimator, columns.t, loop.outputs, start)
 
-    with make_level(on, build) as level:
-        level.traced = False
+    with make_level(level, build) as machine:
+        machine.traced = False
         if target is None:
-            deque(written(level), maxlen=0)
-            return RunResult.joined(parts)
-        with target.opened() as file:
-            write_pieces(str(output), file, written(level))
-        return RunResult.joined(parts)
+            deque(written(machine), maxlen=0)
+        else:
+            with target.opened() as file:
+                write_pieces(str(output), file, written(machine))
+    return _of_log(estimator, level, pieces, output)
 
 
-def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop, *, whole: bool) -> RunResult:
-    """What is said of a log, or of a piece of it: no rows then, and of an attitude its error."""
-    attitude, truth = _attitude(columns, loop.outputs, whole), list[Difference]()
-    if whole or attitude is None or attitude.samples is None:
-        truth = differences(
-            estimator.outputs, loop.outputs, columns.truth, judged=False, curves=whole
-        )
-    return RunResult(
-        estimator=estimator.name,
-        on=on,
+def _piece(estimator: Estimator, columns: Feed, loop: Loop, *, whole: bool) -> _Piece:
+    """What is told of a piece; its rows are kept where it is the whole log."""
+    rmse, samples = _attitude_error(columns, loop.outputs)
+    truth = differences(estimator.outputs, loop.outputs, columns.truth, judged=False, curves=whole)
+    return _Piece(
+        rows=len(columns),
         log=columns.record.name,
         t=columns.t if whole else None,
         outputs=loop.outputs if whole else {},
-        units={o.name: o.unit for o in estimator.outputs},
-        truth=tuple(truth),
-        warnings=tuple(columns.warnings),
+        truth=truth,
+        rmse=rmse,
+        samples=samples,
         clamped=dict(columns.clamped),
+        warnings=tuple(columns.warnings),
         fault=loop.run.fault,
-        rows=len(columns),
-        attitude=attitude,
     )
 
 
-#: Rows of a log that are in memory at once where nothing but a summary is asked for.
-_ROWS = 1 << 15
+def _of_log(
+    estimator: Estimator, level: str, pieces: Sequence[_Piece], output: str | Path | None
+) -> Result:
+    """The result of all pieces."""
+    first, rows = pieces[0], sum(piece.rows for piece in pieces)
+    counts = [piece.rows for piece in pieces]
+    joined = [Difference.joined(d, counts) for d in zip(*(p.truth for p in pieces), strict=True)]
+    truth = [d for d in joined if np.isfinite(d.rms)]
+    rmse = _joined_error(pieces)
+    faults = [p.fault for p in pieces if p.fault]
+    data = {
+        "estimator": estimator.name,
+        "level": level,
+        "log": first.log,
+        "rows": rows,
+        "t": first.t,
+        "outputs": first.outputs,
+        "units": {o.name: o.unit for o in estimator.outputs},
+        "truth": joined,
+        "rmse_deg": None if rmse is None else rmse._asdict(),
+        "clamped": pieces[-1].clamped,
+    }
+    text = f"{rows} rows" + (f" to {output}" if output is not None else "")
+    if rmse is not None:
+        figures = ", ".join(f"{k} {v:.3f}" for k, v in rmse._asdict().items())
+        text += f", RMSE against the log's reference, deg: {figures}"
+    elif truth:
+        figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
+        text += f", RMSE against the log's truth: {figures}"
+    notes = dict.fromkeys(note for p in pieces for note in p.warnings)
+    failures = [f"{level}: {fault}" for fault in faults[:1]]
+    return Result(data, summary=text if not faults else "", notes=[*notes], failures=failures)
 
 
-def _pieces(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
+def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
     """The leading rows of a log, in pieces or as one."""
     if rows is None or not isinstance(log, str | Path):
         yield record_of(log).head(steps)
@@ -331,11 +467,7 @@ def _pieces(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
 
 
 def _record(
-    name: str,
-    units: Mapping[str, str],
-    t: FloatArray | None,
-    outputs: Mapping[str, FloatArray],
-    start: int = 0,
+    estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray], start: int = 0
 ) -> Record:
     """Outputs of the steps from ``start`` on as a log; InputError if one is infinite."""
     infinite = {o: int(np.argmax(at)) for o, v in outputs.items() if (at := np.isinf(v)).any()}
@@ -343,48 +475,37 @@ def _record(
         output = min(infinite, key=infinite.__getitem__)
         step = start + infinite[output]
         raise InputError.at(
-            f"{name}, output {output}, step {step}",
+            f"{estimator.name}, output {output}, step {step}",
             wanted="a finite value",
             found="an infinite one: the estimator diverges",
             fix=f"--steps {step} gives the rows before it" if step else "correct the estimator",
         )
     columns = {} if t is None else {"t": Column(t, "s")}
-    for output, values in outputs.items():
-        half_turns = units[output] == "ht"
-        columns[output] = Column(
-            values * (180.0 if half_turns else 1.0), "deg" if half_turns else units[output] or None
-        )
-    return Record(name, columns).of_numbers()
+    for o in estimator.outputs:
+        half_turns = o.unit == "ht"
+        values = outputs[o.name] * (180.0 if half_turns else 1.0)
+        columns[o.name] = Column(values, "deg" if half_turns else o.unit or None)
+    return Record(estimator.name, columns).of_numbers()
 
 
-def _attitude(columns: Feed, outputs: Mapping[str, FloatArray], whole: bool) -> RunAttitude | None:
-    """What is said of an attitude besides; None if the outputs are none."""
-    if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
+def _attitude_error(
+    columns: Feed, outputs: Mapping[str, FloatArray]
+) -> tuple[AttitudeRmse | None, int]:
+    """The error of an attitude from the log's reference, and of how many samples."""
+    if not {*QUATERNION} <= {*outputs} or any(name not in columns.truth for name in QUATERNION):
+        return None, 0
+    reference = attitude_of(columns.truth)
+    samples = int(np.count_nonzero(~np.isnan(reference).any(axis=1) & columns.counts))
+    if not samples:
+        return None, 0
+    return attitude_rmse(attitude_of(outputs), reference, columns.counts), samples
+
+
+def _joined_error(pieces: Sequence[_Piece]) -> AttitudeRmse | None:
+    """The error of an attitude over all pieces."""
+    counted = [(p.rmse, p.samples) for p in pieces if p.rmse is not None]
+    if not counted:
         return None
-    q, rmse, samples = attitude_of(outputs), None, None
-    if all(name in columns.truth for name in QUATERNION):
-        reference = attitude_of(columns.truth)
-        samples = int(np.count_nonzero(~np.isnan(reference).any(axis=1) & columns.counts))
-        rmse = attitude_rmse(q, reference, columns.counts) if samples else None
-    if not whole:
-        q, outputs = np.zeros((0, 4)), {n: np.zeros(0) for n in outputs}
-    return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse, samples)
-
-
-def call(arguments: Arguments) -> Outcome:
-    """Run, and say what is odd and where the rows are."""
-    typed = arguments.typed
-    if "output" not in typed and not arguments.json:
-        typed["output"] = f"{find_estimator(typed['name']).name}-{typed.get('on', 'fixed')}.csv"
-    # The RTL replays a log from a reset on; all others go on from piece to piece.
-    whole = arguments.json or typed.get("on") == "rtl"
-    result = arguments.call(run, rows=None if whole else _ROWS)
-    for text in result.warnings:
-        tell(f"warning: {text}")
-    code, data, text = outcome(result)
-    if result.good:
-        text = text.replace(" rows", f" rows to {typed.get('output')}", 1)
-    return code, data, text
-
-
-VERB = Verb(run, call=call)
+    squares = [np.square(rmse) for rmse, _ in counted]
+    mean = np.average(squares, axis=0, weights=[n for _, n in counted])
+    return AttitudeRmse(*np.sqrt(mean).tolist())

@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 
 from boresight.gateware.machine import Machine
+from boresight.model.errors import InputError
 from boresight.model.words.program import Program
 
 
-class ScheduleError(ValueError):
+class ScheduleError(InputError):
     """A program that does not fit the machine, or a schedule that breaks its rules."""
 
 

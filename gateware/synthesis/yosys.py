@@ -30,7 +30,7 @@ from typing import Any, Final
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
-from boresight.model.tools.failure import failure
+from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.folders import yosys_environment
 
 __all__ = [
@@ -51,7 +51,7 @@ _CACHE_FORMAT: Final = 2
 _NETLIST: Final = "netlist.json"
 
 
-class SynthesisError(RuntimeError):
+class SynthesisError(ToolFailed):
     """Yosys ran and rejected the design."""
 
 

@@ -24,7 +24,7 @@ _LOGS_MAX = 20
 
 
 class ToolFailed(RuntimeError):
-    """A compiler failed; the message is the line of `failure`."""
+    """An external program failed; the message is the line of `failure`."""
 
 
 def last_words(output: str) -> str:

@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.needs import COMMON, embeddable, install_line
 
 __all__ = [
@@ -53,7 +54,7 @@ BUILD_ARGS = {
 TIMESCALE = ("--timescale", "1ns/1ps")
 
 
-class SimulationFailed(RuntimeError):
+class SimulationFailed(ToolFailed):
     """The simulation did not end, or showed an unknown value: never a pass.
 
     The first line names the failure; further lines are output of the tool.

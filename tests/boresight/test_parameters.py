@@ -1,70 +1,55 @@
-"""`boresight.parameters`: files and texts, and what is refused."""
+"""Parameter values from Python, from texts and from files."""
 
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.parameters import parse_settings, read_params, values_for
+from boresight.parameters import estimator_names, params_of, params_of_each
 
-pytestmark = pytest.mark.pythons
-
-
-def write(tmp_path, data, name="p.json"):
-    path = tmp_path / name
-    path.write_text(data if isinstance(data, str) else json.dumps(data))
-    return path
+BOTH = ["battery", "pmsm"]
 
 
-def test_files_and_settings_in_order(tmp_path):
-    flat = write(tmp_path, {"kp_pitch_per_s": 1, "kp_roll_per_s": 2.0})
-    full = write(
-        tmp_path,
-        {"estimator": "complementary", "parameters": {"kp_roll_per_s": 3.0}, "rmse_deg": {}},
-        "full.json",
-    )
-    assert read_params(flat) == (None, {"kp_pitch_per_s": 1.0, "kp_roll_per_s": 2.0})
-    assert read_params(full) == ("complementary", {"kp_roll_per_s": 3.0})
-    assert values_for("complementary", [flat, full], ["kp_heading_per_s=4", "mag_gate=1"]) == {
-        "kp_pitch_per_s": 1.0,
-        "kp_roll_per_s": 3.0,
-        "kp_heading_per_s": 4.0,
-        "mag_gate": 1.0,
-    }
-    assert values_for("complementary", [full], ["kp_roll_per_s=5"]) == {"kp_roll_per_s": 5.0}
-    assert parse_settings(["a=1", "a=2e-3"]) == {"a": 2e-3}
+def test_of_one(here: Path) -> None:
+    Path("flat.json").write_text('{"alpha": 0.5, "beta": 3}')
+    Path("tuned.json").write_text(json.dumps({"estimator": "mine", "parameters": {"beta": 4}}))
+    assert params_of("mine.py", None) is None
+    assert params_of("mine.py", {"alpha": 0.25}) == {"alpha": 0.25}
+    texts = ["@flat.json", "@tuned.json", "alpha=0.75"]
+    assert params_of("mine.py", texts) == {"alpha": 0.75, "beta": 4.0}
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        ("{", "wanted a parameter file, found no JSON in line 1, column 2"),
-        ([1.0], "found a list"),
-        ({"parameters": [1.0]}, "found a list"),
-        ({"estimator": 3, "parameters": {}}, "wanted a JSON object"),
-        ({"kp_pitch_per_s": "1"}, "kp_pitch_per_s: wanted a number, found '1'"),
-        ({"kp_pitch_per_s": True}, "found true"),
-        ({"kp_pitch_per_s": 40}, "wanted 0 to 32 1/s, found 40.0"),
-        ('{"kp_pitch_per_s": NaN}', "wanted a parameter file, found NaN, which JSON does not have"),
-        ({"kp": 1}, "parameter kp: wanted one of 13 names, nearest: kp_roll_per_s"),
-        (
-            {"estimator": "complementary_as_printed", "parameters": {}},
-            "wanted parameters of complementary, found those of complementary_as_printed",
-        ),
-    ],
-)
-def test_bad_files(tmp_path, data, message):
-    with pytest.raises(InputError, match=rf"/p\.json.*{message}"):
-        values_for("complementary", [write(tmp_path, data)])
+def test_of_several() -> None:
+    names = [*map(str, estimator_names(*BOTH))]
+    assert names == BOTH == [*map(str, estimator_names(",".join(BOTH)))]
+    assert params_of_each(BOTH, {"pmsm": {}}) == [None, {}]
 
 
-def test_bad_settings(tmp_path):
-    for text in ("kp_pitch_per_s", "kp_pitch_per_s=x", "=", "kp_pitch_per_s="):
-        with pytest.raises(InputError, match=r"wanted NAME=NUMBER"):
-            values_for("complementary", [], [text])
-    with pytest.raises(InputError, match=r"absent.json: wanted a parameter file that can be read"):
-        read_params(tmp_path / "absent.json")
-    with pytest.raises(InputError, match=r"found 'kalman'"):
-        values_for("kalman")
+WRONG = {
+    "alpha": "--param: wanted NAME=NUMBER, found 'alpha'",
+    "gamma=1": "gamma",
+    "alpha=7": "alpha: wanted 0 to 1, found 7",
+    "@list.json": "list.json: wanted a JSON object with parameter values, found a list",
+    "@other.json": "other.json: wanted values of mine, found pmsm",
+    "@text.json": "text.json, alpha: wanted a number, found",
+    "@nosuch.json": "nosuch.json: wanted a parameter file",
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_wrong_ones(text: str, here: Path) -> None:
+    Path("list.json").write_text("[1]")
+    Path("text.json").write_text('{"alpha": "high"}')
+    Path("other.json").write_text('{"estimator": "pmsm", "parameters": {}}')
+    with pytest.raises(InputError, match=WRONG[text]):
+        params_of("mine.py", [text])
+
+
+def test_whose_values_they_are() -> None:
+    with pytest.raises(InputError, match="wanted values of battery, pmsm, found no estimator"):
+        params_of_each(BOTH, ["alpha=1"])
+    with pytest.raises(InputError, match="each name once, found pmsm twice"):
+        estimator_names("pmsm,battery", "pmsm")

@@ -36,6 +36,6 @@ def test_the_same_bytes(named: Any, tmp_path: Path) -> None:
     written = set()
     for rows in (1, 7, 1000, 1_000_000, None):
         out = tmp_path / f"out{rows}.csv"
-        boresight.run(estimator, log, on="c", output=out, rows=rows)
+        boresight.run(estimator, log, levels="c", output=out, rows=rows)
         written.add(out.read_bytes())
     assert len(written) == 1 and written.pop().count(b"\n") == 61

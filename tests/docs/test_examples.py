@@ -28,7 +28,7 @@ def columns_of(name: str) -> dict[str, np.ndarray]:
 
 
 def fixed(name: str) -> dict[str, np.ndarray]:
-    return boresight.run(program(f"{name}.py"), EXAMPLES / f"{name}.csv", on="fixed").outputs
+    return boresight.run(program(f"{name}.py"), EXAMPLES / f"{name}.csv", levels="fixed")["outputs"]
 
 
 @pytest.mark.parametrize("name", LOGGED)
@@ -103,10 +103,12 @@ def test_attitude_is_the_truth_within_degrees() -> None:
     """From level and north on; in float64 it is the textbook's filter."""
     record = boresight.record_of(bundled("synthetic_60s"))
     truth = np.stack([record.columns[f"q{c}"].values for c in "wxyz"], axis=1)
-    outputs = boresight.run(program("attitude.py"), record, on="c").outputs
+    outputs = boresight.run(program("attitude.py"), record, levels="c")["outputs"]
     off = np.degrees(angle_between(attitude_of(outputs), truth))
     assert np.sqrt(np.mean(off[500:] ** 2)) < 3.0 and off[500:].max() < 8.0
-    (checked,) = boresight.check(program("attitude.py"), record, levels=("c",), steps=200)
+    (checked,) = boresight.check(program("attitude.py"), record, levels=("c",), steps=200)[
+        "results"
+    ]
     assert checked.good and all(d.largest < 1e-9 for d in checked.textbook)
 
 

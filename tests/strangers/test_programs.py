@@ -60,7 +60,9 @@ def test_as_many_programs_as_are_promised() -> None:
 def test_every_level_gives_the_same_words(name: str) -> None:
     columns, _ = STRANGERS[name](200)
     program = place(name)
-    results = {on: boresight.run(program, columns, on=on) for on in ("fixed", "c", "rtl", "float")}
+    results = {
+        on: boresight.run(program, columns, levels=on) for on in ("fixed", "c", "rtl", "float")
+    }
     for output in estimator_of(program).outputs:
         words = results["fixed"].outputs[output.name]
         assert len(np.unique(words)) > (1 if output.unit == "flags" else 50)
@@ -76,7 +78,7 @@ def test_every_level_gives_the_same_words(name: str) -> None:
 def test_numpy_and_compiled_float_agree(name: str) -> None:
     columns, _ = STRANGERS[name](150)
     program = place(name)
-    written, compiled = (boresight.run(program, columns, on=on) for on in ("numpy", "float"))
+    written, compiled = (boresight.run(program, columns, levels=on) for on in ("numpy", "float"))
     for output, values in written.outputs.items():
         assert np.allclose(values, compiled.outputs[output], rtol=1e-9, atol=1e-9)
 
@@ -84,7 +86,7 @@ def test_numpy_and_compiled_float_agree(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_check_is_good(name: str) -> None:
     columns, _ = STRANGERS[name](2_000)
-    (result,) = boresight.check(place(name), columns, levels=("fixed", "c"))
+    (result,) = boresight.check(place(name), columns, levels=("fixed", "c"))["results"]
     assert result.good, [*(x.line() for x in result.levels), *result.accuracy.lines()]
     assert [x.n_total for x in result.levels] == [2_000, 2_000]
     assert all(d.tolerance is not None for d in result.accuracy.differences)
@@ -116,7 +118,7 @@ def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
     program = place(name)
     log = csv(tmp_path / "log.csv", inputs)
     assert "[" in log.read_text().splitlines()[0]
-    plain, read = (boresight.run(program, x, on="numpy") for x in (inputs[0], log))
+    plain, read = (boresight.run(program, x, levels="numpy") for x in (inputs[0], log))
     for output, values in plain.outputs.items():
         assert np.allclose(values, read.outputs[output], rtol=1e-7, atol=1e-7)
 
@@ -140,11 +142,9 @@ def test_compile_writes_a_whole_folder(name: str, tmp_path, capsys) -> None:
 def test_the_controller_holds_its_motor_on_the_rtl(tmp_path, capsys) -> None:
     world, filter = place("pi.py:Motor(steps=600)"), place("pi.py:Pi")
     log = tmp_path / "loop.csv"
-    assert (
-        main(["simulate", world, filter, "--on", "rtl", "--against", "fixed", "-o", str(log)]) == 0
-    )
+    assert main(["run", filter, world, "--levels", "rtl,fixed", "-o", str(log)]) == 0
     assert "bit by bit" in capsys.readouterr().out
-    seen = boresight.run(filter, log, on="c")  # the loop's record is a log
+    seen = boresight.run(filter, log, levels="c")  # the loop's record is a log
     target, speed = np.loadtxt(log, delimiter=",", skiprows=1, unpack=True)
     assert len(seen.outputs["drive"]) == 600
     assert np.abs(target - speed)[350:400].max() < 0.02 * 150.0

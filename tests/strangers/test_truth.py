@@ -83,7 +83,7 @@ def test_tuned_parameters_help_on_data_that_they_were_not_tuned_on(
         assert main(["accuracy", program, str(other), "--json", *options]) == 0
         return json.loads(capsys.readouterr().out)["estimators"][0]["mean"]
 
-    before, after = errors(*values), errors("--params", str(out))
+    before, after = errors(*values), errors("--param", f"@{out}")
     for figure, share in wanted.items():
         assert after[figure] < share * before[figure], (before, after)
     data = json.loads(out.read_text())

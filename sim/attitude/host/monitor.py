@@ -185,7 +185,10 @@ def _picture(track: Track, kind: str) -> bytes:
     shown = [a for a in track.attitudes if isinstance(a, Attitude)]
     if len(shown) < len(track.attitudes):
         raise InputError.at(
-            "--plot", wanted="attitudes", found="other outputs", fix="leave it out; take --csv"
+            "--output",
+            wanted="attitudes",
+            found="other outputs",
+            fix="leave it out, or name a .csv",
         )
     across = track.time_s or track.number
     return plot_image(across, shown, track.gaps, kind, timed=track.time_s is not None)
@@ -273,11 +276,11 @@ def monitor(
 
     The parameters are those of `boresight.monitor`.
     """
-    require(count is None or count >= 1, "--count", "1 or more", count)
+    require(count is None or count >= 1, "--steps", "1 or more", count)
     require(1 <= baud <= _BAUD_MOST, "--baud", f"1 to {_BAUD_MOST:,}", baud)
     if plot is not None and Path(plot).suffix not in (".png", ".svg", ".pdf"):
         raise InputError.at(
-            "--plot",
+            "--output",
             wanted="a name with .png, .svg or .pdf",
             found=str(plot),
             fix="give such a name",
@@ -286,7 +289,7 @@ def monitor(
     inputs = [source] if register_map is None else [source, register_map]
     table_file, picture_file = (
         None if path is None else OutputFile(path, inputs=inputs, option=option)
-        for path, option in ((csv, "--csv"), (plot, "--plot"))
+        for path, option in ((csv, "--output"), (plot, "--output"))
     )
     table = RegisterTable(register_map)
     words = _words(table, writes)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.arguments import check_routable
+from boresight.core_files import check_routable
 from boresight.gateware.synthesis.routed import netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError

@@ -145,7 +145,7 @@ def test_a_gate_leaves_out_what_lies_beyond() -> None:
 def test_fixed_point_and_c_are_equal_and_near(filter: type[Kalman], tmp_path: Any) -> None:
     inputs = turning(300) if filter is Turning else cart(300)
     columns = {i.name: inputs[:, k] for k, i in enumerate(filter.inputs)}
-    (result,) = boresight.check(filter, columns, levels=("fixed", "c"))
+    (result,) = boresight.check(filter, columns, levels=("fixed", "c"))["results"]
     assert result.exact and not result.accuracy.saturated_updates
     assert all(d.largest < 1e-4 for d in result.accuracy.differences), result.lines()
     assert result.textbook and "textbook" in str(result)
@@ -166,7 +166,7 @@ def test_a_variance_is_held_near_its_largest() -> None:
     assert (cov[:, [0, 1], [0, 1]] <= np.array([2.4**2, 8.0**2])).all()
     assert np.linalg.eigvalsh(cov).min() > 0.0 and cov[-1, 0, 0] > 0.7 * 2.4**2
     columns = {"z": inputs[:, 0], "there": inputs[:, 1]}
-    (result,) = boresight.check(Cart, columns, levels=("fixed",))
+    (result,) = boresight.check(Cart, columns, levels=("fixed",))["results"]
     assert result.good
 
 

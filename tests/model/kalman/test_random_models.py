@@ -40,7 +40,7 @@ def check_exact(seed: int, levels: tuple[str, ...]) -> None:
     filter = Drawn(seed)
     values = inputs_of(filter, 60)
     columns = {i.name: values[:, k] for k, i in enumerate(filter.inputs)}
-    (result,) = boresight.check(filter, columns, levels=levels, config="small-1024")
+    (result,) = boresight.check(filter, columns, levels=levels, config="small-1024")["results"]
     assert result.exact, (seed, result.lines())
 
 

@@ -93,7 +93,7 @@ def test_check_warns() -> None:
     columns = {"z": np.ones(40), "there": np.ones(40)}
     (result,) = boresight.check(
         type("Doubtful", (Doubtful,), {"seen": ("pos",)}), columns, levels=("fixed",)
-    )
+    )["results"]
     assert result.good and "warning: test_remarks.py" in str(result) and "shift" in str(result)
 
 

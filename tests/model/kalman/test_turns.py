@@ -79,7 +79,8 @@ def records(n: int) -> dict[str, Any]:
 
 def test_rows_in_turn_are_those_that_are_valid_in_their_turn() -> None:
     (a, b) = (
-        boresight.run(kind, records(200), on="float").outputs for kind in (Spelled(), InTurn())
+        boresight.run(kind, records(200), levels="float")["outputs"]
+        for kind in (Spelled(), InTurn())
     )
     for name in "abc":
         assert np.asarray(a[name]) == pytest.approx(np.asarray(b[name]), abs=1e-12)
@@ -87,7 +88,7 @@ def test_rows_in_turn_are_those_that_are_valid_in_their_turn() -> None:
 
 
 def test_levels_agree_and_float64_is_the_textbook() -> None:
-    (result,) = boresight.check(InTurn(), records(60), levels=("fixed", "c", "rtl"))
+    (result,) = boresight.check(InTurn(), records(60), levels=("fixed", "c", "rtl"))["results"]
     assert result.good and result.textbook, result.lines()
     assert all(d.largest < 1e-9 for d in result.textbook), result.lines()
 

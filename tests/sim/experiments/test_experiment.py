@@ -297,6 +297,6 @@ def test_schedules_are_those_of_the_compiled_core(tmp_path: Path) -> None:
     assert list(result) == ["small", "fast"]
     for config, schedules in result.items():
         core = boresight.compile(*names, config=config, synth=False, output=tmp_path / config)
-        for schedule, program in zip(schedules, core.programs, strict=True):
-            assert schedule.interval == program.interval_cycles
-            assert schedule.latency == max(program.latency_cycles.values())
+        for schedule, program in zip(schedules, core["programs"].values(), strict=True):
+            assert schedule.interval == program["timing"]["interval_cycles"]
+            assert schedule.latency == program["timing"]["latency_cycles"]["predicted"]

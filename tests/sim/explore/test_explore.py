@@ -41,7 +41,7 @@ class Wound(Smooth):
         m = (1.0 - self.gain) * x.m + self.gain * u.a
         return {"m": m, "sum": x.sum + 1.0}, {"m": m}
 """
-WORDS = ("--words", "18,32", "--no-area")
+WORDS = ("--word", "18,32")
 
 
 def log(amplitude: float = 1.0) -> str:
@@ -57,16 +57,14 @@ def here(tmp_path, monkeypatch):
 
 
 def run(name="smooth.py:Smooth", given="log.csv", words=(18, 32), **more):
-    return boresight.explore(name, given, words=words, area=False, jobs=1, **more)
+    return boresight.explore(name, given, words=words, jobs=1, **more)
 
 
 def test_rows_choice_and_files(here, capsys) -> None:
     line = ["explore", "smooth.py:Smooth", "log.csv", "shift=3,-1", *WORDS, "--jobs", "1"]
-    assert main([*line, "--csv", "t.csv", "--want", "m<1uV", "--least", "cycles"]) == 0
+    assert main([*line, "--want", "m<1uV", "--least", "cycles"]) == 0
     out = capsys.readouterr().out
     assert "cycles 10: shift=3, 32 bits, small" in out
-    table = (here / "t.csv").read_text()
-    assert len(table.splitlines()) == 9 and table.count("negative shift") == 4
     assert "boresight compile" in (here / "build" / "explore-smooth.html").read_text()
     assert main([*line, "--want", "m<1uV, cycles<3", "--json"]) == 1
     data = json.loads(capsys.readouterr().out)
@@ -193,14 +191,12 @@ def test_bad_demands(text) -> None:
         (["--words", "18,x"], "words: wanted whole numbers"),
         (["--config", "large"], "config: wanted one of small"),
         (["--target", "xc7"], " names, nearest: xc6slx"),
-        (["--want", "lut<500"], "no-area: wanted areas and clocks, for lut, found --no-area; "),
         (["--route"], "route: wanted a target that an open tool routes, found --target xc6slx9"),
-        (["--csv", "build/explore-smooth.html"], "wanted a file of its own"),
         (["shift=-1"], "negative shift"),
     ],
 )
 def test_bad_input_is_one_line(here, more, message, capsys) -> None:
-    assert main(["explore", "smooth.py:Smooth", "log.csv", *more, "--no-area"]) == 2
+    assert main(["explore", "smooth.py:Smooth", "log.csv", *more]) == 2
     err = capsys.readouterr().err
     assert message in err and err.count("\n") == 1
     assert not (here / "build").exists()

@@ -179,7 +179,7 @@ def test_an_interrupted_campaign_continues(whole, tmp_path, monkeypatch) -> None
             raise KeyboardInterrupt
         return inner(campaign, seeds)
 
-    monkeypatch.setattr("boresight.verbs.figures.montecarlo.draws", cut)
+    monkeypatch.setattr("boresight.verbs.montecarlo.draws", cut)
     with pytest.raises(KeyboardInterrupt):
         boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path)
     boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path)

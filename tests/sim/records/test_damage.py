@@ -75,7 +75,7 @@ def check(kind: str, count: int, folder: Path, capsys: pytest.CaptureFixture[str
         here.mkdir()
         path, out, damage = here / f"a{kind}", here / "out.csv", DAMAGES[number % len(DAMAGES)]
         written(path, damage, np.random.default_rng([31, number]))
-        codes.append(main(["run", "complementary", str(path), "--on", "c", "-o", str(out)]))
+        codes.append(main(["run", "complementary", str(path), "--levels", "c", "-o", str(out)]))
         said = capsys.readouterr().err.splitlines()
         case = (number, damage, said)
         if codes[-1] == 0:

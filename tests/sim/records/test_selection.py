@@ -88,7 +88,7 @@ def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
 )
 def test_what_is_refused(log: Path, tmp_path: Path, capsys, arguments, message: str) -> None:
     out = tmp_path / "out.csv"
-    assert main(["convert", str(log), "-o", str(out), *arguments]) == 2
+    assert main(["run", str(log), "-o", str(out), *arguments]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert message in line and not out.exists()
 
@@ -97,11 +97,11 @@ def test_a_log_is_converted_there_and_back(log: Path, tmp_path: Path, capsys) ->
     content = log.read_bytes()
     for suffix in (".csv.gz", ".parquet", ".npz", ".feather", ".mat"):
         there, back = tmp_path / f"a{suffix}", tmp_path / "back.csv"
-        assert main(["convert", str(log), "-o", str(there)]) == 0
-        assert main(["convert", str(there), "-o", str(back)]) == 0
+        assert main(["run", str(log), "-o", str(there)]) == 0
+        assert main(["run", str(there), "-o", str(back)]) == 0
         assert back.read_bytes() == content, suffix
     assert "3,000 rows to" in capsys.readouterr().out
-    assert main(["convert", str(log)]) == main(["convert", str(log), "-o", "out.bin"]) == 2
+    assert main(["run", str(log)]) == main(["run", str(log), "-o", "out.bin"]) == 2
 
 
 def test_times_of_pieces_rise_in_any_unit(tmp_path: Path) -> None:

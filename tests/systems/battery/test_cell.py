@@ -50,7 +50,9 @@ def test_matched_resistances() -> None:
 
 
 def test_levels_agree_and_float64_is_the_textbook() -> None:
-    (result,) = boresight.check("battery", records(steps=300), levels=("fixed", "c", "rtl"))
+    (result,) = boresight.check("battery", records(steps=300), levels=("fixed", "c", "rtl"))[
+        "results"
+    ]
     assert result.good and result.textbook, result.lines()
     assert all(d.largest < 1e-8 for d in result.textbook), result.lines()
 

@@ -101,7 +101,7 @@ def test_float64_is_the_textbook() -> None:
     world = Flight(steps=100)
     with make_level("c", Build(Ekf2(), config=CONFIG)) as level:
         record = close_loop(world, level).record(Ekf2(), "begin")
-    (result,) = boresight.check("ekf2", record, levels=("c",), config=CONFIG)
+    (result,) = boresight.check("ekf2", record, levels=("c",), config=CONFIG)["results"]
     assert result.good and result.textbook
     assert all(d.largest < 1e-9 for d in result.textbook), result.lines()
 

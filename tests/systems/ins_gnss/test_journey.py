@@ -88,7 +88,7 @@ def test_float64_is_the_textbook() -> None:
     world = Journey("drone", steps=60)
     with make_level("c", Build(InsGnss(), config=CONFIG)) as level:
         record = close_loop(world, level).record(InsGnss(), "begin")
-    (result,) = boresight.check("ins_gnss", record, levels=("c",), config=CONFIG)
+    (result,) = boresight.check("ins_gnss", record, levels=("c",), config=CONFIG)["results"]
     assert result.good and result.textbook
     assert all(d.largest < 1e-9 for d in result.textbook), result.lines()
 

@@ -61,7 +61,7 @@ def test_the_whole_drive_in_rtl() -> None:
 
 def test_float64_is_the_textbook() -> None:
     record = loop("c", 200).record(Pmsm(), "start")
-    (result,) = boresight.check("pmsm", record, levels=("c",))
+    (result,) = boresight.check("pmsm", record, levels=("c",))["results"]
     assert result.good and result.textbook
     assert all(d.largest < 1e-9 for d in result.textbook), result.lines()
 

@@ -230,7 +230,7 @@ def test_hostile_updates(config: str, mag: str) -> None:
     records = inputs_of(made, np.concatenate([*motions, drawn]))
     assert [i.name for i in Vqf.inputs] == list(COLUMNS)
     columns = {i.name: records[:, k] for k, i in enumerate(made.inputs)}
-    (result,) = boresight.check(made, columns, config=config)
+    (result,) = boresight.check(made, columns, config=config)["results"]
     for level in result.levels:
         assert level.n_mismatch == 0 and level.n_total > 0 and not level.error, level
         assert level.cycles_predicted == level.cycles_max == level.cycles_min, level

@@ -94,7 +94,7 @@ def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
     capture = tmp_path / "capture.bin"
     capture.write_bytes(b"".join(bytes(s) for k, s in enumerate(sent) if k != 2))
     table, picture = tmp_path / "out.csv", tmp_path / "out.svg"
-    assert main(["monitor", str(capture), "--csv", str(table), "--plot", str(picture)]) == 0
+    assert main(["monitor", str(capture), "-o", str(table), "-o", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[-1] == "7 attitudes, 1 missing, 0 frames or lines damaged"
     exact = [attitude_of(w) for k, w in enumerate(updates) if k != 2]
@@ -124,7 +124,7 @@ def test_json(tmp_path, capsys) -> None:
 def test_port(registers) -> None:
     seen = []
     with SerialBoard({}, noise=b"\x7f") as board:
-        data = boresight.monitor(board.port, count=5, register_map=registers, each=seen.append)
+        data = boresight.monitor(board.port, steps=5, register_map=registers, each=seen.append)
     assert len(data.attitudes) == len(seen) == 5
     numbers = [a.number for a in data.attitudes]
     assert numbers == list(range(numbers[0], numbers[0] + 40, 8))
@@ -173,7 +173,7 @@ def test_registers_by_name(registers, capsys) -> None:
 
 def test_registers_and_attitudes_together(registers) -> None:
     with SerialBoard({5: 77}) as board:
-        data = boresight.monitor(board.port, reads=["5"], count=2)
+        data = boresight.monitor(board.port, reads=["5"], steps=2)
     assert data.registers == {"5": RegisterWord(77, 77, "")}
     assert len(data.attitudes) == 2
 
@@ -192,11 +192,11 @@ def test_registers_and_attitudes_together(registers) -> None:
         (("--read", "gain"), "--read gain: wanted a register that can be read, found write-only"),
         (("--read", "gians"), "register gians: wanted a register of"),
         (("--read", "5000"), "wanted an address from 0 to 4095, found 5000"),
-        (("--count", "0"), "--count: wanted 1 or more, found 0"),
+        (("--steps", "0"), "--steps: wanted 1 or more, found 0"),
         (("--baud", "0"), "--baud: wanted 1 to 100,000,000, found 0"),
-        (("--plot", "out.gif"), "--plot: wanted a name with .png, .svg or .pdf, found out.gif"),
+        (("-o", "out.gif"), "--output: wanted a name with .png, .svg or .pdf, found out.gif"),
         (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
-        (("--plot", "out.png"), "wanted attitudes, in frames or lines of text, found none;"),
+        (("-o", "out.png"), "wanted attitudes, in frames or lines of text, found none;"),
     ],
 )
 def test_wrong_use(option, message: str, registers, tmp_path, refused) -> None:
@@ -208,7 +208,7 @@ def test_wrong_use(option, message: str, registers, tmp_path, refused) -> None:
 def test_a_table_that_cannot_be_written(tmp_path, refused) -> None:
     capture = tmp_path / "capture.bin"
     capture.write_bytes(frames([7]))
-    message = refused(capture, "-q", "--csv", "/proc/none/out.csv")
+    message = refused(capture, "-q", "-o", "/proc/none/out.csv")
     assert "wanted a path that can be written" in message
 
 
@@ -261,7 +261,9 @@ def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
     assert [float(row["time_s"]) for row in rows] == [0.0, 0.002, 0.004, 0.006, 0.008]
     assert main(["monitor", str(capture), "--map", str(path)]) == 0
     assert "    2  azimuth -0.5  rate +1.5" in capsys.readouterr().out
-    with pytest.raises(boresight.InputError, match="--plot: wanted attitudes, found other outputs"):
+    with pytest.raises(
+        boresight.InputError, match="--output: wanted attitudes, found other outputs"
+    ):
         boresight.monitor(str(capture), register_map=path, plot=tmp_path / "out.png")
     # Without the map the words have no names and units.
     with pytest.raises(boresight.InputError, match="wanted attitudes, in frames or lines of text"):

@@ -1,4 +1,4 @@
-"""Many draws of a world: errors, NEES, NIS and spread against the bound.
+"""Run many draws of a world: errors, NEES, NIS and spread against the bound.
 
 boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world and an estimator
 """
@@ -8,52 +8,61 @@ from __future__ import annotations
 import json
 import math
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, SEED_MOST, check_number, check_optional, check_word
-from boresight.model.errors import InputError, require_choice
+from cyclopts import Parameter
+
+from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.tools.files import OutputFile
+from boresight.model.words.fixed import check_word
 from boresight.options import (
     EstimatorName,
     Jobs,
-    Option,
+    Level,
     OutputFolder,
     Params,
+    Profiles,
+    Progress,
     PythonOnly,
-    Verb,
+    Steps,
     Word,
+    WorldName,
 )
+from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, cluster, complete, digest
 from boresight.sim.montecarlo.campaign import Campaign, draws, record_count
 from boresight.sim.montecarlo.figures import figures, result_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
-__all__ = ["montecarlo"]
+__all__ = ["GROUPS", "montecarlo"]
+
+GROUPS = (Profiles,)
 
 LEVELS = ("c", "fixed", "float")
 
 
 def montecarlo(
-    world: Annotated[NamedWorld, Option(metavar="WORLD")],
+    world: Annotated[NamedWorld, WorldName],
     estimator: EstimatorName,
+    /,
     *,
     runs: int = 100,
     seed: int = 1,
-    on: str = "c",
+    levels: Level = ("c",),
     word: Word = 32,
     params: Params = None,
-    steps: int | None = None,
+    steps: Steps = None,
     jobs: Jobs = None,
     again: bool = False,
-    scheduler: Annotated[str | None, Option(metavar="ADDRESS")] = None,
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> Result:
     """Run draws of a world on an estimator: errors, NEES, NIS, spread against the bound.
 
@@ -71,8 +80,8 @@ def montecarlo(
         How many draws.
     seed : int
         Of the first draw.
-    on : str
-        Level: c, fixed or float.
+    levels : str
+        One of c, fixed and float.
     steps : int, optional
         Most records of a draw.
     jobs : int, optional
@@ -98,16 +107,17 @@ def montecarlo(
     ToolMissing
         A scheduler is given, and dask.distributed is not installed.
     """
-    check_number("runs", runs, 2, 1_000_000)
-    check_number("seed", seed, 0, SEED_MOST)
-    require_choice("on", on, LEVELS)
+    require_whole("runs", runs, 2, 1_000_000)
+    require_whole("seed", seed, 0, 2**31)
+    on = levels if isinstance(levels, str) else ",".join(levels)
+    require_choice("levels", on, LEVELS)
     check_word(word)
-    check_optional("jobs", jobs, 1, JOBS_MOST)
-    check_optional("steps", steps, 1)
-    settings = tuple(sorted((params or {}).items()))
+    require_whole("jobs", jobs, 1)
+    require_whole("steps", steps, 1)
+    values = params_of(estimator, params)
+    settings = tuple(sorted((values or {}).items()))
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world
-    filter.param_values(params)
     _check_nis(filter)
     drawn(plant, seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
@@ -163,11 +173,8 @@ def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:
     """The command that runs a draw alone; empty if world or estimator is no text."""
     if not campaign.texts:
         return ""
-    names = " ".join(shlex.quote(str(name)) for name in campaign.named)
+    names = " ".join(shlex.quote(str(name)) for name in reversed(campaign.named))
     options = "".join(f" --param {name}={value!r}" for name, value in campaign.params)
     options += f" --word {campaign.word}" if campaign.word != 32 else ""
     options += f" --steps {campaign.steps}" if campaign.steps else ""
-    return f"boresight simulate {names} --on {campaign.on} --seed {worst['seed']}{options}"
-
-
-VERB = Verb(montecarlo)
+    return f"boresight run {names} --levels {campaign.on} --seed {worst['seed']}{options}"

@@ -1,4 +1,4 @@
-"""Error of our estimators and of published ones on logs with truth.
+"""Measure errors from truth, beside published filters.
 
 boresight accuracy  # the attitude filters and VQF on the bundled logs
 boresight accuracy my_filter.py log.csv  # each output in its unit
@@ -9,18 +9,25 @@ boresight accuracy mekf flight.ulg --align heading  # a constant offset of the h
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_optional, check_word
 from boresight.filters import chosen, params_by_estimator
-from boresight.model.errors import require_choice
-from boresight.model.resolve import Named, estimator_of
+from boresight.model.errors import require_choice, require_whole
+from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import output_folder
-from boresight.options import Arguments, Jobs, Option, Outcome, Params, Word, outcome
-from boresight.regression import JudgedVerb
+from boresight.model.words.fixed import check_word
+from boresight.options import (
+    EstimatorNames,
+    Jobs,
+    LogRows,
+    Logs,
+    OptionalFolder,
+    Params,
+    Profiles,
+    Progress,
+    Word,
+)
+from boresight.regression import Baseline
 from boresight.sim.accuracy.benchmark import JUDGED, benchmark, require_attitudes
 from boresight.sim.accuracy.page import render_page
 from boresight.sim.accuracy.peers import PEERS, require_peers
@@ -28,21 +35,24 @@ from boresight.sim.accuracy.trials import read_trials
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import ALIGNMENTS
 
-__all__ = ["accuracy"]
+__all__ = ["GROUPS", "accuracy"]
+
+GROUPS = (LogRows, Profiles, Baseline)
 
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 
 
 def accuracy(
-    names: Named | Sequence[Named],
-    *logs: Any,
+    names: EstimatorNames = FIRST,
+    /,
+    *logs: Logs,
     align: str = "none",
     params: Params = None,
     word: Word = 32,
     jobs: Jobs = None,
-    output: Annotated[str | Path | None, Option(("-o", "--output"), "DIR")] = None,
-    progress: Callable[[str], None] | None = None,
+    output: OptionalFolder = None,
+    progress: Progress = None,
 ) -> Result:
     """Error of estimators against the truth of logs, output by output, and from float64.
 
@@ -52,23 +62,22 @@ def accuracy(
     Parameters
     ----------
     names : Named or several
-        Estimators and published attitude filters, or ``ours``, ``published``, ``all`` of them;
-        a text may hold several with commas.
+        Estimators and published attitude filters with commas, or ours, published, all of them.
     logs : paths, or data in memory
         Logs, or folders of logs; the bundled ones by default. Data in memory is what `Record.of`
         takes, with truths as ``NAME_true``.
     align : str
         Constant offset between estimate and reference that is taken out of attitudes first, and
         printed: none, heading (about the vertical) or full.
-    params : mapping
-        Values by estimator; files as tune writes them.
+    params : mapping, optional
+        Values by estimator.
     output : path, optional
         Folder for accuracy.html and accuracy.json.
 
     Returns
     -------
     Result
-        Errors of every estimator at every level, over all logs and of each.
+        ``estimators``: errors of each at every level, over all logs (``mean``) and of each log.
 
     Raises
     ------
@@ -81,10 +90,9 @@ def accuracy(
     ours = [estimator_of(n) for n in named]
     check_word(word)
     require_choice("align", align, ALIGNMENTS)
-    check_optional("jobs", jobs, 1, JOBS_MOST)
+    require_whole("jobs", jobs, 1)
     require_peers([PEERS[name] for name in peers])
-    for e in ours:
-        e.param_values((params or {}).get(e.name))
+    values = params_by_estimator(named, params)
     if not logs:
         fix = "name one after the estimator; the bundled ones are of attitudes"
         require_attitudes(ours, "logs", fix)
@@ -95,10 +103,10 @@ def accuracy(
 
     def work() -> Result:
         result = benchmark(
-            ours, peers, trials, params=params, word=word, align=align, jobs=jobs, say=say
+            ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
         )
         notes = [f"log {log.name} has no truth: left out" for log in left_out]
-        return replace(result, notes=notes)
+        return replace(result, notes=notes, judged=JUDGED)
 
     if output is None:
         return work()
@@ -109,30 +117,5 @@ def accuracy(
         data = json.dumps(result.to_json(), indent=1)
         (folder / "accuracy.json").write_text(data + "\n")
         (folder / "accuracy.html").write_text(render_page(result), encoding="utf-8")
-    return result
-
-
-def call(
-    arguments: Arguments,
-    names: Annotated[str | None, Option(metavar="ESTIMATOR[,ESTIMATOR...]")] = None,
-    *logs: Annotated[Any, Option(metavar="LOG")],
-) -> Outcome:
-    """On logs, by default the bundled ones.
-
-    Parameters
-    ----------
-    names : str, optional
-        Estimators and published filters, or: ours, published, all; by default the attitude
-        filters and VQF.
-    logs : paths
-        Logs, or folders of logs; by default the bundled logs.
-    """
-    typed = arguments.typed
-    names = names or FIRST
-    params = params_by_estimator(chosen(names)[0], *arguments.params)
-    result = arguments.call(accuracy, names, *logs, params=params)
-    folder = typed.get("output")
-    return outcome(result, "" if folder is None else f"\n\n{folder}/accuracy.html")
-
-
-VERB = JudgedVerb(accuracy, call=call, judged=JUDGED)
+    summary = f"{result.summary}\n{output}/accuracy.html".strip()
+    return replace(result, summary=summary)

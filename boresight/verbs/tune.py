@@ -1,6 +1,6 @@
 """Fit parameters to logs with truth, in the open, with cross-validation.
 
-boresight tune my_filter.py folder -o tuned.json  # then: run ... --params tuned.json
+boresight tune my_filter.py folder -o tuned.json  # then: run ... --param @tuned.json
 boresight tune mekf folder --folds 3  # cross-validated
 boresight tune my_filter.py log.csv --only alpha --weight vel=0.5  # one, with weights
 """
@@ -8,27 +8,32 @@ boresight tune my_filter.py log.csv --only alpha --weight vel=0.5  # one, with w
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from boresight.arguments import JOBS_MOST, check_number, check_optional, check_word
-from boresight.model.errors import InputError
+from cyclopts import Parameter
+
+from boresight.model.errors import InputError, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
+from boresight.model.words.fixed import check_word
 from boresight.options import (
-    Arguments,
     EstimatorName,
     Jobs,
+    LogRows,
     Logs,
-    Option,
-    Outcome,
+    OptionalFile,
     Params,
-    Verb,
+    Profiles,
+    Progress,
+    PythonOnly,
+    Repeated,
+    Texts,
     Word,
-    outcome,
 )
+from boresight.parameters import numbers, params_of
 from boresight.sim.accuracy.runs import LogRuns
 from boresight.sim.accuracy.search import axes_of, folds_of
 from boresight.sim.accuracy.trials import read_trials
@@ -36,28 +41,38 @@ from boresight.sim.accuracy.tuning import Tuning, tuned_result, weights_of
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result
 
-__all__ = ["tune"]
+__all__ = ["GROUPS", "tune"]
+
+GROUPS = (LogRows, Profiles)
 
 
 def tune(
-    name: EstimatorName,
+    estimator: EstimatorName,
+    /,
     *logs: Logs,
+    names: Annotated[
+        Sequence[str] | None, Texts, Parameter(name="--only", metavar="A,B,...")
+    ] = None,
+    weights: Annotated[
+        Mapping[str, float] | Sequence[str] | None,
+        Repeated,
+        Parameter(name="--weight", metavar="OUTPUT=NUMBER"),
+    ] = None,
     folds: int | None = None,
-    names: Annotated[Sequence[str] | None, Option(("--only",), "A,B,...")] = None,
-    weights: Annotated[Mapping[str, float] | None, Option(("--weight",), "OUTPUT=NUMBER")] = None,
     rounds: int = 12,
-    vary: Annotated[float, Option(metavar="FACTOR")] = 2.0,
+    vary: Annotated[float, PythonOnly] = 2.0,
     params: Params = None,
     word: Word = 32,
     jobs: Jobs = None,
-    output: Annotated[str | Path | None, Option(("-o", "--output"), "PARAMS.json")] = None,
-    progress: Callable[[str], None] | None = None,
+    output: OptionalFile = None,
+    progress: Progress = None,
 ) -> Result:
     """Tune parameters by a pattern search on the emitted C; see `sim.accuracy.tuning`.
 
     Parameters
     ----------
-    name : str, class or Estimator
+    estimator : str, class or Estimator
+        Name, FILE.py or FILE.py:CLASS.
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs. Those without truth are named and left out.
     folds : int, optional
@@ -71,10 +86,10 @@ def tune(
         Most rounds of each search; 0: none, the sensitivities of what is given alone.
     vary : float
         Factor of the sensitivities.
-    params : mapping
-        Values to start from, and to hold where they are not tuned; files as tune writes them.
+    params : mapping, optional
+        Values to start from, and to hold where they are not tuned.
     output : path, optional
-        JSON file with the result; ``--params`` reads it.
+        JSON file with the result; ``--param @FILE`` reads it.
 
     Returns
     -------
@@ -87,48 +102,41 @@ def tune(
         Unknown names, bad logs, no trial with truth, illegal numbers.
     """
     say = progress or (lambda text: None)
-    estimator = find_estimator(name)
-    values = estimator.param_values(params)
-    axes = axes_of(estimator, values, names)
+    found = find_estimator(estimator)
+    values = found.param_values(params_of(estimator, params))
+    axes = axes_of(found, values, names)
     check_word(word)
-    check_optional("folds", folds, 1)
-    check_number("rounds", rounds, 0)
-    check_optional("jobs", jobs, 1, JOBS_MOST)
+    require_whole("folds", folds, 1)
+    require_whole("rounds", rounds, 0)
+    require_whole("jobs", jobs, 1)
     if not 1.0 <= vary <= 1000.0:
         raise InputError.at(
             "vary", wanted="1 to 1000", found=f"{vary:g}", fix="choose a factor inside the range"
         )
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, inputs=files)
-    trials, left_out = read_trials(logs, [estimator])
+    trials, left_out = read_trials(logs, [found])
     trials = [trial for trial in trials if trial.reference == "truth"]
     units = {name: unit for trial in trials for name, unit in trial.units.items()}
-    weights = weights_of(units, weights)
+    given = numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
+    counted = weights_of(units, given)
     tests = folds_of(len(trials), folds if rounds else 1)
-    members = [trial.feeds[estimator.name] for trial in trials]
+    members = [trial.feeds[found.name] for trial in trials]
     if len({tuple(member.rates_hz.values()) for member, _ in members}) > 1:
         raise InputError.at(
             "logs",
-            wanted=f"one rate, as {estimator.name} is made for a rate",
+            wanted=f"one rate, as {found.name} is made for a rate",
             found="several",
             fix="tune on logs of the same rate",
         )
     runs = LogRuns(members[0][0], [columns for _, columns in members], word=word, jobs=jobs)
-    say(f"{estimator.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
-    tuning = Tuning(runs, axes, values, weights, rounds, say)
+    say(f"{found.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
+    tuning = Tuning(runs, axes, values, counted, rounds, say)
     log_names = [trial.name for trial in trials]
     result = tuned_result(tuning, values, log_names, units, tests, vary)
     notes = [f"log {log.name} has no truth: left out" for log in left_out]
     result = replace(result, data={**result.data, "word": word}, notes=notes)
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")
+        result = replace(result, summary=f"{result.summary}\nwritten: {output}".strip())
     return result
-
-
-def call(arguments: Arguments) -> Outcome:
-    """Tune, and say where the result is."""
-    file = arguments.typed.get("output")
-    return outcome(arguments.call(tune), "" if file is None else f"\n  written: {file}")
-
-
-VERB = Verb(tune, call=call)

@@ -1,1 +1,0 @@
-"""Verbs that give figures over many logs, draws or updates."""

