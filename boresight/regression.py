@@ -30,7 +30,7 @@ def baseline(
     file : path
         Output of the verb with ``--json``; or ``json.dumps(result.to_json())``.
     allow : mapping of str to float
-        Accepted shares of worsening other than `boresight.sim.answer.SHARES`, by kind of figure.
+        Accepted shares of worsening other than `boresight.sim.baseline.SHARES`, by kind of figure.
 
     Returns
     -------
@@ -54,7 +54,11 @@ def baseline(
     lines = str(found).splitlines()
     failures = [line.removeprefix("FAILED: ") for line in lines if line.startswith("FAILED: ")]
     shown = [line for line in lines if not line.startswith("FAILED: ")]
-    return Result(found.to_json(), summary="\n".join(shown), failures=failures)
+    return Result(
+        {"changes": found.changes, "equal": found.equal},
+        summary="\n".join(shown),
+        failures=failures,
+    )
 
 
 @Parameter(name="*")

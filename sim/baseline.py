@@ -1,6 +1,6 @@
 """Results compared with those of an earlier day: changed figures, and those worse than accepted.
 
-A result says which of its numbers have a worse direction (`Answer.judged`), by patterns of places
+A result says which of its numbers have a worse direction (`Result.judged`), by patterns of places
 in its JSON: names with dots between, ``*`` for each entry of a list or an object.
 """
 
@@ -12,14 +12,48 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from boresight.model.errors import InputError
-from boresight.sim.answer import SHARES, Answer, Figure, plain
 from boresight.sim.records.reading import kind_of, read_json
+from boresight.sim.result import plain
 
-__all__ = ["NAMES", "Baseline", "Change", "compared", "figures_of", "read_baseline"]
+__all__ = [
+    "NAMES",
+    "SHARES",
+    "Baseline",
+    "Change",
+    "Figure",
+    "compared",
+    "figures_of",
+    "read_baseline",
+]
 
 Number: TypeAlias = float | str | None
 #: Keys whose values name an entry of a list.
 NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "signal")
+
+
+#: Shares by which figures may get worse from one day to another, by kind.
+SHARES = {"cycles": 0.0, "area": 0.01, "clock": 0.05, "error": 0.1, "count": 0.0}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a result that can be compared with that of an earlier day.
+
+    Attributes
+    ----------
+    title : str
+    kind : str
+        One of `SHARES`; "same": results that differ in it are not compared; empty: not judged.
+    unit : str
+        Default where the data have none.
+    falls : bool
+        Whether a smaller value is worse.
+    """
+
+    title: str
+    kind: str
+    unit: str = ""
+    falls: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,7 +80,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Baseline(Answer):
+class Baseline:
     """A result compared with an earlier one.
 
     Attributes

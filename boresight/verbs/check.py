@@ -43,7 +43,7 @@ from boresight.options import (
 )
 from boresight.parameters import estimator_names, params_of_each
 from boresight.regression import Baseline
-from boresight.sim.answer import Figure
+from boresight.sim.baseline import Figure
 from boresight.sim.compare.check import ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict

@@ -11,7 +11,7 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -40,9 +40,10 @@ from boresight.options import (
     Word,
 )
 from boresight.parameters import params_of
-from boresight.results.fit import FitError, FitLimit, FitResult, succeeded
 from boresight.sim.accuracy.covariance import initial_covariances
-from boresight.sim.fit.fitting import Effect, Fitted, fitted, select_ranges, wasted_ranges
+from boresight.sim.compare.diagnosis import NAMED
+from boresight.sim.compare.difference import Difference
+from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
 from boresight.sim.fit.observe import Inputs, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
@@ -129,35 +130,84 @@ def fit(
     before, after = choice.before, choice.after
     fit_result = replace(fit_result, profile=choice.profile)
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
-    if succeeded(after.saturated_updates, negative):
+    if not _failures(after.saturated_updates, negative):
         target.write(_text(fit_result, made_from))
-    outcome = FitResult(
-        estimator=found.name,
-        profile=Path(output or place or f"{found.name}.fit.json"),
-        records={n: updates for n, (updates, _) in made_from.items()},
-        hostile_updates=fit_result.hostile_updates,
-        values=sum(
-            1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
-        ),
-        formats=len(fit_result.profile.ranges),
-        dropped=_errors(before, choice.full) if choice.full is not after else (),
-        limits=tuple(
-            FitLimit(_line(fit_result, number), *range_)
-            for number, range_ in fit_result.profile.limits.items()
-        ),
-        errors=_errors(before, after),
-        saturated_updates=after.saturated_updates,
-        negative_updates=negative,
-        refused=before if isinstance(before, str) else "",
-        word=word,
-        cycles=(_cycles(found, None, word), _cycles(found, choice.profile, word)),
-        wasted=tuple(wasted_ranges(fit_result, word)),
+    errors = _errors(before, after)
+    dropped = _errors(before, choice.full) if choice.full is not after else []
+    limits = [
+        {"line": _line(fit_result, number), "low": low, "high": high}
+        for number, (low, high) in fit_result.profile.limits.items()
+    ]
+    wasted = wasted_ranges(fit_result, word)
+    formats = len(fit_result.profile.ranges)
+    cycles = _cycles(found, None, word), _cycles(found, choice.profile, word)
+    values_of_step = sum(
+        1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
     )
-    lines = str(outcome).splitlines()
-    failures = [line.removeprefix("FAILED, ") for line in lines if line.startswith("FAILED")]
-    shown = [line for line in lines if not line.startswith("FAILED")]
-    data = outcome.to_json()
-    return Result(data, summary="\n".join(shown), failures=failures)
+    place = Path(output or place or f"{found.name}.fit.json")
+    runs = ", ".join(f"{name} ({updates} updates)" for name, (updates, _) in made_from.items())
+    lines = [
+        f"{place}: {formats} formats of {values_of_step} values, from {runs} and "
+        f"{fit_result.hostile_updates} hostile updates",
+        *([f"without it: {before}"] if isinstance(before, str) else []),
+        *_gain(errors, dropped, formats),
+        *(f"{x['line']}: held in [{x['low']:.3g}, {x['high']:.3g}]" for x in limits),
+        *map(str, wasted[:NAMED]),
+    ]
+    if cycles[1] is not None:
+        names = ("latency", "interval")
+        small = zip(names, cycles[0] or ("-", "-"), cycles[1], strict=True)
+        lines.append("small: " + ", ".join(f"{n} {a} cycles, with it {b}" for n, a, b in small))
+    data = {
+        "estimator": found.name,
+        "profile": place,
+        "records": {name: updates for name, (updates, _) in made_from.items()},
+        "hostile_updates": fit_result.hostile_updates,
+        "values": values_of_step,
+        "formats": formats,
+        "limits": limits,
+        "errors": errors,
+        "dropped": dropped,
+        "saturated_updates": after.saturated_updates,
+        "negative_updates": negative,
+        "word": word,
+        "cycles": cycles,
+        "wasted": wasted,
+    }
+    failures = _failures(after.saturated_updates, negative)
+    return Result(data, {"fixed point against float64": errors}, "\n".join(lines), (), failures)
+
+
+def _gain(
+    errors: Sequence[Mapping[str, Any]], dropped: Sequence[Mapping[str, Any]], formats: int
+) -> Iterator[str]:
+    """What the profile gains, and what was left out of it."""
+    if formats and errors and all(e["before"] == e["after"] for e in errors):
+        yield "no error changes: the profile gains nothing in these records"
+    if dropped:
+        worse = ", ".join(e["output"] for e in dropped if "less exact" in e["verdict"])
+        left = "those that gain most are kept" if formats else "none is kept"
+        yield (
+            f"with every format from runs less exact: {worse or 'variances, or saturations'}; "
+            f"{left} (docs/learn/ranges.md, what a profile cannot mend)"
+        )
+
+
+def _failures(saturated: int, negative: tuple[int | None, int]) -> list[str]:
+    """Why the profile is not written; empty where it is."""
+    before, after = negative
+    if saturated:
+        return [
+            f"not written: {saturated} updates SATURATED in the records; boresight check names "
+            "the first value"
+        ]
+    if after > (before or 0):
+        without = "" if before is None else f", {before} without it"
+        return [
+            f"not written: a variance is NEGATIVE after {after} hostile updates{without}: declare "
+            "the ranges of the covariance's values with ops.bounded"
+        ]
+    return []
 
 
 def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[int, int] | None:
@@ -222,12 +272,26 @@ def _line(fit_result: Fitted, number: int) -> str:
     return fit_result.trace.tracer.expressions[number].line
 
 
-def _errors(before: Effect | str, after: Effect) -> tuple[FitError, ...]:
+def _errors(before: Effect | str, after: Effect) -> list[dict[str, Any]]:
+    """Largest difference of each output from float64, without the profile and with it."""
     earlier = {} if isinstance(before, str) else {d.output: d.largest for d in before.differences}
-    return tuple(
-        FitError(d.output, d.unit, _number(earlier.get(d.output)), _number(d.largest), d.tolerance)
-        for d in after.differences
-    )
+    return [_error(d, _number(earlier.get(d.output))) for d in after.differences]
+
+
+def _error(d: Difference, before: float | None) -> dict[str, Any]:
+    after, verdicts = _number(d.largest), list[str]()
+    if after is not None and d.tolerance is not None and after > d.tolerance:
+        verdicts.append("BEYOND")
+    if after is not None and before is not None and after > WORSE * before:
+        verdicts.append("less exact with it")
+    return {
+        "output": d.output,
+        "unit": d.unit,
+        "before": before,
+        "after": after,
+        "accepted": d.tolerance,
+        "verdict": ", ".join(verdicts),
+    }
 
 
 def _number(x: float | None) -> float | None:

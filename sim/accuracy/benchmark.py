@@ -18,7 +18,7 @@ from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors, g
 from boresight.sim.accuracy.peers import dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.runs import LogRuns, Scores
 from boresight.sim.accuracy.trials import Trial
-from boresight.sim.answer import Figure
+from boresight.sim.baseline import Figure
 from boresight.sim.campaign import dispatch
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.feed import Feed, LongFeed

@@ -24,8 +24,8 @@ from boresight.sim.attitude.board.faults import (
     trial_log,
 )
 from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.host.monitor import MonitorResult, monitor
-from boresight.sim.attitude.host.simulated import BoardResult, FaultsResult, fault_line
+from boresight.sim.attitude.host.monitor import monitor
+from boresight.sim.attitude.host.simulated import fault_line, faults_result
 from boresight.sim.attitude.host.simulation import (
     BOARD_FILES,
     SHORT,
@@ -36,6 +36,7 @@ from boresight.sim.attitude.host.simulation import (
 from boresight.sim.boards import BoardSystem
 from boresight.sim.campaign import processes
 from boresight.sim.records.files import record_of
+from boresight.sim.result import Result
 
 __all__ = ["AttitudeBoard"]
 
@@ -75,7 +76,7 @@ class AttitudeBoard(BoardSystem):
         feed: Mapping[str, float] | None,
         core: Core | None,
         say: Callable[[str], None],
-    ) -> BoardResult:
+    ) -> Result:
         chosen = estimator_of("mekf" if name is None else name)
         filters = _beside(chosen)
         machine_named(config)
@@ -105,7 +106,7 @@ class AttitudeBoard(BoardSystem):
         faults: Sequence[str] | None,
         jobs: int | None,
         progress: Callable[[str], None] | None,
-    ) -> FaultsResult:
+    ) -> Result:
         name = name or "mekf"
         require_choice("filter", name, FILTERS)
         require(jobs is None or jobs >= 1, "jobs", "1 or more", jobs)
@@ -122,9 +123,9 @@ class AttitudeBoard(BoardSystem):
             return result
 
         with ThreadPoolExecutor(processes(jobs)) as threads:
-            return FaultsResult(name, tuple(threads.map(trial, faults or every)))
+            return faults_result(name, tuple(threads.map(trial, faults or every)))
 
-    def monitor(self, source: str, **options: Any) -> MonitorResult:
+    def monitor(self, source: str, **options: Any) -> Result:
         return monitor(source, **options)
 
 

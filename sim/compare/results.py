@@ -11,7 +11,6 @@ import numpy as np
 
 from boresight.model.lowering.profile import Profile
 from boresight.model.words.fixed import IntArray
-from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import textbook_line
@@ -19,6 +18,7 @@ from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
+from boresight.sim.result import JsonObject, plain
 
 __all__ = ["Agreement", "CheckResult", "LevelResult", "Part", "verdict"]
 
@@ -183,7 +183,7 @@ class Part(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class CheckResult(Answer):
+class CheckResult:
     """All levels on one record, and the float comparison that goes with them.
 
     Attributes
@@ -276,12 +276,6 @@ class CheckResult(Answer):
 
     def __str__(self) -> str:
         return "\n".join((*self.lines(), verdict([self])))
-
-    def _shown(self) -> JsonObject:
-        data = self.to_json()
-        near = data.pop("accuracy")
-        assert isinstance(near, dict)
-        return {**data, "from float64": near["outputs"]}
 
     def to_json(self) -> JsonObject:
         """Plain data for --json."""

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.sim.answer import Figure
-from boresight.sim.baseline import compared
+from boresight.sim.baseline import Figure, compared
 from boresight.sim.records.reading import read_json
 
 __all__ = ["FIGURES", "JUDGED", "against_section", "read_report"]

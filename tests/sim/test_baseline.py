@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.answer import Figure
-from boresight.sim.baseline import compared, read_baseline
+from boresight.sim.baseline import Figure, compared, read_baseline
 
 JUDGED = {
     "word": Figure("word", "same"),

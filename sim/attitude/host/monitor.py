@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,11 @@ from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError, require
 from boresight.model.tools.files import OutputFile, require_distinct
-from boresight.sim.answer import Answer
 from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
 from boresight.sim.attitude.host.plot import plot_image
+from boresight.sim.result import Result
 
-__all__ = ["MonitorResult", "RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
+__all__ = ["RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
 
 #: Most bits per second.
 _BAUD_MOST = 100_000_000
@@ -73,50 +73,24 @@ class RegisterWord:
     unit: str
 
 
-@dataclass(frozen=True)
-class MonitorResult(Answer):
-    """What `monitor` gives.
-
-    Attributes
-    ----------
-    attitudes : tuple of Update
-        In the order in which they came.
-    missing : int
-        Frames that did not come, by their numbers.
-    bad : int
-        Frames and lines that were damaged.
-    written : mapping of str to int
-        Words by register.
-    registers : mapping of str to RegisterWord
-        What was read.
-    """
-
-    attitudes: tuple[Update, ...]
-    missing: int
-    bad: int
-    written: Mapping[str, int]
-    registers: Mapping[str, RegisterWord]
-
-    def __str__(self) -> str:
-        lines = [f"{name} = 0x{word:08x} written" for name, word in self.written.items()]
-        for name, register in self.registers.items():
-            value = register.value
-            shown = (
-                ", ".join(f"{k} {v}" for k, v in value.items())
-                if isinstance(value, dict)
-                else f"{value:.9g}"
-                if isinstance(value, float)
-                else str(value)
-            )
-            lines.append(
-                f"{name} = {shown} {register.unit}".rstrip() + f"  (0x{register.word:08x})"
-            )
-        if self.attitudes or not lines:
-            lines.append(
-                f"{len(self.attitudes)} attitudes, {self.missing} missing, "
-                f"{self.bad} frames or lines damaged"
-            )
-        return "\n".join(lines)
+def _lines(
+    written: Mapping[str, int],
+    registers: Mapping[str, RegisterWord],
+    attitudes: int,
+    missing: int,
+    bad: int,
+) -> Iterator[str]:
+    """Registers as they were written and read, and what came."""
+    yield from (f"{name} = 0x{word:08x} written" for name, word in written.items())
+    for name, register in registers.items():
+        value = register.value
+        if isinstance(value, dict):
+            shown = ", ".join(f"{k} {v}" for k, v in value.items())
+        else:
+            shown = f"{value:.9g}" if isinstance(value, float) else str(value)
+        yield f"{name} = {shown} {register.unit}".rstrip() + f"  (0x{register.word:08x})"
+    if attitudes or not (written or registers):
+        yield f"{attitudes} attitudes, {missing} missing, {bad} frames or lines damaged"
 
 
 def track_of(attitudes: Sequence[Update], *, clock_hz: float) -> Track:
@@ -268,7 +242,7 @@ def monitor(
     register_map: str | Path | None = None,
     silence_s: float = 5.0,
     each: Callable[[str], None] | None = None,
-) -> MonitorResult:
+) -> Result:
     """Listen to a board; first write, then read registers.
 
     With ``reads`` or ``writes`` and without ``count``, ``csv`` and ``plot`` that is all. A port is
@@ -311,10 +285,13 @@ def monitor(
         if not attitudes:
             raise _nothing(source, bad)
         picture_file.write(_picture(track, Path(plot).suffix[1:]))
-    return MonitorResult(
-        attitudes=tuple(attitudes),
-        missing=track.missing,
-        bad=bad,
-        written={r.name: word & 0xFFFF_FFFF for r, word in words},
-        registers=registers,
-    )
+    written = {r.name: word & 0xFFFF_FFFF for r, word in words}
+    data = {
+        "attitudes": attitudes,
+        "missing": track.missing,
+        "bad": bad,
+        "written": written,
+        "registers": registers,
+    }
+    lines = _lines(written, registers, len(attitudes), track.missing, bad)
+    return Result(data, summary="\n".join(lines))

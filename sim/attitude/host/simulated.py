@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.attitude.board.faults import FaultTrial
-from boresight.sim.attitude.board.setup import Setup
-from boresight.sim.attitude.board.timeline import Timeline
+from boresight.sim.result import Result
 
-__all__ = ["BoardFigures", "BoardResult", "FaultsResult", "fault_line", "runs_table"]
+__all__ = ["BoardFigures", "board_result", "fault_line", "faults_result"]
 
 
 @dataclass(frozen=True)
@@ -65,97 +64,38 @@ class BoardFigures:
     good: bool
 
 
-@dataclass(frozen=True)
-class BoardResult(Answer):
-    """Result of `boresight.simulate`, stored in ``board.json``.
-
-    Attributes
-    ----------
-    config, source, log : str
-        Configuration of the core, output of the compass, name of the motion.
-    clock_mhz : float
-        The system's clock.
-    good : bool
-        Whether all runs are good.
-    runs : tuple of BoardFigures
-        Metrics of each filter.
-    timelines : tuple of Timeline
-        One update of each filter.
-    setup : Setup
-        Parameters of the system.
-    build : str
-        Number of the build, hexadecimal.
-    """
-
-    config: str
-    source: str
-    log: str
-    clock_mhz: float
-    good: bool
-    runs: tuple[BoardFigures, ...]
-    timelines: tuple[Timeline, ...]
-    setup: Setup
-    build: str
-
-    def __str__(self) -> str:
-        return runs_table(self.runs)
-
-
-def runs_table(runs: tuple[BoardFigures, ...]) -> str:
-    """Metrics of runs as a table of text."""
-    lines = [
-        f"{'filter':16s}{'updates':>9s}{'lost':>6s}{'differ':>8s}{'fields':>8s}"
-        f"{'in registers':>14s}{'beside program':>16s}{'last bit':>10s}{'cycles/s':>12s}"
+def board_result(data: Mapping[str, Any], runs: Sequence[BoardFigures]) -> Result:
+    """Result of a simulation of the board: its data and a row for each filter."""
+    rows = [
+        {
+            "filter": r.filter,
+            "updates": r.updates,
+            "lost": r.lost_samples,
+            "differ": r.mismatches,
+            "fields": r.fields,
+            "in registers, us": r.in_registers_us,
+            "beside program, us": r.beside_program_us,
+            "last bit, us": r.frame_end_us,
+            "cycles/s": r.cycles_per_s,
+        }
+        for r in runs
     ]
-    for r in runs:
-        lines.append(
-            f"{r.filter:16s}{r.updates:>9,d}{r.lost_samples:>6d}{r.mismatches:>8d}"
-            f"{r.fields:>8d}{r.in_registers_us:>11.2f} us{r.beside_program_us:>13.2f} us"
-            f"{r.frame_end_us:>7.0f} us{r.cycles_per_s:>12,d}"
-        )
-        if r.first_mismatch:
-            lines.append(f"  first difference: {r.first_mismatch}")
-    return "\n".join(lines)
+    failures = [f"{r.filter}: {r.first_mismatch or 'samples lost'}" for r in runs if not r.good]
+    return Result({**data, "runs": runs}, {"filters": rows}, failures=failures)
 
 
-@dataclass(frozen=True)
-class FaultsResult(Answer):
-    """Result of `boresight.simulate_faults`.
-
-    Attributes
-    ----------
-    filter : str
-        Filter that ran.
-    trials : tuple of FaultTrial
-        Result of each fault.
-    """
-
-    filter: str
-    trials: tuple[FaultTrial, ...]
-
-    @property
-    def good(self) -> bool:
-        """Whether all trials are good."""
-        return all(t.good for t in self.trials)
-
-    def to_json(self) -> JsonObject:
-        """Plain data, with ``good``."""
-        rows: Any = [{**_object(t), "good": t.good} for t in self.trials]
-        return {"filter": self.filter, "good": self.good, "trials": rows}
-
-    def __str__(self) -> str:
-        head = (
-            f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
-            f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"
-        )
-        return "\n".join([head, *map(fault_line, self.trials)])
-
-
-def _object(trial: FaultTrial) -> JsonObject:
-    """Fields of a trial."""
-    data = plain(trial)
-    assert isinstance(data, dict)
-    return data
+def faults_result(filter: str, trials: Sequence[FaultTrial]) -> Result:
+    """Result of all trials of faults."""
+    rows: list[Any] = [{**vars(trial), "good": trial.good} for trial in trials]
+    head = (
+        f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
+        f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"
+    )
+    return Result(
+        {"filter": filter, "trials": rows},
+        summary="\n".join([head, *map(fault_line, trials)]),
+        failures=[f"{t.device} {t.fault}" for t in trials if not t.good],
+    )
 
 
 def fault_line(t: FaultTrial) -> str:

@@ -15,9 +15,10 @@ from boresight.sim.attitude.board.page import render_page
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.board.spans import timeline_of
-from boresight.sim.attitude.host.simulated import BoardFigures, BoardResult
+from boresight.sim.attitude.host.simulated import BoardFigures, board_result
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.record import Record
+from boresight.sim.result import Result
 
 __all__ = ["BOARD_FILES", "SHORT", "SOURCES", "default_log", "feed_words", "write_board"]
 
@@ -49,7 +50,7 @@ def write_board(
     source: str = "heading",
     feed: Mapping[str, float] | None = None,
     say: Callable[[str], None],
-) -> BoardResult:
+) -> Result:
     """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder."""
     board = make_board(REAL, core=core)
     words = feed_words(board.system.plan.feed.registers, feed or {})
@@ -76,17 +77,16 @@ def write_board(
         verdict = judge(board, what, run, filter=filter, source=number, feed=words)
         runs.append(_row(board, filter_name, filter, run, verdict))
         timelines.append(timeline_of(board, run, filter=filter, update=SHORT // 2))
-    result = BoardResult(
-        config=core.machine.name,
-        source=source,
-        log=log.name,
-        clock_mhz=board.setup.clock_hz / 1e6,
-        good=all(r.good for r in runs),
-        runs=tuple(runs),
-        timelines=tuple(timelines),
-        setup=board.setup,
-        build=f"{board.system.build:016x}",
-    )
+    what_ran = {
+        "config": core.machine.name,
+        "source": source,
+        "log": log.name,
+        "clock_mhz": board.setup.clock_hz / 1e6,
+        "timelines": timelines,
+        "setup": board.setup,
+        "build": f"{board.system.build:016x}",
+    }
+    result = board_result(what_ran, runs)
     data = result.to_json()
     (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
     (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")

@@ -125,8 +125,8 @@ def test_port(registers) -> None:
     seen = []
     with SerialBoard({}, noise=b"\x7f") as board:
         data = boresight.monitor(board.port, steps=5, register_map=registers, each=seen.append)
-    assert len(data.attitudes) == len(seen) == 5
-    numbers = [a.number for a in data.attitudes]
+    assert len(data["attitudes"]) == len(seen) == 5
+    numbers = [a.number for a in data["attitudes"]]
     assert numbers == list(range(numbers[0], numbers[0] + 40, 8))
 
 
@@ -174,8 +174,8 @@ def test_registers_by_name(registers, capsys) -> None:
 def test_registers_and_attitudes_together(registers) -> None:
     with SerialBoard({5: 77}) as board:
         data = boresight.monitor(board.port, reads=["5"], steps=2)
-    assert data.registers == {"5": RegisterWord(77, 77, "")}
-    assert len(data.attitudes) == 2
+    assert data["registers"] == {"5": RegisterWord(77, 77, "")}
+    assert len(data["attitudes"]) == 2
 
 
 @pytest.mark.parametrize(
@@ -254,8 +254,8 @@ def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
     made = [[k | 1 << 16, 100_000 * k, -(1 << 30) + k, 3 << 19] for k in range(1, 6)]
     capture.write_bytes(b"\xc0" + b"".join(encode(Kind.ATTITUDE, w, word=32) for w in made))
     data = boresight.monitor(str(capture), register_map=path, csv=tmp_path / "out.csv")
-    assert data.bad == data.missing == 0 and len(data.attitudes) == 5
-    assert data.attitudes[1].values == {"azimuth": -0.5 + 2 / 2**31, "rate": 1.5}
+    assert data["bad"] == data["missing"] == 0 and len(data["attitudes"]) == 5
+    assert data["attitudes"][1].values == {"azimuth": -0.5 + 2 / 2**31, "rate": 1.5}
     rows = list(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
     assert list(rows[0]) == ["number", "time_s", "azimuth", "rate", "flags"]
     assert [float(row["time_s"]) for row in rows] == [0.0, 0.002, 0.004, 0.006, 0.008]

@@ -1,9 +1,9 @@
-"""The simulated board's figures as data and as tables."""
+"""Trials of faults as data and as a table."""
 
 from __future__ import annotations
 
 from boresight.sim.attitude.board.faults import FaultTrial
-from boresight.sim.attitude.host.simulated import BoardFigures, FaultsResult, runs_table
+from boresight.sim.attitude.host.simulated import faults_result
 
 SEEN = FaultTrial(
     device="adis",
@@ -18,24 +18,14 @@ SEEN = FaultTrial(
     back_after_s=None,
 )
 HARMLESS = FaultTrial("hmr", "noise", 0.1, None, (), 0, 1.0, 1.0, 0.9, 0.01)
-ROW = BoardFigures(
-    "mekf", 51, 51, 0, "", 0, 2, 5, (7, 9), (300, 301), 299, 0.02, 90.25, 90.25, 700.0, 0, 0,
-    1000, 5000, True,
-)  # fmt: skip
 
 
 def test_faults_as_a_table() -> None:
-    result = FaultsResult("mekf", (SEEN, HARMLESS))
-    _, first, second = str(result).splitlines()
+    result = faults_result("mekf", (SEEN, HARMLESS))
+    _, first, second, verdict = str(result).splitlines()
     assert "adis absent" in first and "never" in first and first.endswith("FAILED")
-    assert second.endswith("no effect") and not result.good
+    assert second.endswith("no effect") and verdict == "FAILED: adis absent"
     data = result.to_json()
-    assert list(data) == ["filter", "good", "trials"]
+    assert data["filter"] == "mekf" and not data["good"]
     assert [(t["device"], t["good"]) for t in data["trials"]] == [("adis", False), ("hmr", True)]
-    assert FaultsResult("mekf", (HARMLESS,)).good
-
-
-def test_runs_as_a_table() -> None:
-    head, row = runs_table((ROW,)).splitlines()
-    assert head.split()[:2] == ["filter", "updates"]
-    assert row.split()[:5] == ["mekf", "51", "0", "0", "2"] and "90.25 us" in row
+    assert faults_result("mekf", (HARMLESS,)).good

@@ -1,1 +1,0 @@
-"""Results of verbs with many figures, and their texts."""
