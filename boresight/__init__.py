@@ -13,7 +13,7 @@ Every verb of the command line is a function here::
     boresight.tune("my_filter.py", "folder", output="params.json")
     boresight.montecarlo("plant.py:Plant", "my_filter.py", runs=500, output="build")
     boresight.experiment("satcom", output="build")
-    boresight.monitor("/dev/ttyUSB0", count=100, plot="attitude.png")
+    boresight.monitor("/dev/ttyUSB0", steps=100, output=["attitude.png"])
     boresight.info()
 
 An estimator is given as a name, ``file.py:Class``, a class or an object; an estimator's file needs

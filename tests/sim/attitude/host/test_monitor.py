@@ -253,7 +253,7 @@ def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
     capture = tmp_path / "capture.bin"
     made = [[k | 1 << 16, 100_000 * k, -(1 << 30) + k, 3 << 19] for k in range(1, 6)]
     capture.write_bytes(b"\xc0" + b"".join(encode(Kind.ATTITUDE, w, word=32) for w in made))
-    data = boresight.monitor(str(capture), register_map=path, csv=tmp_path / "out.csv")
+    data = boresight.monitor(str(capture), register_map=path, output=[tmp_path / "out.csv"])
     assert data["bad"] == data["missing"] == 0 and len(data["attitudes"]) == 5
     assert data["attitudes"][1].values == {"azimuth": -0.5 + 2 / 2**31, "rate": 1.5}
     rows = list(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
@@ -264,7 +264,7 @@ def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
     with pytest.raises(
         boresight.InputError, match="--output: wanted attitudes, found other outputs"
     ):
-        boresight.monitor(str(capture), register_map=path, plot=tmp_path / "out.png")
+        boresight.monitor(str(capture), register_map=path, output=[tmp_path / "out.png"])
     # Without the map the words have no names and units.
     with pytest.raises(boresight.InputError, match="wanted attitudes, in frames or lines of text"):
         boresight.monitor(str(capture))
