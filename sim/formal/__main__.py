@@ -1,65 +1,80 @@
-"""``python -m boresight.sim.formal [NAME...] [--short]``: run the proofs and print a table.
-
-They run in one process for each processor; lines are in the order of completion.
-"""
+"""``python -m boresight.sim.formal [NAME...]``: run the proofs of the toolkit."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
-import time
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
 
-from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.campaign import dispatch
-from boresight.sim.formal.prove import TIMEOUT_S
-from boresight.sim.formal.registry import find_proofs, prove_named
-from boresight.sim.formal.tools import SOLVERS, find_tools
+from boresight.model.errors import ToolMissing
+from boresight.sim.formal import axi, dispatcher, frames, lane, operands, registers, sequencer, uart
+from boresight.sim.formal.prove import Proof, ProofError, prove
+
+__all__ = ["PROOFS", "main"]
+
+PROOFS: tuple[Proof, ...] = tuple(
+    proof
+    for module in (axi, dispatcher, frames, lane, operands, registers, sequencer, uart)
+    for proof in module.PROOFS
+)
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the proofs; 0: all proven, 1: one failed, 2: wrong arguments or a missing tool."""
-    parser = argparse.ArgumentParser(prog="python -m boresight.sim.formal", description=__doc__)
-    parser.add_argument(
-        "names",
-        nargs="*",
-        metavar="NAME",
-        help="a proof, or a part for all of its proofs; none: all",
-    )
-    parser.add_argument("--short", action="store_true", help="only proofs that take seconds")
+def main(proofs: Sequence[Proof] = PROOFS, arguments: list[str] | None = None) -> int:
+    """Run proofs.
+
+    Parameters
+    ----------
+    proofs : sequence of Proof
+        Proofs to choose from.
+    arguments : list of str, optional
+        Command line.
+
+    Returns
+    -------
+    int
+        0: all proven, 1: one failed, 2: wrong arguments or a missing tool.
+    """
+    parser = argparse.ArgumentParser(description="Run formal proofs.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="beginning of a name; none: all")
     parser.add_argument("--list", action="store_true", help="print names and claims, run nothing")
-    parser.add_argument(
-        "--solver", choices=SOLVERS, help="solver; by default the first one installed"
-    )
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        default=TIMEOUT_S,
-        metavar="SECONDS",
-        help="longest run of one step (default %(default)g)",
-    )
-    parser.add_argument(
-        "--jobs", type=int, metavar="N", help="processes; by default one for each processor"
-    )
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="proofs at a time")
+    parser.add_argument("-o", type=Path, metavar="FOLDER", help="keep logs and counterexamples")
     options = parser.parse_args(arguments)
-    try:
-        proofs = find_proofs(options.names, short=options.short)
-        if options.list:
-            for proof in proofs:
-                print(f"{proof.name:32} {proof.claim}")
-            return 0
-        tools = find_tools(options.solver)
-    except (InputError, ToolMissing) as error:
-        print(f"error: {error}", file=sys.stderr)
+    chosen = [p for p in proofs if not options.names or p.name.startswith(tuple(options.names))]
+    if not chosen:
+        print(f"error: NAME: no proof begins with {options.names[0]}; see --list", file=sys.stderr)
         return 2
-    width = max(len(proof.name) for proof in proofs)
-    proven_count, start = 0, time.monotonic()
-    tasks = [(p.name, prove_named, (p.name, options.solver, options.timeout)) for p in proofs]
-    for number, (name, (proven, line)) in enumerate(dispatch(options.jobs, tasks), 1):
-        print(f"[{number:2}/{len(proofs)}] {name:{width}} {line}", flush=True)
-        proven_count += proven
-    seconds = time.monotonic() - start
-    print(f"{proven_count} of {len(proofs)} proven in {seconds:.1f} s with {tools.solver}")
-    return 0 if proven_count == len(proofs) else 1
+    if options.list:
+        print("\n".join(f"{proof.name:24} {proof.claim}" for proof in chosen))
+        return 0
+    with tempfile.TemporaryDirectory(prefix="proofs") as name:
+        folder = options.o or Path(name)
+        folder.mkdir(parents=True, exist_ok=True)
+        failures = 0
+        with ThreadPoolExecutor(options.jobs) as pool:
+            try:
+                for line, proven in pool.map(partial(_run, folder=folder), chosen):
+                    print(line, flush=True)
+                    failures += not proven
+            except ToolMissing as error:
+                print(f"error: {error}", file=sys.stderr)
+                return 2
+    print(f"{len(chosen) - failures} of {len(chosen)} proven")
+    return 1 if failures else 0
+
+
+def _run(proof: Proof, folder: Path) -> tuple[str, bool]:
+    try:
+        (folder / proof.name).mkdir(exist_ok=True)
+        result = prove(proof, folder=folder / proof.name)
+    except ProofError as error:
+        return f"{proof.name}: NO ANSWER: {error}", False
+    return str(result), result.proven
 
 
 if __name__ == "__main__":

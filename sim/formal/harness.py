@@ -1,21 +1,30 @@
-"""Harnesses around a component: words chosen by the solver, past values, covers."""
+"""Harnesses around a component: free inputs, past values, streams, covers."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
-from amaranth.hdl import Cover, Elaboratable, Module, Signal
-from amaranth.hdl import _ast as _amaranth  # the language has no public name for these two yet
+from amaranth.asserts import AnyConst, AnySeq
+from amaranth.hdl import Array, Assert, Assume, Cat, Cover, Elaboratable, Module, Signal, Value
 
-from boresight.sim.formal.inside import Inside
-
-__all__ = ["Harness", "after_start", "before", "fixed", "reached", "unknown"]
+__all__ = [
+    "after_start",
+    "Harness",
+    "Stream",
+    "StreamHarness",
+    "before",
+    "drive",
+    "fixed",
+    "reached",
+    "unknown",
+]
 
 T = TypeVar("T")
 
 
 class Harness(Elaboratable, Generic[T]):
-    """A component, with the inputs, assumptions and claims of a proof.
+    """A component with the inputs, assumptions and claims of a proof.
 
     Parameters
     ----------
@@ -29,37 +38,37 @@ class Harness(Elaboratable, Generic[T]):
     def elaborate(self, platform: Any) -> Module:
         """The component with its surroundings."""
         m = Module()
-        m.submodules.dut = (inside := Inside(self.dut, platform)).module
-        self.surround(m, self.dut, inside)
+        m.submodules.dut = self.dut
+        self.surround(m, self.dut)
         return m
 
-    def surround(self, m: Module, dut: T, inside: Inside) -> None:
-        """Add inputs, assumptions and claims to ``m``; ``inside`` has the registers."""
+    def surround(self, m: Module, dut: T) -> None:
+        """Add inputs, assumptions and claims to ``m``."""
         raise NotImplementedError
 
 
 def unknown(m: Module, shape: Any, name: str) -> Signal:
-    """A signal that the solver chooses anew in every cycle.
-
-    Parameters
-    ----------
-    m : Module
-        Module of the harness.
-    shape : shape
-        Width or shape.
-    name : str
-        Name in counterexamples.
-    """
+    """A signal that the solver chooses anew in every cycle."""
     signal = Signal(shape, name=name)
-    m.d.comb += signal.eq(_amaranth.AnySeq(signal.shape()))
+    m.d.comb += signal.eq(AnySeq(signal.shape()))
     return signal
 
 
 def fixed(m: Module, shape: Any, name: str) -> Signal:
     """A signal that the solver chooses once: the same value in all cycles."""
     signal = Signal(shape, name=name)
-    m.d.comb += signal.eq(_amaranth.AnyConst(signal.shape()))
+    m.d.comb += signal.eq(AnyConst(signal.shape()))
     return signal
+
+
+def drive(m: Module, component: Any, *names: str) -> tuple[Signal, ...]:
+    """Connect an `unknown` signal to each named input, and return the signals."""
+    signals = []
+    for name in names:
+        port = Value.cast(getattr(component, name))
+        signals.append(unknown(m, port.shape(), name))
+        m.d.comb += port.eq(signals[-1])
+    return tuple(signals)
 
 
 def before(m: Module, value: Any, name: str, *, init: int = 0) -> Signal:
@@ -77,12 +86,97 @@ def after_start(m: Module) -> Signal:
 
 
 def reached(m: Module, condition: Any, name: str) -> Cover:
-    """A ``Cover`` that, once the condition has been true, stays reached (until a reset).
-
-    A proof may then look for it in its last cycles only (``Proof.cover`` as a range), which is
-    much faster than looking in all of them.
-    """
+    """A ``Cover`` that stays reached until a reset, once the condition has been true."""
     latched = Signal(name=name)
     with m.If(condition):
         m.d.sync += latched.eq(1)
     return Cover(latched)
+
+
+class Stream:
+    """One end of a stream: its handshake signals, and its payload as one word.
+
+    Parameters
+    ----------
+    valid, ready : Value
+        Handshake.
+    payload : sequence of Value
+        Parts of the payload, the low ones first.
+    name : str
+        Name in counterexamples.
+    """
+
+    def __init__(self, valid: Any, ready: Any, *payload: Any, name: str) -> None:
+        self.valid = valid
+        self.ready = ready
+        self.payload = Cat(*(Value.cast(part) for part in payload))
+        self.name = name
+
+    @property
+    def transfer(self) -> Value:
+        """1 in a cycle in which a word is transferred."""
+        return self.valid & self.ready
+
+    def source(self, m: Module, payload: Value | None = None) -> None:
+        """Offer words at any pace; an offered word stays until it is taken."""
+        valid = unknown(m, 1, f"{self.name}_valid")
+        if payload is None:
+            payload = unknown(m, len(self.payload), f"{self.name}_payload")
+        m.d.comb += [self.valid.eq(valid), self.payload.eq(payload)]
+        m.d.comb += Assume(self._held(m, valid, payload))
+
+    def sink(self, m: Module) -> None:
+        """Take words at any pace, and claim that an offered word stays until it is taken."""
+        m.d.comb += self.ready.eq(unknown(m, 1, f"{self.name}_ready"))
+        m.d.comb += Assert(self._held(m, self.valid, self.payload))
+
+    def _held(self, m: Module, valid: Any, payload: Any) -> Value:
+        waited = before(m, valid & ~self.ready, f"{self.name}_waited")
+        same = payload == before(m, payload, f"{self.name}_before")
+        held: Value = ~waited | (valid & same)
+        return held
+
+
+class StreamHarness(Harness[T]):
+    """Any source, any sink: the words of a script come out as expected, once, in order, none lost.
+
+    Subclasses implement `ends` and `script`.
+
+    Attributes
+    ----------
+    patience : int
+        Most cycles in which source and sink are willing and no word is transferred.
+    """
+
+    patience = 2
+
+    def ends(self, dut: T) -> tuple[Stream, Stream]:
+        """Input and output stream."""
+        raise NotImplementedError
+
+    def script(self, m: Module) -> tuple[Sequence[Value], Sequence[Value]]:
+        """Words of the input, chosen by the solver, and of the output that they shall give."""
+        raise NotImplementedError
+
+    def surround(self, m: Module, dut: T) -> None:
+        """Play the script, compare the output."""
+        source, sink = self.ends(dut)
+        inputs, outputs = self.script(m)
+        place, number = Signal(range(len(inputs) + 1)), Signal(range(len(outputs) + 2))
+        source.source(m, Array([*inputs, inputs[-1]])[place])
+        sink.sink(m)
+        all_sent, all_there = place == len(inputs), number == len(outputs)
+        m.d.comb += Assume(~source.valid | ~all_sent)
+        m.d.sync += [place.eq(place + source.transfer), number.eq(number + sink.transfer)]
+        idle = Signal(range(self.patience + 2))
+        stuck = (all_sent | source.valid) & sink.ready & ~source.transfer & ~sink.transfer
+        m.d.sync += idle.eq(idle + stuck)
+        with m.If(source.transfer | sink.transfer | all_there):
+            m.d.sync += idle.eq(0)
+        expected = Array([*outputs, outputs[-1]])[number]
+        m.d.comb += [
+            Assert(~sink.valid | (~all_there & (sink.payload == expected))),
+            Assert(idle <= self.patience),
+            reached(m, all_there, "all_there"),
+            reached(m, sink.valid & ~sink.ready & source.valid & ~source.ready, "both_wait"),
+        ]

@@ -6,11 +6,15 @@ are not ports. They are accessed by their names in the netlist, without change t
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
-from amaranth.hdl import Cat, Const, Fragment, MemoryInstance, Shape, Signal, Value
+from amaranth.hdl import Cat, Const, Fragment, MemoryInstance, Module, Shape, Signal, Value
 
-__all__ = ["Inside"]
+from boresight.sim.formal.harness import Harness
+
+__all__ = ["InductiveHarness", "Inside"]
+
+T = TypeVar("T")
 
 
 class Inside:
@@ -88,3 +92,18 @@ class Inside:
         for name in names:
             is_in = is_in | (machine.state == machine.encoding[name])
         return is_in
+
+
+class InductiveHarness(Harness[T]):
+    """A harness whose claims relate the registers of the component to those of a model."""
+
+    #: The component's registers.
+    inside: Inside
+
+    def elaborate(self, platform: Any) -> Module:
+        """The component with its surroundings."""
+        m = Module()
+        self.inside = Inside(self.dut, platform)
+        m.submodules.dut = self.inside.module
+        self.surround(m, self.dut)
+        return m

@@ -1,1 +1,1 @@
-"""Proofs of the blocks of the attitude system."""
+"""Formal proofs of the attitude board: SPI, compass, results, buses (`boresight.sim.formal`)."""

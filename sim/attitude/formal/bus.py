@@ -8,18 +8,23 @@ from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
 
 from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.wishbone import WishboneSlave
-from boresight.sim.formal.harness import Harness, before, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.inside import InductiveHarness
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "Shared", "Slave"]
+__all__ = ["PROOFS", "ArbiterHarness", "WishboneHarness"]
 
 
-class Shared(Harness[BusArbiter]):
-    """Any initiators that hold their requests until they are done, and any bus."""
+class ArbiterHarness(InductiveHarness[BusArbiter]):
+    """BusArbiter: one initiator has the bus at a time, and a transfer is finished as it began.
 
-    def surround(self, m: Module, dut: BusArbiter, inside: Inside) -> None:
+    An acknowledge goes to its own writer; no initiator waits longer than one transfer of each
+    other one. Initiators hold their requests until they are done.
+    """
+
+    def surround(self, m: Module, dut: BusArbiter) -> None:
         """One transfer at a time, each finished, every initiator served."""
+        inside = self.inside
         count = dut.count
         bus, owner = dut.bus, inside["owner"]
         request = unknown(m, count, "request")
@@ -95,11 +100,15 @@ class Shared(Harness[BusArbiter]):
             m.d.comb += Assert(passed + distance < count)
 
 
-class Slave(Harness[WishboneSlave]):
-    """Any Wishbone master that holds its transfer until ``ack`` or aborts it, and any bus."""
+class WishboneHarness(InductiveHarness[WishboneSlave]):
+    """WishboneSlave: each transfer reaches the bus once, unchanged, and is answered once.
 
-    def surround(self, m: Module, dut: WishboneSlave, inside: Inside) -> None:
+    A transfer that the master gives up is finished, and not answered.
+    """
+
+    def surround(self, m: Module, dut: WishboneSlave) -> None:
         """Every transfer on the bus is one that the master began, and is answered once."""
+        inside = self.inside
         wb, bus = dut.wb, dut.bus
         cyc, stb = unknown(m, 1, "cyc"), unknown(m, 1, "stb")
         drives = Cat(unknown(m, 1, "we"), unknown(m, len(wb.adr), "adr"), unknown(m, 32, "dat_w"))
@@ -171,30 +180,22 @@ class Slave(Harness[WishboneSlave]):
         return transfer, active, still_selected
 
 
-def _arbiter(count: int) -> Proof:
-    return Proof(
-        name=f"bus.arbiter_{count}",
-        depth=12,
-        induction=3,
-        cover=range(11, 13),
-        claim=f"BusArbiter, {count} initiators: one has the bus at a time; a transfer that has "
-        "begun is finished as it began; an acknowledge goes to its own writer; no initiator waits "
-        "longer than one transfer of each other one",
-        harness=lambda: Shared(BusArbiter(count=count, word=4, address=3)),
-    )
-
-
 PROOFS = (
-    _arbiter(2),
-    _arbiter(3),
+    Proof(
+        name="bus.arbiter",
+        harness=ArbiterHarness,
+        dut=lambda: BusArbiter(count=3, word=4, address=3),
+        depth=3,
+        induction=True,
+        cover=12,
+    ),
     Proof(
         name="bus.wishbone",
-        depth=12,
-        induction=3,
-        cover=range(11, 13),
-        claim="WishboneSlave: on the bus come the transfers that the master began, each once, as "
-        "it drove them, finished even if given up; each is answered once, with its own word, if "
-        "it was not given up",
-        harness=lambda: Slave(WishboneSlave(address=12)),
+        short=False,
+        harness=WishboneHarness,
+        dut=lambda: WishboneSlave(address=12),
+        depth=3,
+        induction=True,
+        cover=12,
     ),
 )

@@ -5,33 +5,25 @@ from __future__ import annotations
 from amaranth.hdl import Array, Assert, Assume, Const, Module, Mux, Signal, Value
 
 from boresight.gateware.attitude.sensors.hmr3300_command import TRIES, Commander, Stage
-from boresight.sim.formal.harness import Harness, before, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "Commanded"]
+__all__ = ["PROOFS", "CommanderHarness"]
 
 
-class Commanded(Harness[Commander]):
-    """Which commands are sent, of which bytes, why, and until when.
+class CommanderHarness(InductiveHarness[Commander]):
+    """Commander: each command is sent whole and in order, for its reason and in its time.
 
-    Bytes, sentences and refusals of the compass, the mode, letters of the user, ticks and the pace
-    of the line are any.
-
-    Parameters
-    ----------
-    dut : Commander
-        Component.
-    whole : bool
-        Whether to reach the end of an attempt (else a first answer: long time-outs).
+    An attempt begins for its reasons; each stage ends with its effect, a refusal or the time-out,
+    whichever comes first; a pause follows four failures. An attempt ends within three time-outs, a
+    pause within four. Bytes, sentences and refusals of the compass, the mode, letters of the user,
+    ticks and the pace of the line are any.
     """
 
-    def __init__(self, dut: Commander, *, whole: bool = True) -> None:
-        super().__init__(dut)
-        self.whole = whole
-
-    def surround(self, m: Module, dut: Commander, inside: Inside) -> None:
+    def surround(self, m: Module, dut: Commander) -> None:
         """The bytes; then the stages, by counters of ticks."""
+        inside = self.inside
         for name in ("mode", "tick", "heard", "line", "is_counts", "invalid"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), f"{name}_in"))
@@ -112,7 +104,7 @@ class Commanded(Harness[Commander]):
             Assert(dut.o.valid == before(m, sends | (dut.o.valid & ~dut.sent), "is_sent")),
             Assert(dut.acknowledged == (succeeds & (stage != Stage.SELECT.value))),
             Assert(dut.timed_out == fails),
-            reached(m, (dut.acknowledged & starting) if self.whole else succeeds, "answered"),
+            reached(m, dut.acknowledged & starting, "answered"),
             # For induction.
             Assert(stage <= Stage.PAUSE.value),
             Assert(inside["stage"] == stage),
@@ -140,22 +132,13 @@ class Commanded(Harness[Commander]):
             m.d.comb += [Assert(ticks <= limit * timeout), Assert(~active | (ticks <= bound))]
 
 
-def _proof(timeout_ticks: int, quiet_ticks: int, *, whole: bool) -> Proof:
-    return Proof(
-        name=f"commander.sequences_{timeout_ticks}_{quiet_ticks}",
-        depth=8,
-        induction=3,
-        cover=range(30, 31) if whole else range(22, 23),
-        claim=f"Commander, time-outs of {timeout_ticks + 1} ticks, silence of {quiet_ticks}: each "
-        "command is *X, CR, LF, whole and in order, with the user's letter once or that of the "
-        "stage; an attempt begins for its reasons, each stage ends with its effect, a refusal or "
-        "the time-out, whichever comes first; a pause follows four failures; an attempt ends "
-        "within three time-outs, a pause within four, and without wanted sentences the next begins "
-        "within one",
-        harness=lambda: Commanded(
-            Commander(timeout_ticks=timeout_ticks, quiet_ticks=quiet_ticks), whole=whole
-        ),
-    )
-
-
-PROOFS = (_proof(3, 2, whole=True), _proof(63, 13, whole=False))
+PROOFS = (
+    Proof(
+        name="commander.sequences",
+        harness=CommanderHarness,
+        dut=lambda: Commander(timeout_ticks=3, quiet_ticks=2),
+        depth=3,
+        induction=True,
+        cover=31,
+    ),
+)

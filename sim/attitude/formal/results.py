@@ -5,22 +5,24 @@ from __future__ import annotations
 from amaranth.hdl import Assert, Assume, Cat, Module, Signal
 
 from boresight.gateware.attitude.bus.results import INDEX_BITS, Results
-from boresight.sim.formal.harness import Harness, before, fixed, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import before, fixed, reached, unknown
+from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "Whole"]
+__all__ = ["PROOFS", "ResultsHarness"]
 
 
-class Whole(Harness[Results]):
-    """Any writer that begins its updates, and any readers; one word is followed.
+class ResultsHarness(InductiveHarness[Results]):
+    """Results: all words that a reader sees between two takes are those of one update.
 
-    The word's index is any, but stays the same: so what holds for it holds for each, and, as the
+    It is the update that was the newest at the first take; the writer never waits. One word is
+    followed. Its index is any, but stays the same: so what holds for it holds for each, and, as the
     updates are numbered, for all words of an update together.
     """
 
-    def surround(self, m: Module, dut: Results, inside: Inside) -> None:
+    def surround(self, m: Module, dut: Results) -> None:
         """The word in the update that is written, the newest, and each reader's."""
+        inside = self.inside
         word = dut.word
         begin, complete, w_en = (unknown(m, 1, n) for n in ("begin", "complete", "w_en"))
         w_index, w_data = unknown(m, INDEX_BITS, "w_index"), unknown(m, word, "w_data")
@@ -89,19 +91,14 @@ class Whole(Harness[Results]):
             )
 
 
-def _proof(readers: int, *, short: bool = True) -> Proof:
-    return Proof(
-        name=f"results.whole_{readers}",
-        depth=8,
-        induction=3,
-        cover=range(13, 15),
+PROOFS = (
+    Proof(
+        name="results.whole",
+        harness=ResultsHarness,
+        dut=lambda: Results(word=2, readers=2),
+        depth=3,
+        induction=True,
+        cover=14,
         reset=False,
-        short=short,
-        claim=f"Results, {readers} reader(s), no reset: all words that a reader sees between two "
-        "takes, and that the update has written, are those of the one update that was the newest "
-        "at the first; the writer is never made to wait",
-        harness=lambda: Whole(Results(word=2, readers=readers)),
-    )
-
-
-PROOFS = (_proof(1), _proof(2), _proof(3, short=False))
+    ),
+)

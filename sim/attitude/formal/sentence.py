@@ -11,25 +11,26 @@ from boresight.gateware.attitude.sensors.hmr3300_sentence import (
     SentenceParser,
     Step,
 )
-from boresight.sim.formal.harness import Harness, before, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.inside import InductiveHarness
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "Parsed"]
+__all__ = ["PROOFS", "SentenceHarness"]
 
 #: Parts of a number of the grammar.
 _FRONT, _SIGNED, _WHOLE, _POINT, _TENTH, _RETURN = range(6)
 
 
-class Parsed(Harness[SentenceParser]):
-    """A sentence is good if and only if all its bytes are those of the grammar.
+class SentenceHarness(InductiveHarness[SentenceParser]):
+    """SentenceParser: a sentence is good if and only if all its bytes are those of the grammar.
 
     Bytes, framing errors and pauses are any. Whether a number exceeds its limit is what the
     arithmetic says.
     """
 
-    def surround(self, m: Module, dut: SentenceParser, inside: Inside) -> None:
+    def surround(self, m: Module, dut: SentenceParser) -> None:
         """The grammar, byte by byte, a cycle after each."""
+        inside = self.inside
         data, valid, error = (
             unknown(m, n, s) for n, s in ((8, "byte"), (1, "valid"), (1, "error"))
         )
@@ -128,13 +129,12 @@ class Parsed(Harness[SentenceParser]):
 PROOFS = (
     Proof(
         name="sentence.grammar",
-        depth=10,
-        induction=3,
-        cover=range(16, 17),
+        short=False,
+        harness=SentenceHarness,
+        dut=SentenceParser,
+        depth=3,
+        induction=True,
+        cover=17,
         reset=False,
-        claim="SentenceParser, any bytes, errors and pauses, no reset: `line` comes after an LF if "
-        "and only if all bytes since the LF before are a sentence of the grammar, without an error "
-        "or a pause, and no number exceeded its limit; so after any LF the next is read",
-        harness=lambda: Parsed(SentenceParser()),
     ),
 )

@@ -5,39 +5,31 @@ from __future__ import annotations
 from amaranth.hdl import Assert, Module, Mux, Signal, Value
 
 from boresight.gateware.attitude.sensors.spi import BITS, SpiController
-from boresight.sim.formal.harness import Harness, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "Framed", "proof"]
+__all__ = ["PROOFS", "SpiHarness"]
 
 
-class Framed(Harness[SpiController]):
-    """The pins, by three watchers independent of the controller, and the words.
+class SpiHarness(InductiveHarness[SpiController]):
+    """SPI: no shorter half period, setup or stall than requested, 16 clocks in each frame.
 
-    ``high_for``, ``since`` and ``edges`` watch ``cs_n`` and ``sclk`` alone: for how long ``cs_n``
-    has been high (up to the stall), cycles since the last edge of any of the two, edges of ``sclk``
-    in the frame. ``half`` and ``cycle`` are the position in a frame, counted from the command; the
-    induction's assertions about the registers inside use them.
-
-    Parameters
-    ----------
-    dut : SpiController
-        Component.
-    stall, setup : int
-        Requested values, clock cycles.
-    whole : bool
-        Whether to reach a second frame (else the first clock of the first: long periods).
+    There is no clock outside a frame, and both words are whole and in order. ``high_for``,
+    ``since`` and ``edges`` watch ``cs_n`` and ``sclk`` alone: for how long ``cs_n`` has been high
+    (up to the stall), cycles since the last edge of any of the two, edges of ``sclk`` in the frame.
+    ``half`` and ``cycle`` are the position in a frame, counted from the command; the assertions
+    for induction use them.
     """
 
-    def __init__(self, dut: SpiController, *, stall: int, setup: int, whole: bool = True) -> None:
+    def __init__(self, dut: SpiController) -> None:
         super().__init__(dut)
-        self.stall = stall
-        self.setup = setup
-        self.whole = whole
+        self.stall = dut.stall_halves * dut.half_cycles
+        self.setup = dut.setup_cycles
 
-    def surround(self, m: Module, dut: SpiController, inside: Inside) -> None:
+    def surround(self, m: Module, dut: SpiController) -> None:
         """Rules at the pins; position in a frame; the words."""
+        inside = self.inside
         valid, payload = unknown(m, 1, "valid"), unknown(m, BITS, "payload")
         m.d.comb += [
             dut.i.valid.eq(valid),
@@ -55,7 +47,7 @@ class Framed(Harness[SpiController]):
         second = Signal()
         with m.If(dut.o_valid):
             m.d.sync += second.eq(1)
-        m.d.comb += reached(m, second & falls if self.whole else ~dut.sclk, "seen")
+        m.d.comb += reached(m, second & falls, "seen")
 
     def _watch(self, m: Module) -> Value:
         """The rules at the pins; returns the begin of a frame."""
@@ -180,32 +172,13 @@ class Framed(Harness[SpiController]):
         ]
 
 
-def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:
-    """The proof for one choice of half period, stall, and setup."""
-
-    def harness() -> Framed:
-        dut = SpiController(half_cycles=half, stall_cycles=stall, setup_cycles=setup)
-        return Framed(dut, stall=stall, setup=setup, whole=whole)
-
-    gap = -(-stall // half) * half
-    lead = -(-setup // half) * half
-    cycle = 2 * gap + lead + 2 * BITS * half + 5 if whole else gap + lead + 5
-    return Proof(
-        name=f"spi.framed_{half}_{stall}_{setup}",
-        depth=6,
-        induction=2,
-        cover=range(cycle, cycle + 1),
-        claim=f"SPI, half period {half}, stall {stall}, setup {setup} cycles: no shorter half "
-        "period, setup or stall than these, whatever the inputs and resets; 16 clocks in each "
-        "frame and none outside; both words are whole and in order",
-        harness=harness,
-    )
-
-
 PROOFS = (
-    proof(3, 1, 3),
-    proof(3, 10, 7, whole=False),
-    proof(5, 17, 1, whole=False),
-    proof(50, 1600, 50, whole=False),
-    proof(25, 900, 25, whole=False),
+    Proof(
+        name="spi.framed",
+        harness=SpiHarness,
+        dut=lambda: SpiController(half_cycles=3, stall_cycles=3, setup_cycles=6),
+        depth=2,
+        induction=True,
+        cover=120,
+    ),
 )

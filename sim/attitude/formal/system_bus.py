@@ -11,11 +11,11 @@ from boresight.gateware.attitude.system.interface import system_registers
 from boresight.gateware.attitude.system.system_bus import ADDRESS_BITS, COUNTERS, RESULTS, SystemBus
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Access, Register
-from boresight.sim.formal.harness import Harness, after_start, before, fixed, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import after_start, before, fixed, reached, unknown
+from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["EVENTS", "PROOFS", "Mapped", "registers"]
+__all__ = ["EVENTS", "PROOFS", "SystemBusHarness", "registers"]
 
 #: Kinds of events from outside.
 EVENTS = 5
@@ -43,8 +43,11 @@ def _to_results(addr: Value) -> Value:
     return (addr >= RESULTS) & (addr < RESULTS + 64)
 
 
-class Mapped(Harness[SystemBus]):
-    """Any accesses; a second model of every register, by its declaration.
+class SystemBusHarness(InductiveHarness[SystemBus]):
+    """SystemBus: a write changes its own register and no other, a read returns its own word.
+
+    A register changes only to a number that it may hold. Writes to the core reach it unchanged and
+    are acknowledged by it alone. A second model of every register follows its declaration.
 
     Parameters
     ----------
@@ -52,8 +55,9 @@ class Mapped(Harness[SystemBus]):
         Component, made of `registers` and `EVENTS`.
     """
 
-    def surround(self, m: Module, dut: SystemBus, inside: Inside) -> None:
+    def surround(self, m: Module, dut: SystemBus) -> None:
         """Any initiator, core and results."""
+        inside = self.inside
         bus, core = dut.bus, dut.core
         addr, w_data = unknown(m, ADDRESS_BITS, "addr"), unknown(m, 32, "w_data")
         w_stb, read = unknown(m, 1, "w_stb"), unknown(m, 1, "read")
@@ -175,13 +179,11 @@ class Mapped(Harness[SystemBus]):
 PROOFS = (
     Proof(
         name="bus.system",
-        depth=8,
-        induction=3,
-        cover=range(7, 9),
-        claim="SystemBus, the registers of a system with three filters: a write changes its own "
-        "register and no other, and only to a number that it may hold; a word read is that of "
-        "the address of the cycle before, 0 where nothing is; writes to the core reach it as "
-        "they are and are acknowledged by it alone",
-        harness=lambda: Mapped(SystemBus(registers=registers(), events=EVENTS)),
+        short=False,
+        harness=SystemBusHarness,
+        dut=lambda: SystemBus(registers=registers(), events=EVENTS),
+        depth=3,
+        induction=True,
+        cover=8,
     ),
 )

@@ -3,40 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from amaranth.hdl import Assert, Module, Mux, Signal, Value
 
 from boresight.gateware.engine.operands import Operands
-from boresight.gateware.machine import ALL_CONFIGS, MACHINES, Machine
+from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.image import Image
-from boresight.gateware.schedule.links import Window
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import Harness, fixed, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import fixed, reached, unknown
+from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "OneWord", "linked", "numbered"]
+__all__ = ["PROOFS", "OperandsHarness", "numbered"]
 
 
-def numbered(machine: Machine, window: Window | None) -> Image:
+def numbered(machine: Machine) -> Image:
     """An image whose table words are their own addresses, and whose registers are 0."""
     size = machine.TABLE_BLOCK * machine.TABLE_BLOCKS
     return Image(
-        rom=[0] * 3,
-        registers=[0] * machine.register_words,
-        tables=list(range(size)),
-        lengths=(3,),
-        window=window,
+        rom=[0] * 3, registers=[0] * machine.register_words, tables=list(range(size)), lengths=(3,)
     )
 
 
-class OneWord(Harness[Operands]):
-    """One register and one word of the tables, whichever they are.
+class OperandsHarness(InductiveHarness[Operands]):
+    """Operand memories: a read gives what was last written to its register, or the table's word.
 
-    A read of the register gives what was last written to it, a read of the table word its number,
-    on every port; both stay while the enable is low. The register is the physical one: the
-    parity of the program, for reads in the window that of the owner, exchanges the copies.
+    One register and one word of the tables are followed, whichever they are, on every port. Both
+    stay while the enable is low. The register is the physical one: the
+    parity exchanges the copies of a state.
 
     Parameters
     ----------
@@ -47,14 +41,12 @@ class OneWord(Harness[Operands]):
     def __init__(self, dut: Operands) -> None:
         super().__init__(dut)
         self.machine = dut.machine
-        self.window = dut.image.window
 
-    def surround(self, m: Module, dut: Operands, inside: Inside) -> None:
+    def surround(self, m: Module, dut: Operands) -> None:
         """Reads take effect `Stages.read` enabled cycles after; writes at once."""
+        inside = self.inside
         machine = self.machine
         m.d.comb += [dut.en.eq(unknown(m, 1, "en")), dut.parity.eq(unknown(m, 1, "parity"))]
-        if self.window is not None:
-            m.d.comb += dut.others.eq(unknown(m, len(dut.others), "others"))
         for k in range(machine.lanes):
             for name in ("a_addr", "b_addr", "table", "index", "w_en", "w_addr", "w_data"):
                 port = getattr(dut, name)[k]
@@ -81,14 +73,7 @@ class OneWord(Harness[Operands]):
     def _of_register(self, address: Value, bank: Value, offset: Value) -> Value:
         """Whether a read of this address is one of the register."""
         machine, dut = self.machine, self.dut
-        low, slots = address[: machine.offset_bits], machine.state_slots
-        parity = dut.parity
-        if self.window is not None:
-            slot, w = low % slots, self.window
-            for owner in range(len(w.owners)):
-                first = slots - w.size + owner * w.block
-                inside = (slot >= first) & (slot < first + w.block)
-                parity = Mux(inside, dut.others[owner], parity)
+        low, parity = address[: machine.offset_bits], dut.parity
         in_bank = address[machine.offset_bits :] == bank if machine.lanes == 2 else Value.cast(1)
         return in_bank & (self._physical(low, parity) == offset)
 
@@ -165,31 +150,22 @@ class OneWord(Harness[Operands]):
         m.d.comb += reached(m, was_read & (value > 5), f"{name}_read")
 
 
-def linked(config: str, owners: tuple[int, ...] | None = (0, 1)) -> dict[str, Any]:
-    """Arguments of `Operands`: a machine of 18-bit words, an image with a window of ``owners``."""
-    machine = replace(MACHINES[config], arithmetic=Arithmetic(18))
-    window = None if owners is None else Window(8, owners)
-    return {"machine": machine, "image": numbered(machine, window)}
-
-
-def _proof(config: str, owners: tuple[int, ...] | None) -> Proof:
-    machine = MACHINES[config]
+def _proof(config: str, *, short: bool = False) -> Proof:
+    machine = replace(machine_named(config), arithmetic=Arithmetic(18))
     return Proof(
-        name=f"operands.{config}" + (f"_window_{len(owners)}" if owners else ""),
+        name=f"operands.{config}",
+        harness=OperandsHarness,
+        dut=lambda: Operands(machine=machine, image=numbered(machine)),
         depth=2,
-        induction=1,
-        cover=range(5, 6),
-        short=config == "small" and owners != (0,),
-        claim=f"Operand memories, {machine.lanes} lane(s), {machine.register_words} registers, "
-        f"depth {machine.depth}, "
-        f"{f'a window of {len(owners)} program(s)' if owners else 'no window'}: a "
-        "read gives what was last written to the register that address and parity name, or the "
-        "table's word, on every port, whatever the other ports do",
-        harness=lambda: OneWord(Operands(**linked(config, owners))),
+        induction=True,
+        cover=6,
+        short=short,
     )
 
 
 PROOFS = (
-    *(_proof(config, None) for config in (*ALL_CONFIGS, "small-d9", "fast-d9", "small-1024-d9")),
-    *(_proof(config, owners) for config in ("small", "fast") for owners in ((0,), (0, 1))),
+    _proof("small", short=True),
+    _proof("small-2048"),
+    _proof("fast"),
+    _proof("small-1024-d9"),
 )

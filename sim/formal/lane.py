@@ -14,11 +14,11 @@ from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.machine import Machine
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import Harness, reached, unknown
-from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "InStages", "OfOneSlice", "OfPartialProducts", "machine"]
+__all__ = ["PROOFS", "FourSlicesHarness", "LaneHarness", "OneSliceHarness", "machine"]
 
 
 class _Registers:
@@ -36,10 +36,11 @@ class _Registers:
         return out
 
 
-class InStages(Harness[Lane]):
-    """Every register and output of a lane, stage by stage, for any operands, fields and stalls.
+class LaneHarness(InductiveHarness[Lane]):
+    """Lane: captures, masks, signs, shift, sum and clamp of `docs/engine.md`, stage by stage.
 
-    The product at shift is that of the multiplier in the lane (`OfPartialProducts`).
+    Operands, fields and stalls are any. The product at shift is that of the multiplier
+    (`FourSlicesHarness`).
 
     Parameters
     ----------
@@ -52,8 +53,9 @@ class InStages(Harness[Lane]):
         self.arith = dut.machine.arithmetic
         self.stages = dut.machine.stages
 
-    def surround(self, m: Module, dut: Lane, inside: Inside) -> None:
+    def surround(self, m: Module, dut: Lane) -> None:
         """The stages in order; a number in a name is the stage that reads it, at depth 7."""
+        inside = self.inside
         arith, at = self.arith, self.stages
         for name in ("en", "a", "b", *FIELDS, "outside", "which"):
             port = getattr(dut, name)
@@ -194,8 +196,8 @@ def _leading_sign_count(word: Value, arith: Arithmetic) -> Value:
     return count
 
 
-class OfPartialProducts(Harness[Multiplier]):
-    """The multiplier's slices get the halves of the factors, and their products are summed.
+class FourSlicesHarness(InductiveHarness[Multiplier]):
+    """Multiplier: slices get the halves of the factors, the product is the sum of theirs.
 
     With a = ah 2^17 + al and b = bh 2^17 + bl, `p` is al bl + (ah bl + al bh) 2^17 + ah bh 2^34
     of the factors of `Multiplier.latency` enabled cycles before, where each product is that of its
@@ -207,8 +209,9 @@ class OfPartialProducts(Harness[Multiplier]):
         Component, of four slices.
     """
 
-    def surround(self, m: Module, dut: Multiplier, inside: Inside) -> None:
+    def surround(self, m: Module, dut: Multiplier) -> None:
         """Products in the cycle in which their slice has them, and one and two cycles later."""
+        inside = self.inside
         for name in ("en", "a", "b"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), name))
@@ -264,8 +267,8 @@ class OfPartialProducts(Harness[Multiplier]):
         ]
 
 
-class OfOneSlice(Harness[Multiplier]):
-    """The slice gets the upper 18 bits of the factors, and what the others add is summed to it.
+class OneSliceHarness(InductiveHarness[Multiplier]):
+    """Multiplier: the slice gets the upper 18 bits of the factors, tables add the other products.
 
     With a = ah 2^k + al and b = bh 2^k + bl, `p` is ah bh 4^k + ah bl 2^k + al b of the factors of
     `Multiplier.latency` enabled cycles before, where ah bh is that of the slice.
@@ -276,8 +279,9 @@ class OfOneSlice(Harness[Multiplier]):
         Component, of one slice and a word above 18 bits.
     """
 
-    def surround(self, m: Module, dut: Multiplier, inside: Inside) -> None:
+    def surround(self, m: Module, dut: Multiplier) -> None:
         """Every register, cycle by cycle; a number in a name is the cycle that reads it."""
+        inside = self.inside
         low = dut.word - 18
         for name in ("en", "a", "b"):
             port = getattr(dut, name)
@@ -318,56 +322,42 @@ def machine(word: int, depth: int = 7) -> Machine:
     return Machine(name="lane", lanes=1, arithmetic=Arithmetic(word), depth=depth)
 
 
-def _at(depth: int) -> str:
-    """End of a proof's name."""
-    return "" if depth == 7 else f"_d{depth}"
-
-
-def _lane(word: int, sources: int, depth: int) -> Proof:
+def _lane(word: int, depth: int, *, sources: int = 1, short: bool = False) -> Proof:
     return Proof(
-        name=f"lane.stages_{word}_{sources}{_at(depth)}",
+        name=f"lane.stages_{word}_d{depth}",
+        harness=LaneHarness,
+        dut=lambda: Lane(machine=machine(word, depth), sources=sources),
         depth=2,
-        induction=1,
-        cover=range(depth + 2, depth + 3),
-        short=word == 18
-        and depth in (7, Machine.DEPTHS[-1])
-        or sources == 1
-        and word == 32
-        and depth == 7,
-        claim=f"Lane of {word}-bit words, depth {depth}, {sources} outside word(s), any operands, "
-        "fields and stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, "
-        "stage by stage",
-        harness=lambda: InStages(Lane(machine=machine(word, depth), sources=sources)),
+        induction=True,
+        cover=depth + 3,
+        short=short,
     )
 
 
-def _product(word: int, depth: int) -> Proof:
+def _product(word: int, depth: int, *, short: bool = False) -> Proof:
     lane = machine(word, depth)
-    registers = {"factors": lane.has("factor"), "sums": lane.has("sum")}
-    dut = Multiplier(word=word, **registers)
-    harness, how = (
-        OfPartialProducts,
-        "its slices get halves of the factors, the product is the sum of theirs",
-    )
-    if dut.slices == 1:
-        harness, how = OfOneSlice, "its slice gets the upper bits, tables add what the others make"
+
+    def dut() -> Multiplier:
+        return Multiplier(word=word, factors=lane.has("factor"), sums=lane.has("sum"))
+
     return Proof(
-        name=f"lane.product_{word}{_at(depth)}",
+        name=f"lane.product_{word}_d{depth}",
+        harness=OneSliceHarness if word <= Multiplier.ONE_SLICE else FourSlicesHarness,
+        dut=dut,
         depth=2,
-        induction=1,
-        cover=range(dut.latency + 3, dut.latency + 4),
-        short=word == 32 and depth == 7 or word in (20, 32) and depth == Machine.DEPTHS[-1],
-        claim=f"Multiplier of {word}-bit words, depth {depth}, any factors and stalls: {how}, "
-        f"{dut.latency} cycles later",
-        harness=lambda: harness(Multiplier(word=word, **registers)),
+        induction=True,
+        cover=depth,
+        short=short,
     )
 
 
 PROOFS = (
-    *(
-        _lane(word, sources, depth)
-        for depth in Machine.DEPTHS
-        for word, sources in ((32, 1), (32, 2), (24, 1), (18, 1))
-    ),
-    *(_product(word, depth) for depth in Machine.DEPTHS for word in (32, 24, 20, 19)),
+    _lane(18, 7, short=True),
+    _lane(32, 7, sources=2),
+    _lane(18, 12),
+    _lane(32, 12),
+    _product(20, 7, short=True),
+    _product(32, 7),
+    _product(20, 12),
+    _product(32, 12),
 )

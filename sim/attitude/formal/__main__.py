@@ -1,0 +1,18 @@
+"""``python -m boresight.sim.attitude.formal [NAME...]``: run the proofs of the attitude board."""
+
+import sys
+
+from boresight.sim.attitude.formal import bus, commander, results, sentence, spi, system_bus
+from boresight.sim.formal.__main__ import main
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROOFS"]
+
+PROOFS: tuple[Proof, ...] = tuple(
+    proof
+    for module in (bus, commander, results, sentence, spi, system_bus)
+    for proof in module.PROOFS
+)
+
+if __name__ == "__main__":
+    sys.exit(main(PROOFS))

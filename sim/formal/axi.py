@@ -1,0 +1,158 @@
+"""Proofs of AXI: `gateware.bus.axi_stream`, `gateware.bus.axi_lite`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
+
+from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
+from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
+from boresight.sim.formal.harness import (
+    Harness,
+    Stream,
+    StreamHarness,
+    before,
+    fixed,
+    reached,
+    unknown,
+)
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROOFS", "AxiLiteHarness", "FromAxiHarness", "ToAxiHarness"]
+
+#: Bits of a word.
+WORD = 4
+#: Words of a script: more than the buffers hold.
+WORDS = 3
+
+
+class FromAxiHarness(StreamHarness[StreamFromAxi]):
+    """StreamFromAxi: words come out once, in order, with their ``last``; bits above W are cut."""
+
+    def ends(self, dut: StreamFromAxi) -> tuple[Stream, Stream]:
+        axi, o = dut.axi, dut.o
+        source = Stream(axi.tvalid, axi.tready, axi.tdata, axi.tlast, name="axi")
+        return source, Stream(o.valid, o.ready, o.payload, name="o")
+
+    def script(self, m: Module) -> tuple[Sequence[Value], Sequence[Value]]:
+        words = [fixed(m, 33, f"word{k}") for k in range(WORDS)]
+        return words, [Cat(word[:WORD], word[-1]) for word in words]
+
+
+class ToAxiHarness(StreamHarness[StreamToAxi]):
+    """StreamToAxi: words come out once, in order, sign-extended, with their ``last``."""
+
+    def ends(self, dut: StreamToAxi) -> tuple[Stream, Stream]:
+        axi, i = dut.axi, dut.i
+        sink = Stream(axi.tvalid, axi.tready, axi.tdata, axi.tlast, name="axi")
+        return Stream(i.valid, i.ready, i.payload, name="i"), sink
+
+    def script(self, m: Module) -> tuple[Sequence[Value], Sequence[Value]]:
+        words = [fixed(m, WORD + 1, f"word{k}") for k in range(WORDS)]
+        sign = 32 - WORD
+        return words, [Cat(w[:WORD], w[WORD - 1].replicate(sign), w[WORD]) for w in words]
+
+
+class AxiLiteHarness(Harness[AxiLiteSlave]):
+    """AxiLiteSlave: each request is executed once, unchanged, and answered once.
+
+    A write of four bytes reaches the bus, others do not. A read has the word of its address.
+    Neither kind waits for more than one of the other. A channel's ``ready`` follows from earlier
+    cycles: no path leads from input to output.
+    """
+
+    def surround(self, m: Module, dut: AxiLiteSlave) -> None:
+        """Any master that holds its requests, any bus."""
+        axi, bus = dut.axi, dut.bus
+        grant, w_ack, r_data = (
+            unknown(m, 1, "grant"),
+            unknown(m, 1, "w_ack"),
+            unknown(m, len(bus.r_data), "r_data"),
+        )
+        m.d.comb += [
+            dut.grant.eq(grant),
+            bus.r_data.eq(r_data),
+            bus.w_ack.eq(w_ack),
+            Assume(~grant | dut.request),
+            Assume(~w_ack | (grant & bus.w_stb)),
+        ]
+        b = Stream(axi.bvalid, axi.bready, axi.bresp, name="b")
+        r = Stream(axi.rvalid, axi.rready, axi.rdata, axi.rresp, name="r")
+        for answer in (b, r):
+            answer.sink(m)
+        # An answer is new in this cycle.
+        wrote, read_done = (
+            s.valid & ~before(m, s.valid & ~s.ready, f"{s.name}_new") for s in (b, r)
+        )
+        aw, has_aw = self._request(
+            m, Stream(axi.awvalid, axi.awready, axi.awaddr, name="aw"), wrote
+        )
+        w, has_w = self._request(
+            m, Stream(axi.wvalid, axi.wready, axi.wdata, axi.wstrb, name="w"), wrote
+        )
+        ar, has_ar = self._request(
+            m, Stream(axi.arvalid, axi.arready, axi.araddr, name="ar"), read_done
+        )
+        word, strobes = w[:32], w[32:]
+        acknowledged = before(m, w_ack, "acknowledged")
+        partial = strobes != 0b1111
+        refused = partial & strobes.any()
+        read = dut.request & ~bus.w_stb
+        granted = before(m, read & grant, "granted")
+        m.d.comb += [
+            Assert(~bus.w_stb | (dut.request & has_aw & has_w & ~partial & ~axi.bvalid)),
+            Assert(~bus.w_stb | ((bus.addr == aw[2:]) & (bus.w_data == word[: len(bus.w_data)]))),
+            Assert(~acknowledged | wrote),
+            Assert(~wrote | (acknowledged == ~partial)),
+            Assert(~wrote | (axi.bresp == Mux(refused, Response.SLVERR, Response.OKAY))),
+            Assert(~read | (has_ar & ~axi.rvalid & (bus.addr == ar[2:]))),
+            Assert(read_done == before(m, granted, "fetched")),
+            Assert(~read_done | (axi.rdata == before(m, r_data, "read_word"))),
+            Assert(axi.rresp == Response.OKAY),
+            reached(m, wrote & ~partial, "wrote"),
+            reached(m, wrote & refused, "refused"),
+            reached(m, wrote & (strobes == 0), "no_byte"),
+            reached(m, read_done, "read"),
+        ]
+        waiting = {"write": has_aw & has_w & ~axi.bvalid, "read": has_ar & ~axi.rvalid}
+        idle = before(m, ~dut.request & ~granted & Cat(*waiting.values()).any(), "idle")
+        m.d.comb += Assert(~idle | dut.request | wrote)
+        for (name, waits), other in zip(waiting.items(), (read_done, wrote), strict=True):
+            passed = Signal(2, name=f"{name}_passed")
+            m.d.sync += passed.eq(Mux(waits, passed + other, 0))
+            m.d.comb += [
+                Assert(~waits | (passed + other <= 1)),
+                reached(m, waits & other, f"{name}_waited"),
+            ]
+
+    def _request(self, m: Module, channel: Stream, done: Value) -> tuple[Signal, Value]:
+        """The master's last request on a channel, and whether it waits for its answer."""
+        channel.source(m)
+        stored, pending = Signal.like(channel.payload, name=channel.name), Signal()
+        waits = pending & ~done
+        m.d.sync += pending.eq(waits | channel.transfer)
+        with m.If(channel.transfer):
+            m.d.sync += stored.eq(channel.payload)
+        m.d.comb += [Assert(channel.ready == ~waits), Assert(~done | pending)]
+        return stored, waits
+
+
+PROOFS = (
+    Proof(
+        name="axi.stream_in",
+        depth=12,
+        harness=FromAxiHarness,
+        dut=lambda: StreamFromAxi(word=WORD),
+        short=False,
+    ),
+    Proof(
+        name="axi.stream_out", depth=12, harness=ToAxiHarness, dut=lambda: StreamToAxi(word=WORD)
+    ),
+    Proof(
+        name="axi.lite",
+        depth=24,
+        harness=AxiLiteHarness,
+        dut=lambda: AxiLiteSlave(word=8, address=3),
+    ),
+)

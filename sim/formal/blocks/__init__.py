@@ -1,1 +1,0 @@
-"""The proofs, block by block; each module has `PROOFS`."""
