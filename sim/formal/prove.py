@@ -30,7 +30,7 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.folders import yosys_environment
 from boresight.sim.formal.harness import Harness
 
-__all__ = ["Proof", "ProofError", "Result", "prove", "solver_version"]
+__all__ = ["Proof", "ProofError", "Result", "prove"]
 
 #: Longest run of one task, seconds.
 TIMEOUT_S = 600
@@ -238,21 +238,6 @@ def _environment() -> dict[str, str]:
     """Environment in which the programs of this Python environment are found first."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     return {**os.environ, **yosys_environment(), "PATH": path}
-
-
-def solver_version() -> str:
-    """Name and version of the solver that proofs use.
-
-    Raises
-    ------
-    ToolMissing
-        SymbiYosys or the solver is not installed.
-    """
-    _sby()
-    run = subprocess.run(
-        ["yices-smt2", "--version"], env=_environment(), capture_output=True, text=True, check=False
-    )
-    return run.stdout.partition("\n")[0].strip()
 
 
 def _locations(pattern: str, log: str) -> tuple[str, ...]:

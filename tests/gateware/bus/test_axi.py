@@ -12,7 +12,7 @@ from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
 from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
 from tests.support.bench import run_bench
 
-# -- registers over AXI4-Lite; `sim.formal.blocks.axi` proves the protocol ------------------------
+# -- registers over AXI4-Lite; `sim.formal.axi` proves the protocol ------------------------
 
 Test = Callable[[Any], Awaitable[None]]
 
@@ -168,7 +168,7 @@ def test_a_response_that_is_not_taken_holds_up_its_own_side_only() -> None:
     bench.run(test)
 
 
-# -- packets through both adapters, at any pace; `sim.formal.blocks.axi` proves the rest ----------
+# -- packets through both adapters, at any pace; `sim.formal.axi` proves the rest ----------
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.5])
