@@ -133,6 +133,8 @@ def section_of(title: str, rows: Sequence[Mapping[str, Any]], text: str = "") ->
 
 
 def _cell(value: Any) -> str | float | Verdict:
+    if isinstance(value, Verdict):
+        return value
     if isinstance(value, bool):
         return Verdict("yes" if value else "no", value)
     if isinstance(value, int | float):

@@ -109,14 +109,6 @@ def _line(group: tuple[Target, ...]) -> str:
     if missed:
         verdict = "FAIL" if any(target.binding for target in missed) else "miss"
     said = f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
-    limits = dict.fromkeys(_limit(target) for target in group if not target.good)
+    limits = dict.fromkeys(t.limits or "a finite number" for t in group if not t.good)
     fewest = f", not judged with fewer than {first.fewest} runs" if first.fewest else ""
     return said + (f", wanted {' / '.join(limits)}" if limits else fewest)
-
-
-def _limit(target: Target) -> str:
-    """The band of a target, for people."""
-    if target.low is None or target.high is None:
-        sign, limit = ("at most", target.high) if target.low is None else ("at least", target.low)
-        return "a finite number" if limit is None else f"{sign} {limit:.4g}"
-    return f"{target.low:.4g} to {target.high:.4g}"

@@ -85,6 +85,19 @@ class Target:
         high = math.inf if self.high is None else self.high
         return bool(math.isfinite(self.value) and low <= self.value <= high)  # numpy gives its own
 
+    @property
+    def limits(self) -> str:
+        """The band, for people; empty without limits."""
+        if self.low is None or self.high is None:
+            sign, limit = ("at most", self.high) if self.low is None else ("at least", self.low)
+            return "" if limit is None else f"{sign} {limit:.4g}"
+        return f"{self.low:.4g} to {self.high:.4g}"
+
+    @property
+    def unjudged(self) -> str:
+        """Why it is not judged, where it has limits."""
+        return "" if self.fewest is None else f"not judged with fewer than {self.fewest} runs"
+
     def to_json(self) -> dict[str, Any]:
         """Plain data; ``limit`` is least and greatest good value, null for an open end."""
         return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from boresight.sim.experiments.experiment import Target
-from boresight.sim.pages import Section, page
+from boresight.sim.pages import Section, Verdict, number, page_of, section_of, unit
 
 __all__ = ["Section", "numbers", "render"]
 
@@ -19,18 +19,23 @@ def render(
     name: str, intro: Sequence[str], targets: Sequence[Target], sections: Sequence[Section]
 ) -> str:
     """HTML text that needs nothing else; a target without limits is shown and not judged."""
-    sources: dict[str, None] = {}
-    for target in targets:
-        sources |= dict.fromkeys(target.beside)
-    return page(
-        "boresight.sim.experiments",
-        "page.html",
-        title=f"Experiment {name}",
-        intro=intro,
-        targets=targets,
-        judged=[t for t in targets if t.judged],
-        sources=list(sources),
-        noted=any(t.note for t in targets),
-        sections=sections,
-        note="",
-    )
+    judged = [target for target in targets if target.judged]
+    met = f"Targets met: {sum(target.good for target in judged)} of {len(judged)}."
+    rows = [_row(target) for target in targets]
+    return page_of(f"Experiment {name}", intro, [section_of("Targets", rows, met), *sections])
+
+
+def _row(target: Target) -> dict[str, object]:
+    """A target as cells by column."""
+    verdict = Verdict("pass" if target.good else "FAIL", target.good) if target.judged else None
+    least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
+    return {
+        "what": f"{target.name}, {target.part}" if target.part else target.name,
+        "source": target.source,
+        "value": f"{number(target.value, 3)} {unit(target.unit)}".rstrip(),
+        "runs, least to most": least or None,
+        **target.beside,
+        "target": target.limits or None,
+        "verdict": verdict or target.unjudged or None,
+        "note": "; ".join(filter(None, ["reported" * (not target.binding), target.note])) or None,
+    }

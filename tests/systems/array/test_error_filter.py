@@ -8,15 +8,14 @@ import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from boresight.model.algebra import strapdown
 from boresight.model.algebra.scalar_update import Update
 from boresight.model.algebra.strapdown import Angles, angles
 from boresight.systems.array import error_filter as errors
-from boresight.systems.array import index, interface
-from boresight.systems.array.error_filter import FORCE, GYRO, PHI, SCALE
+from boresight.systems.array import index
+from boresight.systems.array.error_filter import PHI, SCALE
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.interface import KINDS, UNITS
-from boresight.systems.array.words import Plain, run_width
+from boresight.systems.array.words import run_width
 from tests.support.rotating_array import ARCSEC, EARTH, LATITUDE
 
 # -- propagation against matrices in SI units; what grows, and what stops growing -----------------
@@ -127,13 +126,6 @@ def test_noise_and_what_stops_it() -> None:
     assert not any(grown(0.0, False, True).values())
 
 
-def test_first_spread_and_moves_are_in_units() -> None:
-    p = SimpleNamespace(**ArrayAttitude().param_values({"p0_gyro": 0.5 * UNITS["gyro"]}))
-    assert errors.first_variances(p)["gyro"] == 0.25
-    result = errors.moves(Update([0.5] * 13, 2.0, False))
-    assert result == pytest.approx(list(SCALES))
-
-
 # --------------------------------------------------------------------------------------------------
 # what an index measures: its row, by differences of angles; its time, its noise, both readings
 
@@ -215,41 +207,4 @@ def test_carried_remainders_keep_the_attitude() -> None:
     assert 0.0 < 10.0 * f["carried_rms"] < f["plain_rms"]
 
 
-def test_nothing_but_the_remainders_is_left_out() -> None:
-    whole, plain = ArrayAttitude(aided=False), Plain(aided=False)
-    assert [s.name for s in whole.states] == [s.name for s in plain.states]
-    assert any(s.name.startswith("rest_") for s in plain.states)
-
-
 # -- what `array_attitude` declares: names that others rely on, states that fit their units -------
-
-
-def test_names_and_units() -> None:
-    e = ArrayAttitude()
-    e.check_declarations()
-    assert [i.name for i in e.inputs][6:] == ["phase", "azimuth", "index_time", "index"]
-    assert [o.name for o in e.outputs][:3] == ["pitch", "roll", "heading"] and e.urgent == 3
-    units = {o.name: o.unit for o in e.outputs}
-    assert units["eps_x"] == "rad/s" and units["nabla_z"] == "m/s^2" and units["status"] == "bits"
-    assert e.inputs[-1].flags == ("azimuth", "index_time")
-    assert len(e.states) <= 128 and len(ArrayAttitude(reading="literal").states) <= 128
-    assert set(interface.STATUS_BITS) == set(range(8))
-
-
-def test_every_kind_has_a_first_spread_within_its_unit() -> None:
-    params = {p.name: p for p in ArrayAttitude().params}
-    assert len(interface.KINDS) == 13 and set(interface.KINDS) == set(interface.UNITS)
-    for kind, unit in interface.UNITS.items():
-        p = params[f"p0_{kind}"]
-        assert p.default <= p.high < unit
-    states = {s.name: s.initial for s in ArrayAttitude().states}
-    first = (params["p0_heading"].default / interface.UNITS["heading"]) ** 2
-    assert states["p66"] == pytest.approx(first, rel=1e-12)
-    assert set(interface.LEARNT) == {SCALE, *GYRO, *FORCE}
-
-
-def test_without_the_filter_only_the_strapdown_is_left() -> None:
-    e = ArrayAttitude(aided=False)
-    assert e.outputs == strapdown.OUTPUTS and {p.name for p in e.params} == {
-        *("latitude", "height", "start_qw", "start_qx", "start_qy", "start_qz")
-    }

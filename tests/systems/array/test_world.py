@@ -133,12 +133,3 @@ def test_pulses_tell_where_the_array_is() -> None:
     off = 180.0 * 3600.0 * (there - result["azimuth"][at])
     assert np.abs(off).max() < 5.0 and np.abs(off).max() > 0.2
     assert (np.isnan(result["index_time"]) == np.isnan(result["azimuth"])).all()
-
-
-def test_records_without_truths() -> None:
-    world, bare = (TurningArray(36.0, noise=1.0, truths=t, **SHORT) for t in (True, False))
-    columns, fewer = whole(world), whole(bare)
-    assert len(columns["phase"]) == world.samples + 1
-    assert [n for n in columns if not n.endswith("_true")] == list(fewer)
-    for name, values in fewer.items():
-        np.testing.assert_array_equal(values, columns[name])

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-import boresight
 from boresight.model.errors import InputError
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.systems.battery import experiment
 from boresight.systems.battery import world as cells
 from boresight.systems.battery.estimator import DT, Battery, open_voltage
-from boresight.systems.battery.runs import CASES, figures_of, run
+from boresight.systems.battery.runs import run
 from boresight.systems.battery.world import CHARGE_S, REST_S, STEPS, Discharge
-from tests.support.experiments import result_of
 
 
 def records(cell: str = "known", steps: int = STEPS) -> dict[str, Any]:
@@ -47,14 +43,6 @@ def test_an_offset_of_the_current_does_not_add_up() -> None:
 def test_matched_resistances() -> None:
     plain, matched = (run(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_told"))
     assert matched < 0.02 < 0.1 < plain
-
-
-def test_levels_agree_and_float64_is_the_textbook() -> None:
-    (result,) = boresight.check("battery", records(steps=300), levels=("fixed", "c", "rtl"))[
-        "results"
-    ]
-    assert result.good and result.textbook, result.lines()
-    assert all(d.largest < 1e-8 for d in result.textbook), result.lines()
 
 
 def test_the_standard_deviation_is_that_of_p() -> None:
@@ -93,31 +81,3 @@ def test_the_world_conserves_charge_and_relaxes() -> None:
 def test_an_unknown_cell_is_refused() -> None:
     with pytest.raises(InputError, match="cell: wanted one of known, aged.*found 'new'"):
         Discharge("new")
-
-
-def test_figures_of_known_errors() -> None:
-    n, begun = 2000, 600
-    truth = np.linspace(0.9, 0.5, n)[:, None].repeat(2, axis=1)
-    wrong = np.full((n, 2), 0.01)
-    wrong[:100] = 0.1
-    wrong[700, 1] = -0.05
-    inputs = np.zeros((n, 2, len(Battery.inputs)))
-    saturated = np.zeros((n, 2), dtype=bool)
-    saturated[5:8, 1] = True
-    outputs = {"z": truth + wrong, "sd_z": 0.0 * truth, "nis": np.full((n, 2), 2.0)}
-    loop: Any = SimpleNamespace(
-        outputs=outputs, truth={"z": truth}, inputs=inputs, run=SimpleNamespace(saturated=saturated)
-    )
-    outcome = figures_of(CASES["known"], loop).figures
-    assert outcome["charge_max"] == pytest.approx([0.01, 0.05])
-    assert outcome["charge_rms"][0] == pytest.approx(0.01)
-    assert outcome["known_s_max"].tolist() == [100.0, 701.0]
-    assert outcome["counted_max"] == pytest.approx([0.4, 0.4])  # no current was measured
-    assert outcome["nis"].tolist() == [2.0, 2.0] and outcome["saturated_sum"].tolist() == [0, 3]
-    assert begun * DT == 600.0
-
-
-def test_the_experiment(drained: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
-    system = experiment.Battery(jobs=1)
-    result = result_of(system, run, CASES, {"known": drained}, monkeypatch)
-    assert result.pages["battery.html"].count("<svg") == 3

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-import boresight
 from boresight.gateware.synthesis.blocks import core_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
@@ -19,8 +15,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.rotations.rotation import rotate
-from boresight.sim.worlds.loop import Loop, close_loop, parting
-from boresight.systems.ekf2 import experiment
+from boresight.sim.worlds.loop import close_loop
 from boresight.systems.ekf2.estimator import (
     DT,
     GRAVITY_NED,
@@ -30,12 +25,8 @@ from boresight.systems.ekf2.estimator import (
     Ekf2Motion,
     Ekf2Row,
 )
-from boresight.systems.ekf2.runs import CASES, CONFIG, SETTLED_S, figures_of, run
+from boresight.systems.ekf2.runs import CONFIG, run
 from boresight.systems.ekf2.world import NOISE, Flight
-from tests.support.experiments import result_of
-from tests.support.pages import ROOT
-
-NAMES = ("qw", "qx", "qy", "qz", "vn", "ve", "vd", "pn", "pe", "pd", "wind_n", "wind_e", "terrain")
 
 
 @pytest.fixture(scope="module")
@@ -87,25 +78,6 @@ def test_what_is_not_there() -> None:
         Flight(without=("sonar",))
 
 
-@pytest.mark.parametrize("steps", [40, pytest.param(9_000, marks=pytest.mark.soak)])
-def test_the_rtl_is_the_c(steps: int) -> None:
-    def loop(level: str) -> Loop:
-        world = Flight(steps=steps)
-        with make_level(level, Build(Ekf2(), config=CONFIG)) as made:
-            return close_loop(world, made)
-
-    assert parting(Ekf2(), loop("c"), loop("rtl")) is None
-
-
-def test_float64_is_the_textbook() -> None:
-    world = Flight(steps=100)
-    with make_level("c", Build(Ekf2(), config=CONFIG)) as level:
-        record = close_loop(world, level).record(Ekf2(), "begin")
-    (result,) = boresight.check("ekf2", record, levels=("c",), config=CONFIG)["results"]
-    assert result.good and result.textbook
-    assert all(d.largest < 1e-9 for d in result.textbook), result.lines()
-
-
 def test_it_fits_the_smallest_part() -> None:
     core = Build(Ekf2(), config=CONFIG).core
     microcode, data = core_blocks(core.machine, core.image, TARGETS["xc6slx9"].family.memory_shapes)
@@ -133,56 +105,3 @@ def test_its_parts_are_the_filter() -> None:
     assert sum(part.schedule.interval for part in build.core.parts) <= 3300
     results = Check(build, levels=("fixed", "c")).run(record)
     assert all(result.exact for result in results), results
-
-
-def test_figures_of_known_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    n, begun = 9_000, round(SETTLED_S / DT)
-    truth = {name: np.zeros((n, 2)) for name in NAMES}
-    truth["qw"] += 1.0
-    out = {name: values.copy() for name, values in truth.items()}
-    half = np.radians(3.0) / 2.0
-    out["qw"][begun:, 1], out["qx"][begun:, 1] = -np.cos(half), -np.sin(half)  # the same turn
-    out["vn"] += 0.3
-    out["ve"] += 0.4
-    out["pd"] += 2.0
-    out["pd"][6_500] = 7.0  # within the outage
-    out["pd"][:begun] = 50.0
-    out["wind_e"] -= 1.0
-    out["terrain"] += 0.5
-    loop = SimpleNamespace(
-        outputs=out,
-        truth=truth,
-        inputs=np.zeros((n, 2, len(Ekf2.inputs))),
-        run=SimpleNamespace(saturated=np.zeros((n, 2), dtype=bool)),
-    )
-    floats = SimpleNamespace(outputs={name: values[:, 0] for name, values in out.items()})
-    monkeypatch.setattr("boresight.systems.ekf2.runs.run_forms", lambda *a, **k: [[floats]])
-    world = Flight(seeds=(1, 2), outage=(50.0, 70.0))
-    figures = figures_of(world, loop).figures  # type: ignore[arg-type]
-    assert figures["attitude_rms"] == pytest.approx([0.0, 3.0]) == figures["attitude_max"]
-    assert figures["velocity_rms"] == pytest.approx([0.5, 0.5])
-    assert figures["position_rms"] == pytest.approx([2.0, 2.0])
-    assert figures["wind_rms"] == pytest.approx([1.0, 1.0])
-    assert figures["terrain_rms"] == pytest.approx([0.5, 0.5])
-    assert figures["drift_max"] == pytest.approx([7.0, 7.0])
-
-
-def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch) -> None:
-    result = result_of(experiment.Ekf2(jobs=1), run, CASES, flown, monkeypatch)
-    missed = {t.part for t in result.targets if not t.good}
-    assert missed == {"wind"}  # that case has the runs of another here
-    assert result.pages["ekf2.html"].count("<svg") == 2
-
-
-def test_the_cycles_on_the_page() -> None:
-    page = (ROOT / "docs" / "systems" / "ekf2.md").read_text(encoding="utf-8")
-    schedule = Build(Ekf2(), config=CONFIG).core.schedule
-    (row,) = re.findall(r"predicted state in (\d+) to (\d+) cycles.*?after ([\d,]+)", page)
-    cycles = (min(schedule.latencies), max(schedule.latencies), schedule.interval)
-    assert tuple(int(x.replace(",", "")) for x in row) == cycles
-    parts = Build(Ekf2Motion(), Ekf2Row(), config=CONFIG).core.parts
-    for part, of in zip(parts, ("Motion", "Row"), strict=True):
-        ((interval, *span),) = re.findall(rf"`Ekf2{of}` \| ([\d,]+) \| ([\d,]+) to ([\d,]+) ", page)
-        latencies = part.schedule.latencies
-        assert int(interval.replace(",", "")) == part.schedule.interval
-        assert [int(x.replace(",", "")) for x in span] == [min(latencies), max(latencies)]

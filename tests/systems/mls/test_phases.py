@@ -8,16 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import boresight
-from boresight.gateware.core import build_core, build_shared_core
-from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.mls import estimator, phases
 from boresight.systems.mls.deck import deck, records
 from boresight.systems.mls.estimator import MlsAttitude
-from boresight.systems.mls.phases import MOST_ELEMENTS, STATUS_BITS, ArrayPhases
-from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.pointing import SatcomPointing
+from boresight.systems.mls.phases import STATUS_BITS, ArrayPhases
 
 FILE, OTHER = phases.__file__, estimator.__file__
 
@@ -64,41 +60,12 @@ def test_phases_are_unsigned_turns_and_exact_multiples() -> None:
     assert (outputs == (words % 2**32) / 2.0**32).all()
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_fixed_point_is_float64(seed: int) -> None:
-    u = draws(seed, 4000)
-    assert apart(phases(run(u, "c").outputs), phases(run(u).outputs)) < 2.0**-22
-
-
 def test_a_beam_that_is_none_gives_bounded_phases() -> None:
     u = draws(3)
     u[:, 4:] = np.sign(u[:, 4:])  # each component as large as it goes
     fixed, real = run(u, "c"), run(u)
     assert not fixed.saturated.any()
     assert apart(phases(fixed.outputs), phases(real.outputs)) < 2.0**-20
-
-
-@pytest.mark.parametrize(
-    "elements, config, interval", [(64, "small", 130), (64, "fast", 100), (16, "small", 60)]
-)
-def test_cycles(elements: int, config: str, interval: int) -> None:
-    """In one core with the filter, which has the quaternion."""
-    core = Build(MlsAttitude(), ArrayPhases(elements), config=config).core
-    assert core.parts[1].schedule.interval <= interval
-
-
-def test_most_elements_fit_a_core() -> None:
-    core = build_core(ArrayPhases(MOST_ELEMENTS).compile(), "small")
-    assert len(core.program.outputs) == MOST_ELEMENTS + 1
-
-
-def test_four_programs_in_one_core() -> None:
-    """All of both systems: what they read is read where it is kept."""
-    made = [Satcom(), SatcomPointing(), MlsAttitude(), ArrayPhases()]
-    programs = [e.compile() for e in linked_estimators(made)]
-    for config in ("small", "fast"):
-        core = build_shared_core(programs, config)
-        assert [len(part.program.streamed) for part in core.parts] == [10, 3, 10, 3]
 
 
 def both(steps: int, config: str) -> None:
@@ -134,12 +101,6 @@ def both(steps: int, config: str) -> None:
 
 def test_in_turns_with_the_filter() -> None:
     both(260, "small")
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("config", ["small", "fast"])
-def test_20_000_updates_of_both(config: str) -> None:
-    both(20_000, config)
 
 
 def test_at_the_ends_of_the_scan() -> None:

@@ -6,7 +6,7 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.loop import Loop, close_loop, parting
+from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.phases import ArrayPhases
 from boresight.systems.mls.world import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, angle_of, scan_times
@@ -45,22 +45,6 @@ def test_beams_go_where_the_pulse_was() -> None:
         record = lost.record(outputs)
         outputs = {f"phase_{k}": (k * k % 7) / 7.0 for k in range(16)}
     assert record is not None and abs(lost._half) > 3.0 and not lost.angles
-
-
-def test_two_levels_close_the_same_loop() -> None:
-    """RTL in the loop, a few scans."""
-    world = Landing("rolling", 5, 10.0, elements=16, seconds=1.3, beams=24)
-    loops = [fly(world, name, steps=90) for name in ("c", "rtl")]
-    assert parting(ArrayPhases(16), *loops) is None
-    assert len(loops[0].inputs) == 90
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("config", ["small", "fast"])
-def test_ten_thousand_records_of_the_loop(config: str) -> None:
-    world = Landing("rolling", 5, 10.0)
-    loops = [fly(world, name, config, 10_000) for name in ("c", "rtl")]
-    assert parting(ArrayPhases(), *loops) is None and len(loops[0].inputs) == 10_000
 
 
 def test_on_deck() -> None:

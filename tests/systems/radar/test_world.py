@@ -7,12 +7,8 @@ import pymap3d
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.loop import close_loop
-from boresight.systems.radar.estimator import Registration
 from boresight.systems.radar.flight import EARTH_RATE, GM, SITES, ballistic, flight, gravity
-from boresight.systems.radar.world import BIAS, NOISE, TwoRadars, placed, seen_from
+from boresight.systems.radar.world import BIAS, NOISE, TwoRadars, seen_from
 
 # -- two radars: what they report, miss and are late by; draws; what is refused -------------------
 
@@ -77,20 +73,6 @@ def test_bound_needs_noise_and_may_have_a_prior() -> None:
     free, known = TwoRadars(seconds=20.0), TwoRadars(seconds=20.0, drawn=(50.0, 0.5))
     a, b = free.bound()["range_1_bias"][-1], known.bound()["range_1_bias"][-1]
     assert b < 50.0 < a
-
-
-def test_the_loop_with_the_filter() -> None:
-    """Open loop: the same records whatever is answered, with the truth beside them."""
-    world = TwoRadars("crossing", seconds=30.0, drawn=(50.0, 0.5), missed=0.1)
-    level = make_level("c", Build(Registration()))
-    loop = close_loop(world, level)
-    assert len(loop.inputs) == 301 and loop.clamped == {"dt": 0} or not loop.clamped
-    assert loop.truth["azimuth_1_bias"][5] == world.bias[2]
-    error = loop.outputs["azimuth_1_bias"][-1] - world.bias[2]
-    assert abs(error) < 4.0 * world.bound()["azimuth_1_bias"][-1]
-    assert placed(world.sites[0], world.seen[0][3:4])[0] == pytest.approx(
-        [loop.truth[f"{a}1_corrected"][3] for a in "xyz"]
-    )
 
 
 # -- flights: an orbit and energy against closed forms, lines, the ground -------------------------

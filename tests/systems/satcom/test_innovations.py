@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.systems.satcom.innovations import innovations, plot_innovations
+from boresight.systems.satcom.innovations import innovations
 
 
 def test_known_sequence() -> None:
@@ -29,15 +29,3 @@ def test_a_smooth_one_is_not_white() -> None:
     result = innovations(2.0 * smooth, np.ones(len(smooth), dtype=bool))
     assert result.nis == pytest.approx(4.0, rel=0.15)
     assert result.correlation[:4] == pytest.approx([0.8, 0.6, 0.4, 0.2], abs=0.1)
-
-
-def test_nothing_measured() -> None:
-    result = innovations(np.ones(50), np.zeros(50, dtype=bool))
-    assert result.nis < 1e-200 and not result.correlation.any() and np.isfinite(result.band)
-
-
-def test_plot() -> None:
-    white = innovations(np.random.default_rng(3).normal(size=500), np.ones(500, dtype=bool))
-    text = plot_innovations([[white, white], [white, white]], ("first", "second"), "name")
-    assert text.startswith("<svg") and "first" in text and "autocorrelation" in text
-    assert text == plot_innovations([[white, white], [white, white]], ("first", "second"), "name")

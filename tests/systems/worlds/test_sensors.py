@@ -6,18 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.errors import InputError
 from boresight.sim.rotations.rotation import euler_to_matrix
 from boresight.systems.radar.flight import gravity as gravitation
-from boresight.systems.worlds.sensors import (
-    ACCELEROMETER,
-    FIBRE_OPTIC,
-    MICRO_G,
-    PER_HOUR,
-    Noise,
-    Triad,
-    signed,
-)
+from boresight.systems.worlds.sensors import Noise, Triad, signed
 from boresight.systems.worlds.turning import (
     EARTH_RATE,
     Turn,
@@ -37,26 +28,6 @@ DT, EXACT = 0.01, Noise()
 def triad(noise: Noise = EXACT, seed: int = 1) -> Triad:
     bias, matrix = signed(None, 3e-3, 1e-2, 2e-2)
     return Triad(bias, matrix, noise, (seed, 2), DT)
-
-
-def test_constant_errors() -> None:
-    """All plus: scale on the diagonal, the others askew."""
-    true = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
-    wanted = [[1.01, 0.02, 0.02], [0.04, 2.02, 0.04]]
-    np.testing.assert_allclose(triad().read(true), np.array(wanted) + 3e-5, rtol=1e-12)
-
-
-def test_signs() -> None:
-    """Sizes stay; over many draws each sign comes as often as the other, by itself."""
-    draws = [signed(np.random.default_rng(k), 3.0, 0.1, 0.2) for k in range(400)]
-    bias, matrix = (np.array(part) for part in zip(*draws, strict=True))
-    assert set(np.abs(bias).ravel()) == {3.0}
-    size = np.where(np.eye(3), 0.1, 0.2)
-    np.testing.assert_allclose(np.abs(matrix - np.eye(3)), np.broadcast_to(size, matrix.shape))
-    signs = np.sign(np.concatenate([bias[:, :, None], matrix - np.eye(3)], axis=2)).reshape(400, 12)
-    together = signs.T @ signs / 400.0
-    assert np.abs(signs.mean(axis=0)).max() < 0.2
-    assert np.abs(together - np.eye(12)).max() < 0.2
 
 
 def test_white_noise_walks_as_declared() -> None:
@@ -88,23 +59,6 @@ def test_pieces_make_no_difference(noise: Noise) -> None:
         [pieces.read(true[:33]), pieces.read(true[33:34]), pieces.read(true[34:])]
     )
     np.testing.assert_allclose(values, whole, rtol=0.0, atol=1e-12)
-
-
-def test_one_error_leaves_the_others() -> None:
-    """The walk is the same with white noise and without; another seed is other noise."""
-    true = np.zeros((50, 3))
-    both, white, walk = (triad(Noise(*n)).read(true) for n in ((1.0, 2.0), (1.0, 0.0), (0.0, 2.0)))
-    np.testing.assert_allclose(both, white + walk - 3e-5, rtol=0.0, atol=1e-12)
-    assert np.abs(triad(Noise(1.0), seed=2).read(true) - white).min() > 0.0
-
-
-def test_the_sensors_that_are_named() -> None:
-    """0.0005 deg/h^(1/2): after an hour 0.0005 deg; 1e-3 deg/h in an hour; ug alike."""
-    assert FIBRE_OPTIC.white * 60.0 == pytest.approx(math.radians(5e-4))
-    assert FIBRE_OPTIC.walk * 60.0 == pytest.approx(1e-3 * math.radians(1.0 / 3600.0))
-    assert ACCELEROMETER.white == pytest.approx(5.0 * MICRO_G)
-    assert ACCELEROMETER.walk * 60.0 == pytest.approx(5.0 * MICRO_G)
-    assert pytest.approx(math.radians(1.0)) == PER_HOUR * 3600.0
 
 
 # --------------------------------------------------------------------------------------------------
@@ -207,24 +161,6 @@ def test_normal_gravity(latitude: float, height: float) -> None:
     assert normal_gravity(latitude, height) == pytest.approx(fourth - float(up @ whole), abs=3e-6)
 
 
-def test_normal_gravity_as_published() -> None:
-    """The formula and constants of NIMA TR8350.2; its free-air gradient at 45 deg."""
-    for sine in (0.0, 0.3, 0.7, 1.0):
-        wanted = 9.7803253359 * (1.0 + 0.00193185265241 * sine**2)
-        wanted /= math.sqrt(1.0 - 0.00669437999014 * sine**2)
-        result = normal_gravity(math.degrees(math.asin(sine)), 0.0)
-        assert result == pytest.approx(wanted, rel=1e-10)
-    fallen = normal_gravity(45.0, 0.0) - normal_gravity(45.0, 1.0)
-    assert fallen == pytest.approx(3.0855e-6, abs=2e-10)
-
-
-def test_what_is_refused() -> None:
-    with pytest.raises(InputError, match="turning, turns: wanted one at least"):
-        Turning(START, (), TURNING_DT, earth=EARTH, gravity=G)
-    with pytest.raises(InputError, match="turning, dt: wanted more than 0 s, found 0"):
-        Turning(START, TURNS, 0.0, earth=EARTH, gravity=G)
-
-
 def test_a_vibration_is_as_large_as_asked_for() -> None:
     """Within its band; another draw is another one; none is none."""
     rng = np.random.default_rng(2)
@@ -283,19 +219,6 @@ def test_an_encoder_is_read_with_the_samples() -> None:
     assert pytest.approx(4.944, abs=1e-3) == STEP / ARCSEC
 
 
-def test_the_first_pulse_is_the_first_time_that_the_mark_passes() -> None:
-    """A mark just behind is a turn away; one just ahead comes at once; too short, none comes."""
-    mark, rate = Mark(at_deg=math.degrees(1.0) + 0.01, index="encoder"), math.radians(36.0)
-    rng = np.random.default_rng(1)
-    assert pulses(mark, 1.0, rate, 2000, TURNTABLE_DT, rng).sample.tolist() == [0, 1000]
-    assert pulses(mark, 1.0 + 4e-4, rate, 2000, TURNTABLE_DT, rng).sample.tolist() == [999, 1999]
-    assert len(pulses(mark, 1.0 + 4e-4, rate, 900, TURNTABLE_DT, rng).sample) == 0
-
-
-def test_none() -> None:
-    assert len(turntable_drawn(Mark(index="none", wrong=1.0, doubled=1.0)).sample) == 0
-
-
 def test_faults_by_their_shares() -> None:
     whole = turntable_drawn(Mark(at_deg=200.0), hours=8.0)
     n = len(whole.sample)
@@ -315,17 +238,3 @@ def test_faults_by_their_shares() -> None:
     assert np.histogram(off(astray)[wrong], bins=4, range=(-648e3, 648e3))[0].min() > 0.15 * (
         wrong.sum()
     )
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"index": "laser"}, "index: wanted one of hall, encoder, none, found 'laser'"),
-        ({"missed": 1.1}, "missed: wanted a share, 0 to 1, found 1.1"),
-        ({"doubled": -0.1}, "doubled: wanted a share"),
-        ({"wrong": 2.0}, "wrong: wanted a share"),
-    ],
-)
-def test_turntable_what_is_refused(options, message: str) -> None:
-    with pytest.raises(InputError, match=f"^mark, {message}"):
-        Mark(**options)
