@@ -200,7 +200,6 @@ def explore(
         tuple(sorted((values or {}).items())),
         steps,
         seeds,
-        None,
         digest_of([record for record, _ in read]),
     )
     plans, tasks = planned(exploration, cases, area=synth, route=route)

@@ -90,7 +90,6 @@ class Case:
             config=self.config,
             word=self.word,
             params=[dict(exploration.params)],
-            urgent=exploration.urgent,
         )
 
 
@@ -106,8 +105,6 @@ class Exploration:
         Leading samples of each log.
     seeds : int
         Seeds of the router.
-    urgent : int, optional
-        Leading outputs whose latency counts first.
     digest : str
         Digest of the logs when the exploration began.
     """
@@ -116,7 +113,6 @@ class Exploration:
     params: tuple[tuple[str, float], ...] = ()
     steps: int | None = None
     seeds: int = 1
-    urgent: int | None = None
     digest: str = ""
 
 

@@ -97,7 +97,7 @@ def planned(
             variant = case.arguments, case.word
             if variant not in programs:
                 programs[variant] = case.build(exploration).programs[0]
-            machine = repr((machine_for(case.config, programs[variant]), exploration.urgent))
+            machine = repr(machine_for(case.config, programs[variant]))
         except InputError as error:
             plans.append(Plan(case, refused=_line(error)))
             continue

@@ -301,11 +301,10 @@ def _commands(case: Case, exploration: Exploration) -> tuple[str, ...]:
         return ()
     options = f"--word {case.word} --config {case.config}"
     options += "".join(f" --param {name}={value!r}" for name, value in exploration.params)
-    options += f" --urgent {exploration.urgent}" if exploration.urgent else ""
     options += "".join(f" --tolerance {shlex.quote(text)}" for text in tolerances_now())
     files = profiles_now()
     options += "".join(f" --profile {shlex.quote(file)}" for file in files or ())
-    options += " --no-profile" if files == () else ""
+    options += " --profile none" if files == () else ""
     logs = " ".join(shlex.quote(log) for log in exploration.logs if isinstance(log, str))
     name = shlex.quote(case.named)
     rows = selection().options + (f" --steps {exploration.steps}" if exploration.steps else "")

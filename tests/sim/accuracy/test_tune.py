@@ -81,7 +81,7 @@ class Scale(Estimator):
 """
 
 
-def test_params_reads_the_file(tmp_path, monkeypatch, capsys) -> None:
+def test_accuracy_reads_the_file(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scale.py").write_text(SOURCE)
     (tmp_path / "log.csv").write_text("a,y_true\n0.1,0.25\n-0.4,-1.0\n")
@@ -89,7 +89,7 @@ def test_params_reads_the_file(tmp_path, monkeypatch, capsys) -> None:
     tuned = json.loads((tmp_path / "tuned.json").read_text())
     assert tuned["parameters"]["gain"] == pytest.approx(2.5, rel=0.04)
     capsys.readouterr()
-    assert main(["accuracy", "scale.py", "log.csv", "--params", "tuned.json", "--json"]) == 0
+    assert main(["accuracy", "scale.py", "log.csv", "--param", "@tuned.json", "--json"]) == 0
     (fixed, _) = json.loads(capsys.readouterr().out)["estimators"]
     assert fixed["mean"]["y"] == pytest.approx(tuned["error"]["tuned"]["y"])
 

@@ -136,8 +136,8 @@ def test_nothing_is_measured_twice_and_an_interrupted_run_continues(here, monkey
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_the_check_that_follows_has_the_same_settings(here, jobs, capsys) -> None:
-    """Tolerances, rows and urgent outputs, in every process and in the commands."""
-    given = ("--tolerance", "m=1e-9V", "--every", "2", "--urgent", "1", "--jobs", jobs)
+    """Tolerances and rows, in every process and in the commands."""
+    given = ("--tolerance", "m=1e-9V", "--every", "2", "--jobs", jobs)
     assert main(["explore", "smooth.py:Smooth", "log.csv", *WORDS, *given, "--json"]) == 0
     narrow, row, *_ = json.loads(capsys.readouterr().out)["rows"]
     assert "wanted a last bit of at most 1e-09, for the tolerance of output m" in narrow["reason"]
@@ -145,7 +145,7 @@ def test_the_check_that_follows_has_the_same_settings(here, jobs, capsys) -> Non
     assert row["m"] == run(given={"a": thin}, words=(32,), output="b")["rows"][0]["m"]
     assert row["tolerance"] == pytest.approx(row["m"] / 1e-9) and row["good"]
     made, checked = row["commands"]
-    assert " --urgent 1 --tolerance m=1e-9V " in made and checked.endswith("m=1e-9V --every 2")
+    assert " --tolerance m=1e-9V " in made and checked.endswith("m=1e-9V --every 2")
     assert main([*shlex.split(checked)[1:], "--levels", "fixed"]) == 0
 
 
@@ -188,7 +188,6 @@ def test_bad_demands(text) -> None:
     ("more", "message"),
     [
         (["--least", "size"], "least: wanted one of"),
-        (["--words", "18,x"], "words: wanted whole numbers"),
         (["--config", "large"], "config: wanted one of small"),
         (["--target", "xc7"], " names, nearest: xc6slx"),
         (["--route"], "route: wanted a target that an open tool routes, found --target xc6slx9"),
