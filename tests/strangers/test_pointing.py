@@ -52,7 +52,6 @@ def test_the_register_map_names_them(board) -> None:
         assert (outcome.frac, outcome.low, outcome.high, outcome.reset) == (30, -1.0, 1.0, 0)
         assert outcome.address in range(0x700, 0x703) and outcome.access == "write-only"
     assert {f.name for f in registers.find("order").fields} >= {"take_feed", "restart_filter"}
-    assert registers.find("output_mode").names == ("off", "binary")
     # Places that mean one thing for the filter and another for the program.
     assert registers.find("result_0").meaning == "output pitch (mekf); output azimuth (pointing)"
     assert registers.find("result_qx").frac == 31

@@ -9,9 +9,8 @@ conductor          the update controller: samples through the core's programs
 conductor_words    the words of the update controller
 programs, plan     the core's programs, and their data for the controller
 feed               input routing: sources of the words of records
-attitude_output    frames or lines of text for the host
-attitude_text      columns of a line of text, degrees by additions
-attitude_frame     frames and lines in software
+attitude_output    frames for the host
+attitude_frame     frames in software
 bridge             the host's serial line
 system_bus         the address map
 interface          registers, result words, orders, events: declared once

@@ -1,4 +1,4 @@
-"""Attitude messages of a board, in software: frames of kind ATTITUDE and lines of text.
+"""Attitude messages of a board, in software: frames of kind ATTITUDE.
 
 A frame (`gateware.boards.frames`) has header, stamp, and the outputs of the estimator that ran: of
 an attitude filter ten words in all.
@@ -17,14 +17,6 @@ word name      contents
 
 Words are those of the filter: how many fraction bits quaternion and status have depends on which
 one ran (`FORMATS`, or the register map's output records).
-
-A line of text has fixed columns and ends with CR LF::
-
-    +123.45 -012.34 +001.23 002A 0108 018
-
-heading, pitch and roll in degrees, then in hexadecimal: number of the update, the header's upper
-half, bits 31:20 of the status word. An angle of the word n is the sign of n, and ``(|n| * 36000 +
-2^31) >> 32`` hundredths of a degree: rounded to the nearest, halves away from zero.
 """
 
 from __future__ import annotations
@@ -46,7 +38,6 @@ WORDS = ("header", "stamp", *OUTPUTS)
 #: Fields of the header by name; those from bit 16 on are the flags.
 _HEADER = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
 _FLAGS = _HEADER["filter"].bit
-_HUNDREDTHS = 36_000  #: of a degree, in a turn
 _DEGREES = 180.0 / (1 << WORD - 1)  #: of a word's last bit
 
 
@@ -57,11 +48,11 @@ def filter_of(flags: int) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class Update:
-    """One update: its number, the header's upper half, and its stamp where that is known."""
+    """One update: its number, the header's upper half, and its stamp."""
 
     number: int
     flags: int
-    stamp: int | None = None
+    stamp: int
 
     @property
     def filter(self) -> int:
@@ -157,42 +148,4 @@ def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = F
         heading=named["heading"] * _DEGREES,
         pitch=named["pitch"] * _DEGREES,
         roll=named["roll"] * _DEGREES,
-    )
-
-
-def angle_text(value: int) -> str:
-    """Degrees of an angle's signed word, as the board writes them."""
-    hundredths = (abs(value) * _HUNDREDTHS + (1 << WORD - 1)) >> WORD
-    degrees, fraction = divmod(hundredths, 100)
-    return f"{'-' if value < 0 else '+'}{degrees:03d}.{fraction:02d}"
-
-
-def text_line(words: Sequence[int]) -> str:
-    """The line of text for the words of a frame, with its end."""
-    named = dict(zip(WORDS, words, strict=True))
-    number, flags = _HEADER["number"].of(named["header"]), _flags(named["header"])
-    status = named["status"] >> 20 & 0xFFF
-    angles = " ".join(angle_text(named[n]) for n in ("heading", "pitch", "roll"))
-    return f"{angles} {number:04X} {flags:04X} {status:03X}\r\n"
-
-
-def parse_line(line: str, formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude | None:
-    """The attitude of a line of text, with or without its end; None if it is none."""
-    parts = line.rstrip("\r\n").split(" ")
-    if [len(part) for part in parts] != [7, 7, 7, 4, 4, 3]:
-        return None
-    if any(p[0] not in "+-" or p[4] != "." or not (p[1:4] + p[5:]).isdecimal() for p in parts[:3]):
-        return None
-    if any(c not in "0123456789ABCDEF" for part in parts[3:] for c in part):
-        return None
-    heading, pitch, roll = (float(part) for part in parts[:3])
-    number, flags, bits = (int(part, 16) for part in parts[3:])
-    form = formats.get(filter_of(flags))
-    return Attitude(
-        number=number,
-        heading=heading,
-        pitch=pitch,
-        roll=roll,
-        flags=flags,
-        status=None if form is None else bits << 20 >> form[1],
     )

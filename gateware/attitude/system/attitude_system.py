@@ -17,7 +17,6 @@ from boresight.gateware.attitude.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_core import AttitudeCore
-from boresight.gateware.attitude.system.attitude_frame import OUTPUTS
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.bridge import Bridge
 from boresight.gateware.attitude.system.interface import (
@@ -113,9 +112,7 @@ class AttitudeSystem(wiring.Component):
         self._bridge = Bridge(
             clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS, read_cycles=reads
         )
-        programs = [p.program for p in core.parts[: self.plan.filters]]
-        text = all(p.output_names == OUTPUTS for p in programs)
-        self._output = AttitudeOutput(text=text, outputs=max(self.plan.outputs), read_cycles=reads)
+        self._output = AttitudeOutput(outputs=max(self.plan.outputs), read_cycles=reads)
         self.title = "attitude system"
         self.lines = _LINES
         #: Counted events, by their bits: source and name.
@@ -135,7 +132,6 @@ class AttitudeSystem(wiring.Component):
             build=self.build,
             inertial_flags=FLAG_MEANINGS,
             compass_flags=COMPASS_FLAGS,
-            text=text,
             feed=bool(self.plan.feed.registers),
         )
         ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}
@@ -307,7 +303,7 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [
             output.updated.eq(attitude.updated),
             output.last_output.eq(attitude.last_output),
-            output.mode.eq(bus.output_mode),
+            output.on.eq(bus.output_mode),
             output.divider.eq(bus.output_divider),
             output.flags.eq(
                 packed(

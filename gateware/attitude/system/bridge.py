@@ -29,7 +29,7 @@ class Bridge(wiring.Component):
                                         Packer -\
                                               i --> Framer -> Transmitter -> tx
 
-    `gateware.boards.frames` defines the frames. Replies and pushed bodies (or lines of text)
+    `gateware.boards.frames` defines the frames. Replies and pushed bodies
     alternate as complete units. No sequence of bytes stops the bridge.
 
     **Latency** 9 cycles from the end of a frame's last byte to the begin of its answer for a

@@ -107,7 +107,6 @@ def system_registers(
     build: int,
     inertial_flags: Mapping[str, str],
     compass_flags: Mapping[str, str],
-    text: bool = True,
     feed: bool = False,
 ) -> tuple[Register, ...]:
     """Identification, state and settings of a system.
@@ -122,8 +121,8 @@ def system_registers(
         Digest of programs and configuration; its low 64 bits are shown.
     inertial_flags, compass_flags : mapping
         Name and meaning of the readers' level flags, bit 0 first.
-    text, feed : bool
-        Whether the output can be text, and whether there are input registers.
+    feed : bool
+        Whether there are input registers.
     """
     if not 1 <= len(filters) <= 8:
         raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
@@ -139,7 +138,6 @@ def system_registers(
         "compass_flags": {"fields": compass, "width": len(compass)},
         "filter": {"names": tuple(filters), "width": max(1, (len(filters) - 1).bit_length())},
         "order": {"fields": orders, "width": len(orders)},
-        **({} if text else {"output_mode": {"names": ("off", "binary")}}),
     }
     return tuple(dataclasses.replace(r, **details.get(r.name, {})) for r in _declared())
 

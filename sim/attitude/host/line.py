@@ -18,7 +18,6 @@ from boresight.gateware.attitude.system.attitude_frame import (
     Update,
     attitude_of,
     filter_of,
-    parse_line,
     values_of,
 )
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
@@ -44,7 +43,7 @@ class Reply:
 
 
 class Listener:
-    """Decoder of a board's bytes: attitudes in frames or lines of text, and replies.
+    """Decoder of a board's bytes: attitudes in frames, and replies.
 
     Parameters
     ----------
@@ -56,8 +55,8 @@ class Listener:
     Attributes
     ----------
     error_count : int
-        Number of frames and lines that were damaged or of another kind, without the very first
-        piece, which may be incomplete.
+        Number of frames that were damaged or of another kind, without the very first piece, which
+        may be incomplete.
     """
 
     def __init__(
@@ -74,23 +73,18 @@ class Listener:
         """Yield the updates and replies whose last byte is in ``data``."""
         for byte in data:
             self._piece.append(byte)
-            # The body of a frame begins with a byte below 32, no line does.
-            line = byte == 10 and self._piece[0] >= 32 and self._piece[-2:] == b"\r\n"
-            if not line and byte != END and len(self._piece) <= _FRAME_MAX:
+            if byte != END and len(self._piece) <= _FRAME_MAX:
                 continue
             piece = bytes(self._piece)
             self._piece.clear()
             if piece == bytes([END]):
                 self._begun = True
                 continue
-            item = self._line(piece) if line else self._frame(piece)
+            item = self._frame(piece)
             self.error_count += item is None and self._begun
             self._begun = True
             if item is not None:
                 yield item
-
-    def _line(self, piece: bytes) -> Update | None:
-        return parse_line(piece.decode(), self.formats) if piece.isascii() else None
 
     def _frame(self, piece: bytes) -> Update | Reply | None:
         for kind, words in Decoder(word=32).feed(piece):

@@ -90,7 +90,7 @@ def _lines(
             shown = f"{value:.9g}" if isinstance(value, float) else str(value)
         yield f"{name} = {shown} {register.unit}".rstrip() + f"  (0x{register.word:08x})"
     if attitudes or not (written or registers):
-        yield f"{attitudes} attitudes, {missing} missing, {bad} frames or lines damaged"
+        yield f"{attitudes} attitudes, {missing} missing, {bad} frames damaged"
 
 
 def track_of(attitudes: Sequence[Update], *, clock_hz: float) -> Track:
@@ -180,7 +180,7 @@ def _assignment(text: str) -> tuple[str, str]:
 def _nothing(source: str, bad: int) -> InputError:
     return InputError.at(
         source,
-        wanted="attitudes, in frames or lines of text",
+        wanted="frames with attitudes",
         found=f"none, and {bad:,} damaged pieces" if bad else "none",
         fix="check --baud and register output_mode, and that this came from the board",
     )

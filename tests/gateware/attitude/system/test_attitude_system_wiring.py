@@ -95,7 +95,7 @@ class Bench:
             "run": self.attitude.run,
             "filter": self.attitude.filter,
             "magnetic_source": self.attitude.source,
-            "output_mode": self.output.mode,
+            "output_mode": self.output.on,
             "output_divider": self.output.divider,
             "inertial_msc_ctrl": self.inertial.msc_ctrl,
             "inertial_smpl_prd": self.inertial.smpl_prd,

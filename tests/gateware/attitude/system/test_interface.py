@@ -3,7 +3,6 @@
 import json
 import re
 import subprocess
-import xml.etree.ElementTree as ET
 
 import pytest
 
@@ -67,7 +66,7 @@ def test_bits_of_the_header() -> None:
         **{"inertial_alarm": (25, 1), "over_range": (26, 1), "overrun": (27, 1)},
         **{"compass_stale": (28, 1), "compass_fault": (29, 1)},
     }
-    flags = Attitude(number=1, flags=0xFFFD, heading=0, pitch=0, roll=0, status=None)
+    flags = Attitude(number=1, flags=0xFFFD, heading=0, pitch=0, roll=0, status=None, stamp=0)
     assert flags.filter == 5
     assert flags.flag_names == tuple(name for name in bits if name not in ("number", "filter"))
 
@@ -127,28 +126,6 @@ def test_json(whole: Description) -> None:
     assert [p["program"] for p in data["programs"]][:2] == list(FILTERS)
 
 
-def test_svd(whole: Description) -> None:
-    device = ET.fromstring(register_files(whole)["registers.svd"])
-    results = {r.findtext("name"): r for r in device.iter("register")}
-    assert len(results) == len(whole.registers)
-    last = max(int(r.findtext("addressOffset"), 16) for r in results.values())
-    assert last < int(device.findtext(".//addressBlock/size"), 16)
-    number, filters = list(results["RESULT_HEADER"].iter("field"))[:2]
-    assert (
-        number.findtext("bitWidth"),
-        filters.findtext("bitOffset"),
-        filters.findtext("bitWidth"),
-    ) == ("16", "16", "3")
-    assert results["OUTPUT_MODE"].findtext("resetMask") == "0x3"
-    assert results["OUTPUT_MODE"].findtext("fields/field/bitWidth") == "2"
-    assert [v.findtext("name") for v in results["OUTPUT_MODE"].iter("enumeratedValue")] == [
-        "OFF",
-        "BINARY",
-        "TEXT",
-    ]
-    assert {f.findtext("access") for f in results["ORDER"].iter("field")} == {"write-only"}
-
-
 def test_page(whole: Description) -> None:
     text = register_files(whole)["registers.md"]
     assert text.startswith("# Registers of the attitude system `")
@@ -156,7 +133,7 @@ def test_page(whole: Description) -> None:
         assert f"| {register.address} | `{register.name}` |" in text
     for line in (
         "| `result_header` | 18:16 | `filter` |",
-        "| `output_mode` | 2 | `text` |",
+        "| `output_mode` | 1 | `binary` |",
         "16 bits, signed",
     ):
         assert line in text
@@ -215,7 +192,6 @@ def test_header(whole: Description, tmp_path) -> None:
     out = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout
     assert out.split() == ["-5", "5", "7", "-2147483648", "-2147483648", "32767", "-32768", "31"]
     assert f"#define {name}_IDENTIFICATION_DEFAULT UINT32_C(0x424f5245) // after power-up" in text
-    assert f"#define {name}_OUTPUT_MODE_TEXT 2" in text
 
 
 def declared(**more):
@@ -230,9 +206,7 @@ def test_filters_are_checked(count: int) -> None:
 
 
 def test_what_a_system_has_not_is_not_there() -> None:
-    usual, other = declared(), declared(text=False, feed=True)
-    assert usual["output_mode"].names == ("off", "binary", "text")
-    assert other["output_mode"].names == ("off", "binary")
+    usual, other = declared(), declared(feed=True)
     orders = [f.name for f in usual["order"].fields]
     assert orders == ["restart_filter", "restart_inertial", "clear_counters"]
     assert [f.name for f in other["order"].fields] == [*orders, "take_feed"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import boresight
-from boresight.gateware.attitude.system.attitude_frame import FORMATS, Attitude, text_line
+from boresight.gateware.attitude.system.attitude_frame import FORMATS, Attitude
 from boresight.gateware.boards.frames import END, Kind, encode
 from boresight.gateware.description import Records, Word
 from boresight.gateware.registers.model import Access, BitField, Register
@@ -22,7 +22,7 @@ from boresight.sim.attitude.host.line import (
     value_of,
     word_of,
 )
-from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames, words_of
+from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames
 
 
 def register(**fields) -> Register:
@@ -37,55 +37,17 @@ def table(tmp_path: Path) -> RegisterTable:
     return RegisterTable(path)
 
 
-def test_listener_takes_everything_apart() -> None:
-    words = words_of(7, 9)
-    text = text_line(words).encode()
+def test_listener() -> None:
+    """Frames and replies among damage, a byte at a time; half a frame at the start is no error."""
     reply = encode(Kind.READ, [-1], word=32)
+    noise = b"nonsense\r\n" + bytes([END, END]) + b"\x02\xff\xc0" + b"\xfe" * 300 + b"\xc0"
+    record = encode(Kind.RECORD, [1], word=32)
+    data = b"\x03alf a frame\xc0" + frames([7, 8]) + reply + noise + frames([9]) + record
     listener = Listener()
-    got = list(
-        listener.feed(
-            b"rt\r\n"
-            + text
-            + text
-            + frames([7])
-            + reply
-            + b"nonsense\r\n"
-            + text
-            + bytes([END, END])
-            + b"\x02\xff\xc0"
-            + b"\xfe" * 300
-            + b"\xc0"
-            + encode(Kind.RECORD, [1], word=32)
-            + reply[1:]
-        )
-    )
-    kinds = [type(item) for item in got]
-    assert kinds == [Attitude, Attitude, Attitude, Reply, Attitude, Reply]
-    assert got[3] == Reply(Kind.READ, -1) and got[0].number == 7
+    items = [item for k in range(len(data)) for item in listener.feed(data[k : k + 1])]
+    assert [type(item) for item in items] == [Attitude, Attitude, Reply, Attitude]
+    assert items[2] == Reply(Kind.READ, -1) and items[3].number == 9
     assert listener.error_count == 5  # a line, a short frame, two pieces of noise, a record
-
-
-def test_the_first_piece_may_have_begun_before() -> None:
-    """Half a frame is not counted as damaged, nor is a pause; a whole one behind it is read."""
-    for before in (b"alf a line\r\n", b"\x03alf a frame\xc0", bytes([END, END, END])):
-        listener = Listener()
-        assert [item.number for item in listener.feed(before + frames([7]))] == [7]
-        assert listener.error_count == 0
-
-
-@pytest.mark.parametrize(("length", "bad"), [(256, 1), (257, 1), (258, 2)])
-def test_a_frame_has_an_end(length: int, bad: int) -> None:
-    """What goes on for more than 256 bytes is cut there, and the rest is another piece."""
-    listener = Listener()
-    list(listener.feed(bytes([END]) + b"\x02" * length + bytes([END])))
-    assert listener.error_count == bad
-
-
-def test_a_byte_at_a_time() -> None:
-    data = frames([1, 2]) + text_line(words_of(3, 9)).encode() + frames([4])
-    listener = Listener()
-    got = [item for k in range(len(data)) for item in listener.feed(data[k : k + 1])]
-    assert [item.number for item in got] == [1, 2, 3, 4] and listener.error_count == 0
 
 
 def test_formats_of_a_map(table: RegisterTable) -> None:

@@ -17,7 +17,7 @@ def image(
     headings: list[float], gaps: list[tuple[int, int]], form: str = "svg", *, timed: bool = True
 ) -> bytes:
     track = [
-        Attitude(number=k, heading=h, pitch=5.0 * k, roll=-k, flags=0, status=0)
+        Attitude(number=k, heading=h, pitch=5.0 * k, roll=-k, flags=0, status=0, stamp=k)
         for k, h in enumerate(headings)
     ]
     return plot_image([float(k * k) for k in range(len(track))], track, gaps, form, timed=timed)
