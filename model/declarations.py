@@ -263,12 +263,15 @@ class Output:
     share, longest : float, int
         Of words of `EXACT_UNITS`, which are decisions: largest accepted share of updates in which
         they differ from those of float64, and most such updates in a row.
+    truth : float, optional
+        Largest accepted root mean square error against a log's true values, in ``unit``: `check`
+        fails beyond it. By default the error is shown and not judged.
 
     Raises
     ------
     InputError
-        The unit is not known, the tolerance or ``longest`` is negative or not a number, or
-        ``share`` is none from 0 to 1.
+        The unit is not known, the tolerance, ``truth`` or ``longest`` is negative or not a number,
+        or ``share`` is not from 0 to 1.
     """
 
     name: str
@@ -277,13 +280,14 @@ class Output:
     meaning: str = ""
     share: float = 1e-5
     longest: int = 10
+    truth: float | None = None
     line: str = _LINE
 
     def __post_init__(self) -> None:
         _with_plain_numbers(self)
         where = placed(self.line, f"output {self.name}")
         check_unit(where, self.unit)
-        for name in ("tolerance", "share", "longest"):
+        for name in ("tolerance", "share", "longest", "truth"):
             _check_number(where, name, getattr(self, name) or 0.0)
         for name, value, wanted, valid in (
             ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
@@ -296,6 +300,13 @@ class Output:
                     found=repr(value),
                     fix="give what you accept of decisions that differ from those of float64",
                 )
+        if self.truth is not None and not 0.0 < self.truth < math.inf:
+            raise InputError.at(
+                where,
+                wanted="a limit above 0 for the error against truth",
+                found=repr(self.truth),
+                fix="give the largest root mean square error that you accept",
+            )
         if self.unit in EXACT_UNITS and self.tolerance:
             raise InputError.at(
                 where,

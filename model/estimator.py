@@ -7,7 +7,7 @@ reference); `Estimator.compile` runs it once on tracing scalars and gives the `P
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from typing import Any
 
@@ -55,6 +55,11 @@ class _AllOutputs:
         return len((owner if instance is None else instance).outputs)
 
 
+#: Kinds of faults of a model that an estimator may waive: a gate that no innovation passes, a held
+#: sample that is fused again, a constant time step that is not the log's.
+WAIVED = ("gate", "hold", "time step")
+
+
 @dataclass(frozen=True)
 class SecondForm:
     """Results of an estimator's equations in another form.
@@ -64,10 +69,22 @@ class SecondForm:
     outputs : mapping of str to (n,)
     remarks : sequence of str
         Remarks of the run about the model, a line each: `check` prints them as warnings.
+    faults : sequence of (str, str)
+        Faults of the model that the run shows, each with its kind (`WAIVED`): `check` fails unless
+        the estimator waives the kind.
+    time_steps : mapping of str to float
+        Constant time steps that the model has, in s, by what has them: `check` compares them with
+        that of the log.
+    as_built : callable, optional
+        Outputs of the second form with what only the rounding of this one needs, such as a floor of
+        the process noise: where ``outputs`` differ and these do not, that is the cause.
     """
 
     outputs: Mapping[str, FloatArray]
     remarks: Sequence[str] = ()
+    faults: Sequence[tuple[str, str]] = ()
+    time_steps: Mapping[str, float] = field(default_factory=dict)
+    as_built: Callable[[], Mapping[str, FloatArray]] | None = None
 
 
 class Estimator:
@@ -99,6 +116,8 @@ class Estimator:
     restarts: bool = False
     #: Name of the estimator whose states this one updates too, in a core with both; else its own.
     shares: str = ""
+    #: Kinds of faults of the model (`WAIVED`) that are no failure of `check`.
+    waived: tuple[str, ...] = ()
     #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.

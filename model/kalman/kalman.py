@@ -298,7 +298,11 @@ class Kalman(Estimator):
         if self.part:  # the filter of which it is a part has one
             return None
         run = Textbook(self).run(inputs, params)
-        return SecondForm(run.outputs, run.remarks)
+
+        def as_built() -> dict[str, FloatArray]:
+            return Textbook(self, floor=True).run(inputs, params).outputs
+
+        return SecondForm(run.outputs, run.remarks, run.faults, run.time_steps, as_built)
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]

@@ -31,6 +31,10 @@ __all__ = ["Textbook", "TextbookRun"]
 _STEP = 2.0**-10
 #: Information that counts as none, as a share of that of the largest standard deviation.
 _UNSEEN = 1e-6
+#: Share of updates without a new value from which on an input counts as held.
+_HELD = 0.5
+#: Largest share of the declared process noise that floor may add without a remark.
+_MOST_FLOOR = 0.1
 #: Largest element of the product of F.
 _GROWN = 1e6
 #: f'(x) h = sum weight_k f(x + k h), to the fourth order.
@@ -48,13 +52,20 @@ class TextbookRun:
     covariances : (n, errors, errors)
         P after each update.
     remarks : list of str
-        States that no measurement shows, that have no noise, or whose variance is held;
-        measurements that are never there, or never within their gate.
+        States that no measurement shows, that have no noise or less than the floor adds, or whose
+        variance is held; measurements that are never valid.
+    faults : list of (str, str)
+        Measurements whose gate nothing passes, and those that are taken without a new sample; each
+        with its kind.
+    time_steps : dict of str to float
+        Of a model without an input ``dt``: derivative of a state by its rate, s.
     """
 
     outputs: dict[str, FloatArray]
     covariances: FloatArray
     remarks: list[str]
+    faults: list[tuple[str, str]]
+    time_steps: dict[str, float]
 
 
 def _inputs_of(*values: Any) -> set[str]:
@@ -70,6 +81,18 @@ def _inputs_of(*values: Any) -> set[str]:
         if value.kind == "leaf" and value.data[0] == "input":
             names.add(value.data[1])
     return names
+
+
+def _rates_of(kalman: Filter) -> list[tuple[int, int]]:
+    """Pairs of error states of which the second has the unit of the first one's rate."""
+    units = {s.name: s.unit for s in kalman.estimated if not isinstance(s, Attitude)}
+    pairs = []
+    for i, a in enumerate(kalman.errors):
+        for j, b in enumerate(kalman.errors):
+            of, by = units.get(a, ""), units.get(b, "")
+            if of and by in (f"{of}/s", f"{of}^2") and by.startswith(of) and "/s" in by:
+                pairs.append((i, j))
+    return pairs
 
 
 class _Function:
@@ -105,10 +128,17 @@ class _Function:
 
 
 class Textbook:
-    """An extended Kalman filter of the model of ``kalman``, as in a textbook."""
+    """An extended Kalman filter of the model of ``kalman``, as in a textbook.
 
-    def __init__(self, kalman: Filter) -> None:
-        self.kalman = kalman
+    Parameters
+    ----------
+    kalman : Filter
+    floor : bool
+        Whether it has the noise that ``floor`` adds for the rounding of P, too.
+    """
+
+    def __init__(self, kalman: Filter, *, floor: bool = False) -> None:
+        self.kalman, self.floor = kalman, floor
         self.measurements: list[Measurement] = []
         self._next = _Function(kalman, self._motion)
         self._noise = _Function(kalman, self._variances)
@@ -118,9 +148,12 @@ class Textbook:
         self._valid = np.zeros((2, len(self.measurements)), dtype=int)
         #: Of each measurement, updates in which it was taken without a new sample.
         self._repeated = np.zeros(len(self.measurements), dtype=int)
-        #: Of each error state, updates in which its variance was near its largest, and in which it
-        #: had process noise.
-        self._held, self._noisy = np.zeros((2, len(kalman.largest_sd)), dtype=int)
+        #: Of each error state, updates in which its variance was near its largest, and its process
+        #: noise in all updates.
+        self._held = np.zeros(len(kalman.largest_sd), dtype=int)
+        self._noise_sum = np.zeros(len(kalman.largest_sd))
+        #: Derivatives of states by their rates, in all updates.
+        self._rates = {pair: 0.0 for pair in _rates_of(kalman)}
         self._observability = _Observability(np.array(kalman.largest_sd))
 
     # -- what the author wrote, as functions ----------------------------------------------------
@@ -163,7 +196,8 @@ class Textbook:
             In their units.
         """
         k = self.kalman
-        self._valid[:] = self._repeated[:] = self._held[:] = self._noisy[:] = 0
+        self._valid[:] = self._repeated[:] = self._held[:] = self._noise_sum[:] = 0
+        self._rates = dict.fromkeys(self._rates, 0.0)
         self._observability = _Observability(np.array(k.largest_sd))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
@@ -181,27 +215,56 @@ class Textbook:
             covariances.append(cov)
         columns = np.array(rows).T
         outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
-        return TextbookRun(outputs, np.array(covariances), self._remarks(len(inputs)))
+        steps = {
+            f"{k.errors[i]} by {k.errors[j]}": total / len(inputs)
+            for (i, j), total in self._rates.items()
+        }
+        return TextbookRun(
+            outputs,
+            np.array(covariances),
+            self._remarks(len(inputs)),
+            self._faults(inputs),
+            {} if any(i.name == "dt" for i in k.inputs) else steps,
+        )
+
+    def _faults(self, inputs: FloatArray) -> list[tuple[str, str]]:
+        """Faults of the measurements in a run, each with its kind."""
+        k, updates, faults = self.kalman, len(inputs), list[tuple[str, str]]()
+        repeats = np.mean(np.diff(inputs, axis=0) == 0.0, axis=0) if updates > 1 else None
+        flagged = {name for i in k.inputs for name in i.flags}
+        for n, (m, valid, accepted) in enumerate(zip(self.measurements, *self._valid, strict=True)):
+            subject, flags = placed(m.line, "measurement"), self._unread[n]
+            if valid and not accepted:
+                text = (
+                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
+                    f"deviations, found none in {valid} updates; raise r, sd or the gate"
+                )
+                faults.append(("gate", text))
+            if self._repeated[n]:
+                text = (
+                    f"{subject}: taken in {self._repeated[n]} of {updates} updates without a new "
+                    f"sample of {' or '.join(flags)}; leave these out by "
+                    f"valid=u.{next(iter(flags.values()))} > 0.5"
+                )
+                faults.append(("hold", text))
+            for number, i in enumerate(k.inputs):
+                held = i.missing == "hold" and i.name not in flagged and i.name in _inputs_of(m.z)
+                if held and repeats is not None and repeats[number] >= _HELD:
+                    text = (
+                        f"{subject}: {i.name} holds its last sample in {repeats[number]:.0%} of "
+                        "the updates, and each is taken as a new one; declare an input with "
+                        f'valid_of="{i.name}", and give it to valid'
+                    )
+                    faults.append(("hold", text))
+        return faults
 
     def _remarks(self, updates: int) -> list[str]:
         """Remarks of a run about the model, one line each, with the source location."""
         k, texts = self.kalman, []
-        for m, valid, accepted in zip(self.measurements, *self._valid, strict=True):
-            subject = placed(m.line, "measurement")
+        for m, valid in zip(self.measurements, self._valid[0], strict=True):
             if not valid:
+                subject = placed(m.line, "measurement")
                 texts.append(f"{subject}: not valid in any of {updates} updates")
-            elif not accepted:
-                texts.append(
-                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
-                    f"deviations, found none in {valid} updates; raise r, sd or the gate"
-                )
-        for m, flags, count in zip(self.measurements, self._unread, self._repeated, strict=True):
-            if count:
-                texts.append(
-                    f"{placed(m.line, 'measurement')}: taken in {count} of {updates} updates "
-                    f"without a new sample of {' or '.join(flags)}; leave these out by "
-                    f"valid=u.{next(iter(flags.values()))} > 0.5"
-                )
         unseen = self._observability.unseen()
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
         for i in np.flatnonzero((self._held > 0) & shown):
@@ -209,11 +272,24 @@ class Textbook:
                 f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
                 f"largest in {self._held[i]} of {updates} updates; raise sd_max"
             )
-        for i in np.flatnonzero(self._noisy == 0):
+        noise = self._noise_sum / updates
+        if not noise.any():
             texts.append(
-                f"{placed(k.places[i], 'state')}: {k.errors[i]} has no process noise and floor is "
-                "0, so that rounding may make its variance negative; give it noise, or a floor"
+                f"{k.name}: no state has process noise; the gains go to zero, and the filter stops "
+                "to follow its measurements"
             )
+        for n, (declared, added) in enumerate(zip(noise, k.noise_floor, strict=True)):
+            subject = f"{placed(k.places[n], 'state')}: {k.errors[n]}"
+            if not declared and not added:
+                texts.append(
+                    f"{subject} has no process noise and floor is 0, so that rounding may make its "
+                    "variance negative; give it noise, or a floor"
+                )
+            elif added > _MOST_FLOOR * declared > 0.0:
+                texts.append(
+                    f"{subject} gets {added:.3g} in each update by floor, {added / declared:.0%} "
+                    f"of its process noise of {declared:.3g}; lower floor, or sd_max"
+                )
         for direction in unseen:
             at = np.flatnonzero(np.abs(direction) > 0.05)
             parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at)
@@ -259,8 +335,10 @@ class Textbook:
         for pair, value in self._noise(self._leaves(x, leaves)).items():
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
-        q += np.diag(k.noise_floor)
-        self._noisy += np.diag(q) > 0.0
+        self._noise_sum += np.diag(q)
+        for states in self._rates:
+            self._rates[states] += float(slope[states])
+        q += np.diag(k.noise_floor) * self.floor
         self._observability.move(f)
         is_held = np.diag(cov) > np.array(k.variance_limits)
         self._held += is_held
@@ -390,7 +468,7 @@ class _Observability:
             for value, vector in zip(values, vectors.T, strict=True):
                 if value < threshold:
                     direction = np.zeros(len(self._sd_max))
-                    direction[remaining] = vector * np.sign(vector[np.abs(vector).argmax()])
+                    direction[remaining] = vector * np.sign(vector[np.abs(vector).round(6).argmax()])
                     out.append(direction)
         return out
 

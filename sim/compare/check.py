@@ -22,6 +22,7 @@ from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
+from boresight.sim.compare.truth import TrueErrors
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.floating import CompiledFloat
@@ -135,9 +136,12 @@ class _Case:
     """One estimator on its log: what has been seen of it, and what is kept."""
 
     judge: Judge
+    truth: TrueErrors
     rows: int = 0
     #: The interpreter's states before the piece at hand; None before the first.
     before: IntArray | None = None
+    #: The interpreter's run of the piece at hand.
+    latest: Run | None = None
     feeds: list[Feed] = field(default_factory=list)
     pieces: list[tuple[FloatArray, Run, Run]] = field(default_factory=list)
     clamped: Mapping[str, int] = field(default_factory=dict)
@@ -259,7 +263,10 @@ class Check:
             There is no C compiler.
         """
         sources = [Log.of(log) for log in logs]
-        cases = [_Case(Judge(self.build, k, curves=keep_all)) for k in range(self._count)]
+        cases = [
+            _Case(Judge(self.build, k, curves=keep_all), TrueErrors(estimator.outputs))
+            for k, estimator in enumerate(self.build.estimators)
+        ]
         attempts = [
             _Attempt(LEVELS[name], tool, partial(self._levels, LEVELS[name], tool))
             for name in self.levels
@@ -284,6 +291,9 @@ class Check:
                 piece = [x[start : start + rows] for x in records]
                 real = CompiledFloat.run_together(floating, piece, exchange)
                 self._piece(cases, piece, real, attempts, interpreter, keep_all)
+                for case, block in zip(cases, blocks, strict=True):
+                    if case.latest is not None and start < len(block):
+                        case.truth.add(block.rows(start, start + rows), case.latest.outputs)
         results = []
         for k, case in enumerate(cases):
             again = partial(self._again, k, case, sources)
@@ -417,6 +427,7 @@ class Check:
                         case.origins[n] = first, states, list(parts)
                         case.differs(n, place + row, records, wanted)
             states = case.judge.add(records, wanted, floating[k])
+            case.latest = wanted
             case.before, case.rows = states[-1], case.rows + len(records)
             if keep_all or case.rows - len(records) < KEPT:
                 case.pieces.append((records, wanted, floating[k]))
@@ -496,14 +507,15 @@ class Check:
         """All of an estimator on its log."""
         records, fixed, floating = zip(*case.pieces, strict=True)
         inputs, reference = np.concatenate(records), Run.joined(floating)
-        book, remarks = beside_textbook(self.build, number, inputs, reference)
-        for text in remarks:
+        given = Feed.joined(case.feeds)
+        book = beside_textbook(self.build, number, inputs, reference, given.t)
+        for text in book.remarks:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(
-            Feed.joined(case.feeds),
+            given,
             inputs=inputs,
             clamped=dict(case.clamped),
-            warnings=(*case.warnings, *remarks),
+            warnings=(*case.warnings, *book.remarks),
         )
         run = Run.joined(fixed)
         examined = self._claims_of(number)
@@ -517,6 +529,8 @@ class Check:
             run,
             reference,
             book,
+            case.truth.result(),
+            sources[number % len(sources)].comparison,
             claim_results(examined, accuracy.reached, broken) if examined else (),
             case.rows,
             None if case.complete else partial(self._parts, number, sources),

@@ -13,7 +13,8 @@ from boresight.model.lowering.profile import Profile
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
-from boresight.sim.compare.textbook import textbook_line
+from boresight.sim.compare.textbook import Book
+from boresight.sim.compare.truth import TrueError
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
@@ -197,8 +198,12 @@ class CheckResult:
     accuracy : Accuracy
     fixed, floating : Run
         The interpreter's, with which every level was compared, and float64's.
-    textbook : tuple of Difference
-        Float64 beside `Estimator.textbook`, where there is one.
+    book : Book
+        Float64 beside `Estimator.textbook`, where there is one, and faults of the model.
+    truth : tuple of TrueError
+        Errors of fixed point against the log's true values.
+    comparison : bool
+        Whether these are another device's estimates: then limits do not count.
     claims : tuple of ClaimResult
         Claims of `ops.bounded`, and the ranges of states.
     rows : int
@@ -214,7 +219,9 @@ class CheckResult:
     accuracy: Accuracy
     fixed: Run = field(repr=False)
     floating: Run = field(repr=False)
-    textbook: tuple[Difference, ...] = ()
+    book: Book = field(default_factory=Book)
+    truth: tuple[TrueError, ...] = ()
+    comparison: bool = False
     claims: tuple[ClaimResult, ...] = ()
     rows: int = 0
     again: Callable[[], Iterator[Part]] | None = field(default=None, repr=False)
@@ -231,6 +238,11 @@ class CheckResult:
         return self.build.estimators[self.number].name
 
     @property
+    def textbook(self) -> tuple[Difference, ...]:
+        """Float64 beside the second form."""
+        return self.book.differences
+
+    @property
     def profile(self) -> Profile | None:
         """The profile that chose the formats, if there is one."""
         return self.build.estimators[self.number].profile
@@ -239,14 +251,12 @@ class CheckResult:
     def failures(self) -> list[str]:
         """What is wrong, one line each; empty if `good`."""
         levels = [f"{x.level} in {x.simulator}: {x.failure}" for x in self.levels if x.failure]
-        book = [] if self._near_textbook else [textbook_line(self.textbook)]
+        book = [] if self.book.good else [self.book.line()]
         none = [] if self.levels else ["no level was run"]
         claims = [claim.failure for claim in self.claims if claim.failure]
-        return [*levels, *self.accuracy.faults(), *claims, *book, *none]
-
-    @property
-    def _near_textbook(self) -> bool:
-        return all(d.good for d in self.textbook)
+        wrong = [f"against truth: {e.line()}" for e in self.truth if not e.good]
+        faults = [*claims, *book, *self.book.faults, *([] if self.comparison else wrong)]
+        return [*levels, *self.accuracy.faults(), *faults, *none]
 
     @property
     def exact(self) -> bool | None:
@@ -262,13 +272,16 @@ class CheckResult:
 
     def lines(self) -> list[str]:
         """Everything, for people."""
+        reference = "a comparison" if self.comparison else "truth"
         return [
             f"{self.estimator} on {self.given.record.name}, {self.build.config}, "
             f"W = {self.build.word}",
             *(f"  {level.line()}" for level in self.levels),
             *([] if self.profile is None else [f"  {self.profile}"]),
             *(f"  {text}" for text in self.accuracy.lines()),
-            *([f"  {textbook_line(self.textbook)}"] if self.textbook else []),
+            *(f"  against {reference}: {e.line()}" for e in self.truth),
+            *([f"  {self.book.line()}"] if self.textbook else []),
+            *(f"  model: {text}" for text in self.book.faults),
             *(f"  {text}" for text in claim_lines(self.claims)),
             *(f"  {claim.failure}" for claim in self.claims if claim.failure),
             *(f"  warning: {text}" for text in self.given.warnings),
@@ -288,7 +301,9 @@ class CheckResult:
             "good": self.good,
             "exact": self.exact,
             "accuracy": plain(self.accuracy),
+            "truth": [e.to_json() for e in self.truth],
             "textbook": [d.to_json() for d in self.textbook],
+            "model_faults": list(self.book.faults),
             "claims": [claim.to_json() for claim in self.claims],
             "warnings": list(self.given.warnings),
             "verification": plain(

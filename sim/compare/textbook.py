@@ -3,25 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.estimator import SecondForm
+from boresight.model.errors import require_choice
+from boresight.model.estimator import WAIVED, SecondForm
 from boresight.model.methods import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
 
-__all__ = ["beside_textbook", "textbook_line"]
+__all__ = ["Book", "beside_textbook", "textbook_line"]
 
 #: Leading updates that are compared: the second form is slow.
 _MOST = 2000
+#: Largest ratio of a model's time step to that of the log.
+_STEPS = 1.25
+
+
+@dataclass(frozen=True)
+class Book:
+    """Float64 beside the second form.
+
+    Attributes
+    ----------
+    differences : tuple of Difference
+    remarks : tuple of str
+        Warnings about the model, with faults of kinds that the estimator waives.
+    faults : tuple of str
+        Faults of the model, which fail the check.
+    by_floor : bool
+        Whether only the floor of the process noise explains differences beyond a tolerance.
+    """
+
+    differences: tuple[Difference, ...] = ()
+    remarks: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+    by_floor: bool = False
+
+    @property
+    def good(self) -> bool:
+        """Within the tolerances, but for the floor."""
+        return self.by_floor or all(d.good for d in self.differences)
+
+    def line(self) -> str:
+        """One line for people."""
+        text = textbook_line(self.differences)
+        return text + ", which floor explains: lower floor, or sd_max" * self.by_floor
 
 
 def beside_textbook(
-    build: Build, number: int, records: FloatArray, floating: Run
-) -> tuple[tuple[Difference, ...], tuple[str, ...]]:
-    """Differences of float64 from `Estimator.textbook`, and its remarks; none without it."""
+    build: Build, number: int, records: FloatArray, floating: Run, t: FloatArray | None = None
+) -> Book:
+    """Compare float64 with `Estimator.textbook`; empty without it.
+
+    Parameters
+    ----------
+    t : (n,), optional
+        Times of the log, s, with which constant time steps of the model are compared.
+    """
     estimator, some = build.estimators[number], records[:_MOST]
+    for kind in estimator.waived:
+        require_choice(f"estimator {estimator.name}, waived", kind, WAIVED)
     book = called(
         estimator.textbook,
         some,
@@ -32,9 +77,33 @@ def beside_textbook(
         answer="return SecondForm(outputs={NAME: ARRAY})",
     )
     if book is None:
-        return (), ()
+        return Book()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
-    return tuple(differences(estimator.outputs, outputs, book.outputs)), tuple(book.remarks)
+    faults = [*book.faults]
+    if t is not None and len(t) > 1:
+        step = float(np.median(np.diff(t)))
+        faults += [
+            (
+                "time step",
+                f"estimator {estimator.name}: the model moves {name} by a time step of "
+                f"{abs(own):.4g} s, the log has one of {step:.4g} s; take dt as an input, or the "
+                "log's rate",
+            )
+            for name, own in book.time_steps.items()
+            if own and not 1.0 / _STEPS < abs(own) / step < _STEPS
+        ]
+    waived = [text for kind, text in faults if kind in estimator.waived]
+    found = tuple(differences(estimator.outputs, outputs, book.outputs))
+    by_floor = False
+    if book.as_built is not None and not all(d.good for d in found):
+        as_built = differences(estimator.outputs, outputs, book.as_built())
+        by_floor = all(d.good for d in as_built)
+    return Book(
+        found,
+        (*book.remarks, *waived),
+        tuple(text for kind, text in faults if kind not in estimator.waived),
+        by_floor,
+    )
 
 
 def textbook_line(errors: Sequence[Difference]) -> str:

@@ -88,7 +88,7 @@ def motion(n: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("filter", [Turn, Body, Components])
 def test_float64_is_the_textbook(filter: type[Kalman]) -> None:
     inputs, _ = motion(150)
-    book = Textbook(filter()).run(inputs).outputs
+    book = Textbook(filter(), floor=True).run(inputs).outputs
     result = CompiledFloat(Build(filter())).run(inputs).outputs
     for name, values in book.items():
         assert np.abs(result[name] - values).max() < 1e-9

@@ -15,7 +15,7 @@ from tests.support.random_kalman import Drawn, inputs_of
 def check_textbook(seed: int, updates: int) -> None:
     filter = Drawn(seed)
     inputs = inputs_of(filter, updates)
-    book = Textbook(filter).run(inputs).outputs
+    book = Textbook(filter, floor=True).run(inputs).outputs
     outcome = filter.run_float(inputs[:, :, None]).outputs
     for name, values in book.items():
         assert np.abs(outcome[name][:, 0] - values).max() <= 1e-9 * max(

@@ -44,8 +44,8 @@ class Doubtful(Kalman):
 
 def remarks(z: float = 1.0, there: float = 1.0, **options: Any) -> list[str]:
     kalman = type("Doubtful", (Doubtful,), options)()
-    inputs = np.tile([z, there], (40, 1))
-    return Textbook(kalman).run(inputs).remarks
+    run = Textbook(kalman).run(np.tile([z, there], (40, 1)))
+    return [*run.remarks, *(text for _, text in run.faults)]
 
 
 @pytest.mark.parametrize(
@@ -104,10 +104,11 @@ def test_measurements_without_a_new_sample(valid: bool, taken: list[str]) -> Non
     options = {"inputs": flagged, "seen": ("pos",), "valid": valid}
     kalman = type("Doubtful", (Doubtful,), options)()
     inputs = np.array([[1.0, float(k % 4 == 0)] for k in range(40)])
-    texts = [text for text in Textbook(kalman).run(inputs).remarks if "taken" in text]
+    faults = Textbook(kalman).run(inputs).faults
+    assert [kind for kind, _ in faults] == ["hold"] * len(taken)
     assert [
-        text.partition(", measurement: ")[2].partition(" without")[0] for text in texts
+        text.partition(", measurement: ")[2].partition(" without")[0] for _, text in faults
     ] == taken
     assert all(
-        text.endswith("sample of z; leave these out by valid=u.there > 0.5") for text in texts
+        text.endswith("sample of z; leave these out by valid=u.there > 0.5") for _, text in faults
     )

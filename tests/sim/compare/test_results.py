@@ -12,7 +12,7 @@ from boresight.gateware.core import Core
 from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part, verdict
-from boresight.sim.compare.textbook import textbook_line
+from boresight.sim.compare.textbook import Book, textbook_line
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Level, Run, run_of_words
@@ -165,7 +165,7 @@ def test_rows_of_a_slice_are_counted_from_its_first(core: Core, wanted: Run) -> 
 def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> None:
     """Both count, and neither makes a level less exact."""
     far = Difference("roll", "", 4, 2.0, 1.5, 1, 1.0)
-    book = dataclasses.replace(checked, textbook=(far,))
+    book = dataclasses.replace(checked, book=Book((far,)))
     fixed = dataclasses.replace(
         checked, accuracy=dataclasses.replace(checked.accuracy, differences=(far,))
     )

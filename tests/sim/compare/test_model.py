@@ -1,0 +1,128 @@
+"""What `check` says of a model: errors against truth, faults, the floor of the process noise."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.kalman import Kalman, Measurement, State
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.levels.build import Build
+from boresight.sim.records.record import Record
+
+N = 200
+DT = 0.01
+T = DT * np.arange(N)
+
+
+def checked(estimator: Estimator, **columns: Any) -> CheckResult:
+    (result,) = Check(Build(estimator), levels=("c",)).run(Record.of(columns))
+    return result
+
+
+class Scale(Estimator):
+    """Twice its input; its error against truth is limited."""
+
+    inputs = (Input("u", -4.0, 4.0, "V"),)
+    outputs = (Output("y", "V", tolerance=1e-6, truth=0.2),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"y": 2.0 * u.u}
+
+
+@pytest.mark.parametrize(("off", "good"), [(0.1, True), (-0.3, False)])
+def test_the_error_against_truth_is_shown_and_judged(off: float, good: bool) -> None:
+    u = np.sin(T)
+    result = checked(Scale(), u=u, y_true=2.0 * u + off)
+    (error,) = result.truth
+    assert error.difference.rms == pytest.approx(abs(off)) and result.good == good
+    said = f"against truth: y            rms {abs(off):g} V, max {abs(off):g} V: "
+    assert said + ("within 0.2" if good else "BEYOND 0.2") in str(result)
+    assert result.to_json()["truth"][0]["rms"] == error.difference.rms
+    gaps = np.where(np.arange(N) < 5, 2.0 * u, np.nan)
+    assert checked(Scale(), u=u, y_true=gaps).truth[0].difference.samples == 5
+    assert checked(Scale(), u=u).truth == ()
+
+
+def test_a_limit_that_is_none_is_refused() -> None:
+    with pytest.raises(InputError, match="wanted a limit above 0 for the error against truth"):
+        Output("y", truth=0.0)
+
+
+class Track(Kalman):
+    """Position and velocity from positions at 100 Hz, which are held in between."""
+
+    inputs = (Input("z", -10.0, 10.0, "m", missing="hold"), Input("z_new", 0.0, 1.0, valid_of="z"))
+    states = (
+        State("pos", -16.0, 16.0, "m", sd=1.0, sd_max=4.0),
+        State("vel", -16.0, 16.0, "m/s", sd=1.0, sd_max=4.0),
+    )
+    outputs = (Output("pos", "m", tolerance=1e-3),)
+    dt, gate, flagged, q = DT, 5.0, True, 1e-3
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        return {"pos": x.pos + self.dt * x.vel}
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        return {"vel": self.q} if self.q else {}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        valid = u.z_new > 0.5 if self.flagged else None
+        return [Measurement(u.z, x.pos, 0.01, valid=valid, gate=self.gate)]
+
+
+def tracked(**changes: Any) -> CheckResult:
+    z = np.where(np.arange(N) % 4 == 0, 1.0 + np.sin(T), np.nan)
+    return checked(type("Track", (Track,), changes)(), t=T, z=z)
+
+
+def test_a_sound_model_has_no_fault() -> None:
+    result = tracked()
+    assert result.good and result.book.faults == () and result.given.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "said"),
+    [
+        ("gate", {"gate": 1e-6}, "within the gate of 1e-06 standard deviations, found none in 50"),
+        ("hold", {"flagged": False}, "taken in 150 of 200 updates without a new sample of z"),
+        (
+            "hold",
+            {"flagged": False, "inputs": Track.inputs[:1]},
+            "z holds its last sample in 75% of the updates",
+        ),
+        ("time step", {"dt": 2.0 * DT}, "by a time step of 0.02 s, the log has one of 0.01 s"),
+    ],
+)
+def test_a_fault_of_the_model_fails_unless_it_is_waived(
+    kind: str, changes: dict[str, Any], said: str
+) -> None:
+    result = tracked(**changes)
+    (text,) = result.book.faults
+    assert said in text and not result.good and text in result.failures
+    waived = tracked(**changes, waived=(kind,))
+    assert waived.good and said in waived.given.warnings[-1]
+
+
+def test_an_unknown_kind_of_fault_is_refused() -> None:
+    with pytest.raises(InputError, match="waived: wanted one of gate, hold, time step"):
+        tracked(waived=("gates",))
+
+
+def test_a_floor_beside_the_noise_is_told_and_the_textbook_has_none() -> None:
+    result = tracked(q=1e-8, floor=2.0**-22)
+    assert any(
+        "vel gets " in w and "% of its process noise of 1e-08" in w for w in result.given.warnings
+    )
+    (pos,) = result.textbook
+    assert pos.largest > 1e-3 and result.book.by_floor and result.good
+    assert "which floor explains: lower floor, or sd_max" in str(result)
+
+
+def test_no_process_noise_at_all_is_told() -> None:
+    assert "track: no state has process noise" in str(tracked(q=0.0))
