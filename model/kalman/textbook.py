@@ -468,7 +468,8 @@ class _Observability:
             for value, vector in zip(values, vectors.T, strict=True):
                 if value < threshold:
                     direction = np.zeros(len(self._sd_max))
-                    direction[remaining] = vector * np.sign(vector[np.abs(vector).round(6).argmax()])
+                    largest = np.abs(vector).round(6).argmax()  # the first of equals
+                    direction[remaining] = vector * np.sign(vector[largest])
                     out.append(direction)
         return out
 
