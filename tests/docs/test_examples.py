@@ -13,6 +13,7 @@ import boresight
 from boresight.model.resolve import estimator_of
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
+from boresight.sim.compare.difference import differences
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import angle_between
 from tests.support.pages import ROOT
@@ -109,7 +110,11 @@ def test_attitude_is_the_truth_within_degrees() -> None:
     (checked,) = boresight.check(program("attitude.py"), record, levels=("c",), steps=200)[
         "results"
     ]
-    assert checked.good and all(d.largest < 1e-9 for d in checked.textbook)
+    (estimator,) = checked.build.estimators
+    book = estimator.textbook(checked.given.inputs[:2000]).as_built()
+    outputs = {name: values[:2000] for name, values in checked.floating.outputs.items()}
+    near = differences(estimator.outputs, outputs, book)
+    assert checked.good and all(d.largest < 1e-9 for d in near)
 
 
 @pytest.mark.parametrize("name", [*LOGGED, "pi"])
