@@ -20,7 +20,6 @@ from boresight.model.words.program import (
     Value,
     When,
 )
-from tests.support.bad_files import changed
 
 VALUES = (
     Value("x", Kind.INPUT, 31, -1, 1, "test"),
@@ -39,6 +38,17 @@ GOOD = Program(
     ((1, 2),),
     (0,) * 512,
 )
+
+
+def changed(data: Any, *path: Any) -> Any:
+    """A copy of JSON with the value at a path replaced by the last of it."""
+    out = json.loads(json.dumps(data))
+    *way, key, value = path
+    at = out
+    for step in way:
+        at = at[step]
+    at[key] = value
+    return out
 
 
 def op(*, term: dict[str, Any] | None = None, **options: Any) -> Program:

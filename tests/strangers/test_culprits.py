@@ -1,0 +1,70 @@
+"""`check` names what is wrong in fixed point: the value, the author's line, and a remedy."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from boresight.cli import main
+
+BAD = Path(__file__).with_name("bad.py")
+N = 900
+_K = np.arange(N)
+
+#: Record of each, and what its line says.
+CASES = {
+    "Integrator": ({"rate": np.full(N, 9.0)}, "does not fit its range [-45, 45]"),
+    "Hope": (
+        {"a": 2.0 * np.sin(0.1 * _K), "b": 1.0 + _K / N},
+        "does not fit its range [-1, 1]; widen the range (declared: both are small)",
+    ),
+    "NegativeRoot": ({"c": 3.0 + 0.0 * _K, "a": 2.9 + 1e-3 * _K}, "rsqrt: argument -"),
+    "SmallDivisor": (
+        {"range": 100.0 - 0.1 * _K, "speed": 80.0 * 0.985**_K},
+        "does not fit its range [0, 50]; widen the range (declared: near enough)",
+    ),
+    "CoarseFilter": ({"x": 40.0 * np.sin(0.002 * _K)}, "rounding adds up"),
+}
+
+
+def log(path: Path, columns: dict[str, np.ndarray]) -> str:
+    rows = np.column_stack(list(columns.values())).tolist()
+    body = "".join(",".join(map(repr, row)) + "\n" for row in rows)
+    path.write_text(",".join(columns) + "\n" + body)
+    return str(path)
+
+
+def lines_of(name: str) -> set[int]:
+    """Lines of a class that carry its fault."""
+    text = BAD.read_text().splitlines()
+    first = next(k for k, line in enumerate(text) if line.startswith(f"class {name}("))
+    rest = range(first + 1, len(text))
+    last = next((k for k in rest if text[k].startswith("class ")), len(text))
+    return {k + 1 for k in range(first, last) if "# FAULT" in text[k]}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_culprit_is_named(name: str, tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    columns, said = CASES[name]
+    word = "18" if name == "CoarseFilter" else "32"
+    line = ["check", f"{BAD}:{name}", log(tmp_path / "log.csv", columns), "--word", word, "-q"]
+    assert main([*line, "--levels", "fixed,c"]) == 1
+    text = capsys.readouterr().out
+    (first,) = [x for x in text.splitlines() if "first wrong: " in x]
+    place = re.search(r"bad\.py, line (\d+)", first)
+    assert said in first and place is not None and int(place[1]) in lines_of(name), first
+    assert text.splitlines()[-1].startswith("FAILED: ")
+    assert main([*line, "--levels", "fixed,c", "--json"]) == 1
+    (result,) = json.loads(capsys.readouterr().out)["results"]
+    assert result["exact"] and not result["good"]  # all levels agree on what is wrong
+
+
+def test_a_state_within_its_range_is_not(tmp_path, capsys) -> None:
+    path = log(tmp_path / "log.csv", {"rate": np.full(400, 9.0)})
+    assert main(["check", f"{BAD}:Integrator", path, "--levels", "fixed,c", "-q"]) == 0
+    assert "BEYOND its declared range" not in capsys.readouterr().out
