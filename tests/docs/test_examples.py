@@ -11,9 +11,9 @@ from scipy import signal
 
 import boresight
 from boresight.model.resolve import estimator_of
+from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
-from boresight.sim.compare.difference import differences
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import angle_between
 from tests.support.pages import ROOT
