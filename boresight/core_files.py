@@ -30,7 +30,6 @@ from boresight.gateware.texts.core import (
     integration_files,
     integration_names,
     register_files,
-    register_texts,
     verilog_head,
 )
 from boresight.gateware.texts.memories import check_memories
@@ -88,13 +87,6 @@ def has_primitives(target: str) -> bool:
     return target in TARGETS and TARGETS[target].family is SPARTAN6
 
 
-def _verilog(target: str) -> dict[str, tuple[bool, bool]]:
-    """Verilog of a core: with primitives or not, with the build identifier or not."""
-    if has_primitives(target):
-        return {"core.v": (True, True), "core_sim.v": (False, False)}
-    return {"core.v": (False, True)}
-
-
 _PROJECT = (
     *("README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"),
     *("top.prj", "top.ucf", "top.v", "top.xst"),
@@ -128,10 +120,9 @@ def core_files(
     names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False
 ) -> list[str]:
     """Names of the texts of these estimators' core (`core_texts`), and of the report."""
-    out = [*_verilog(target), "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
+    beside = integration_names(generic=not has_primitives(target), axi=axi)
+    out = ["core.v", "report.json", *REGISTER_FILES, *beside]
     for name in names:
-        suffix = f"-{name}" if len(names) > 1 else ""
-        out += [f"microcode{suffix}.lst", f"program{suffix}.json", f"schedule{suffix}.json"]
         out += [f"firmware/{identifier(name)}{end}" for end in (".c", ".h", "_host.c")]
     return out
 
@@ -177,9 +168,7 @@ def prove(core: Core, texts: Mapping[str, str]) -> Proven:
     """
     start = time.perf_counter()
     programs = [part.program for part in core.parts]
-    for name in ("core.v", "core_sim.v"):
-        if name in texts:
-            check_memories(core.machine, core.image, texts[name])
+    check_memories(core.machine, core.image, texts["core.v"])
     firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
     for program in programs:
         validate_c(program, Body(program).name, firmware)
@@ -244,7 +233,7 @@ def core_texts(
     target: str = TARGET_NAMES[0],
     axi: bool = False,
 ) -> dict[str, str]:
-    """Verilog, microcode, programs, schedules, C, register map, texts and bench of a core, by file.
+    """Verilog, C, register map, texts and bench of a core, by file.
 
     Parameters
     ----------
@@ -261,16 +250,15 @@ def core_texts(
     """
     core = build.core
     description = describe(core, {e.name: e.summary for e in build.estimators})
-    texts = {"registers.json": description.to_json()}
-    for file, (instances, identified) in _verilog(target).items():
-        head = verilog_head(description, instances=instances, identified=identified)
-        texts[file] = head + core.verilog(instances=instances, identified=identified)
-    texts |= register_texts(description)
-    texts |= integration_files(
-        description, records, generic=not has_primitives(target), axi=axi, area=area
-    )
-    for number in range(len(core.parts)):
-        texts |= _program_texts(core.select(number))
+    primitives = has_primitives(target)
+    head = verilog_head(description, instances=primitives)
+    texts = {
+        "core.v": head + core.verilog(instances=primitives, identified=True),
+        **register_files(description),
+    }
+    texts |= integration_files(description, records, generic=not primitives, axi=axi, area=area)
+    for part in core.parts:
+        texts |= {f"firmware/{file}": text for file, text in emit_c(part.program).items()}
     return texts
 
 
@@ -292,17 +280,6 @@ def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> Proven:
 def write_text(file: Path, text: str) -> None:
     """Write UTF-8 with line feeds on every operating system."""
     file.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _program_texts(core: Core) -> dict[str, str]:
-    """Microcode, program, schedule and C of the selected program, by file name."""
-    suffix = f"-{core.program.name}" if len(core.parts) > 1 else ""
-    return {
-        f"microcode{suffix}.lst": core.listing,
-        f"program{suffix}.json": core.program.to_json() + "\n",
-        f"schedule{suffix}.json": core.schedule.to_json() + "\n",
-        **{f"firmware/{file}": text for file, text in emit_c(core.program).items()},
-    }
 
 
 def map_core(core: Core, target: Target) -> Mapped:

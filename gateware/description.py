@@ -65,7 +65,7 @@ def core_pins(word: int) -> tuple[Pin, ...]:
         Pin("output", "o__payload", word + 1, f"out{payload}"),
         Pin("output", "o__valid", 1, "the word is there"),
         Pin("input", "o__ready", 1, "the word is taken"),
-        Pin("input", "bus__addr", ADDRESS_BITS, "word address of a register (registers.md)"),
+        Pin("input", "bus__addr", ADDRESS_BITS, "word address of a register"),
         Pin("input", "bus__w_data", word, "word to write"),
         Pin("input", "bus__w_stb", 1, "write"),
         Pin("output", "bus__w_ack", 1, "the write is done with this cycle"),

@@ -193,7 +193,7 @@ def prepared(
         name: text.decode() if isinstance(text, bytes) else text
         for name, text in plan.files.items()
     }
-    verilog = from_rtlil(texts.pop("top.il"), "top", instances=True)
+    verilog = from_rtlil(texts.pop("top.il"), "top")
     clean = {name: text if name in extra else _stripped(text) for name, text in texts.items()}
     clean["top.v"] = f"/* {NOTICE} */\n{verilog}"
     return Project(design, board, hz, platform, clean)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from boresight.gateware.bus.axi_core import AxiCore, axi_ports
 from boresight.gateware.description import Description, Pin
-from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, PROGRAM
+from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.texts.bench import Recorded, bench_context, expected_hex, input_hex
 from boresight.gateware.texts.render import render
@@ -16,29 +15,22 @@ from boresight.gateware.texts.wave import bus_drawing, record_drawing
 from boresight.gateware.verilog import to_verilog
 from boresight.model.declarations import EXACT_UNITS
 
-REGISTER_FILES = ("registers.h", "registers.json", "registers.md", "registers.svd")
+#: The register map: C header, and JSON.
+REGISTER_FILES = ("registers.h", "registers.json")
+#: Behaviour of the primitives in a ``core.v`` for Spartan-6.
+PRIMITIVES = "spartan6.v"
 
 
-def verilog_head(core: Description, *, instances: bool, identified: bool) -> str:
-    """Comment for the head of `Core.verilog` with the same arguments."""
+def verilog_head(core: Description, *, instances: bool) -> str:
+    """Comment for the head of `Core.verilog`."""
     names = ", ".join(program.program for program in core.programs)
-    text = render("core.v", core=core, names=names, instances=instances, identified=identified)
+    text = render("core.v", core=core, names=names, instances=instances)
     return "".join(f"// {line}".rstrip() + "\n" for line in text.splitlines()) + "\n"
 
 
 def register_files(core: Description) -> dict[str, str]:
-    """The register map by file name: C header, JSON, Markdown, CMSIS-SVD."""
-    return {"registers.json": core.to_json(), **register_texts(core)}
-
-
-def register_texts(core: Description) -> dict[str, str]:
-    """The register map for readers and tools: C header, Markdown, CMSIS-SVD."""
-    context = _register_context(core)
-    return {
-        "registers.h": c_header(core),
-        "registers.md": render("registers.md", **context),
-        "registers.svd": render("registers.svd", **context),
-    }
+    """The register map by file name."""
+    return {"registers.h": c_header(core), "registers.json": core.to_json()}
 
 
 def c_header(core: Description) -> str:
@@ -46,31 +38,18 @@ def c_header(core: Description) -> str:
 
     It complements the header of `firmware.emit.emit_c` for the same program.
     """
-    return render("registers.h", **_register_context(core))
+    masks = [core.mask_of(register) for register in core.registers]
+    return render("registers.h", core=core, several=len(core.programs) > 1, read_mask=max(masks))
 
 
-def _register_context(core: Description) -> dict[str, Any]:
-    last = max(register.address for register in core.registers)
-    built = {BUILD_LOW.name: core.build[0], BUILD_HIGH.name: core.build[1]}
-    resets = {r.address: built.get(r.name) if r.reset is None else r.reset for r in core.registers}
-    masks = {r.address: core.mask_of(r) for r in core.registers}
-    return {
-        "core": core,
-        "several": len(core.programs) > 1,
-        "resets": {k: None if word is None else word & masks[k] for k, word in resets.items()},
-        "read_mask": max(masks.values()),
-        "memory": 0x1000 if last < 1024 else 4 << last.bit_length(),
-    }
-
-
-def integration_names(*, axi: bool) -> list[str]:
+def integration_names(*, generic: bool, axi: bool) -> list[str]:
     """Names of `integration_files`."""
     modules = ("core", "core_axi") if axi else ("core",)
     return [
         *("README.md", "core.core"),
         *(f"integration/{module}_instance{end}" for module in modules for end in (".v", ".vhd")),
-        *("integration/core_amaranth.py", "integration/core_litex.py"),
         *("tb/Makefile", "tb/tb.v", "tb/input.hex", "tb/expected.hex"),
+        *(() if generic else (PRIMITIVES,)),
         *(("core_axi.v", "tb/tb_axi.v") if axi else ()),
     ]
 
@@ -92,20 +71,20 @@ def integration_files(
     runs : sequence of Recorded
         Records of every program, in the order in which the bench runs them.
     generic : bool
-        Whether ``core.v`` is without vendor primitives, so that there is no ``core_sim.v``.
+        Whether ``core.v`` is without vendor primitives, so that no file describes these.
     axi : bool
         Whether to add ``core_axi.v`` and its bench.
     area : Mapped or Routed, optional
         Area and clock.
     """
-    names = integration_names(axi=axi)
+    names = integration_names(generic=generic, axi=axi)
     programs = ", ".join(program.program for program in core.programs)
     context = {
         **{"core": core, "word": core.word, "axi": axi, "generic": generic},
         **{"several": len(core.programs) > 1, "program": PROGRAM},
         "title": f"{programs}; configuration {core.configuration}, {core.word}-bit words.",
         "vlnv": f"{core.identifier}-{core.configuration}",
-        "simulated": "core.v" if generic else "core_sim.v",
+        "simulated": ["core.v"] if generic else ["core.v", PRIMITIVES],
         "benches": [Path(n).stem for n in names if n.startswith("tb/") and n.endswith(".v")],
         "records": sum(len(run.inputs) for run in runs),
     }
@@ -114,17 +93,17 @@ def integration_files(
             "readme.md",
             **context,
             exact_units=EXACT_UNITS,
-            drawings=[record_drawing(p, core.word).markdown() for p in core.programs],
-            bus_drawing=bus_drawing(core).markdown(),
+            drawings=[record_drawing(p, core.word).text() for p in core.programs],
+            bus_drawing=bus_drawing(core).text(),
             area="" if area is None else str(area),
         ),
         "core.core": render("core.core", **context),
-        "integration/core_amaranth.py": render("amaranth.py", **context),
-        "integration/core_litex.py": render("litex.py", **context),
         "tb/Makefile": render("Makefile", **context),
         "tb/input.hex": input_hex(core, runs),
         "tb/expected.hex": expected_hex(core, runs),
     }
+    if not generic:
+        out[PRIMITIVES] = render(PRIMITIVES)
     ports = {"core": core.pins, "core_axi": tuple(Pin(*port) for port in axi_ports())}
     for module in ("core", "core_axi") if axi else ("core",):
         clock, reset, *data_ports = ports[module]

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import escape
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -51,7 +50,6 @@ def _environment() -> Environment:
         number=_number,
         sentence=_sentence,
         vhdl=_vhdl_name,
-        xml=escape,
     )
     return environment
 

@@ -1,11 +1,10 @@
-"""Timing diagrams, as WaveDrom's JSON and as text.
+"""Timing diagrams as text.
 
 A diagram is made from the schedule; a test drives the core accordingly and compares its signals.
 """
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
 from boresight.gateware.description import Description, Records
@@ -27,20 +26,6 @@ class Drawing:
 
     cycles: tuple[int, ...]
     rows: tuple[tuple[str, tuple[int | str | None, ...]], ...]
-
-    def markdown(self) -> str:
-        """Markdown with code blocks of the text and of WaveDrom's JSON."""
-        return f"```text\n{self.text()}```\n\n```wavedrom\n{self.wavedrom()}\n```"
-
-    def wavedrom(self) -> str:
-        """JSON of WaveDrom."""
-        ticks = "".join("|" if cycle is None else "." for cycle in self._columns())
-        signals = [
-            {"name": "clk", "wave": "p" + ticks[1:]},
-            *map(self._signal, self._with_cycles()),
-        ]
-        lines = ",\n  ".join(json.dumps(signal) for signal in signals)
-        return f'{{"signal": [\n  {lines}\n], "config": {{"hscale": 2}}}}'
 
     def text(self) -> str:
         """Lines of equal length; a gap is two points."""
@@ -72,25 +57,6 @@ class Drawing:
                 out.append(None)
             out.append(cycle)
         return out
-
-    def _signal(self, row: tuple[str, tuple[int | str | None, ...]]) -> dict[str, object]:
-        """A signal of WaveDrom: a letter for each column, ``.`` where it stays."""
-        name, values = row
-        wave, data, before, at = "", [], object(), iter(values)
-        for column in self._columns():
-            if column is None:
-                wave += "|"
-                continue
-            value: object = next(at)
-            if value == before:
-                wave += "."
-            elif isinstance(value, str):
-                wave += "="
-                data.append(value)
-            else:
-                wave += "x" if value is None else str(value)
-            before = value
-        return {"name": name, "wave": wave, **({"data": data} if data else {})}
 
 
 def _cell(value: int | str | None, before: int | str | None, width: int) -> str:

@@ -122,7 +122,7 @@ def difference(a: Mapping[str, tuple[int, bytes]], b: Mapping[str, tuple[int, by
 
 def test_another_machine(tmp_path: Path) -> None:
     here = made_by(Machine("here"), tmp_path / "here", "--brief")
-    assert {"system/core.v", "system/report.json", "others-0/core_sim.v"} <= here.keys()
+    assert {"system/core.v", "system/report.json", "others-0/core.v"} <= here.keys()
     assert {"system/ise-mimas/top.v", "programs/mekf-32/program.json"} <= here.keys()
     assert all(data for _, data in here.values())
     there = made_by(OTHER, tmp_path / "there", "--brief")

@@ -5,22 +5,21 @@ from __future__ import annotations
 from boresight.core_files import core_files, project_files
 from boresight.gateware.texts.core import integration_names
 
-REGISTERS = {"registers.h", "registers.json", "registers.md", "registers.svd"}
+REGISTERS = {"registers.h", "registers.json"}
 
 
 def test_one_program_needs_no_name_in_its_files() -> None:
     names = core_files(["my-filter"])
     assert len(names) == len(set(names))
-    assert set(names) - REGISTERS - set(integration_names(axi=False)) == {
-        *("core.v", "core_sim.v", "report.json"),
-        *("microcode.lst", "program.json", "schedule.json"),
+    assert set(names) - REGISTERS - set(integration_names(generic=False, axi=False)) == {
+        *("core.v", "report.json"),
         *(f"firmware/my_filter{end}" for end in (".c", ".h", "_host.c")),
     }
 
 
 def test_a_target_without_primitives_needs_no_other_verilog() -> None:
     generic = core_files(["a"], target="generic")
-    assert set(core_files(["a"])) - set(generic) == {"core_sim.v"} and "core.v" in generic
+    assert set(core_files(["a"])) - set(generic) == {"spartan6.v"} and "core.v" in generic
     assert (
         "core_axi.v" in core_files(["a"], target="generic", axi=True)
         and "core_axi.v" not in generic
@@ -29,12 +28,7 @@ def test_a_target_without_primitives_needs_no_other_verilog() -> None:
 
 def test_several_have() -> None:
     more = set(core_files(["a", "b-c"])) - set(core_files(["a"]))
-    listings = {f"{kind}-{name}" for kind in ("microcode", "program", "schedule") for name in
-                ("a", "b-c")}  # fmt: skip
-    assert {name.partition(".")[0] for name in more if "/" not in name} == listings
-    assert {name for name in more if "/" in name} == {
-        f"firmware/b_c{end}" for end in (".c", ".h", "_host.c")
-    }
+    assert more == {f"firmware/b_c{end}" for end in (".c", ".h", "_host.c")}
 
 
 def test_only_the_system_has_registers_of_its_own() -> None:

@@ -1,4 +1,4 @@
-"""`core_sim.v` as a user takes it: a bench in plain Verilog, every language mode, any start."""
+"""`core.v` as a user takes it: a bench in plain Verilog, every language mode, any start."""
 
 import random
 import subprocess
@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core
-from boresight.gateware.description import describe
 from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.registers.core import PROGRAM
-from boresight.gateware.texts.core import verilog_head
+from boresight.gateware.texts.render import render
 from boresight.model.attitude import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
@@ -152,17 +151,10 @@ def scenario(core: Core, seed: int) -> Host:
     return host
 
 
-@cache
-def core_sim(name: str) -> str:
-    """The text as `boresight compile` writes it."""
-    core = core_of(name)
-    head = verilog_head(describe(core), instances=False, identified=False)
-    return head + core.verilog(instances=False)
-
-
 def files(folder: Path, name: str, host: Host) -> None:
     """Core, bench, commands."""
-    (folder / "core_sim.v").write_text(core_sim(name))
+    (folder / "core.v").write_text(core_of(name).verilog(instances=True))
+    (folder / "spartan6.v").write_text(render("spartan6.v"))
     (folder / "plain_bench.v").write_text(BENCH.read_text())
     commands = [*host.commands, *[0] * (1024 - len(host.commands))]
     (folder / "commands.hex").write_text("".join(f"{c:016x}\n" for c in commands))
@@ -188,7 +180,7 @@ def test_icarus(name: str, mode: str, before: int, tmp_path: Path) -> None:
     host = scenario(core_of(name), seed=MODES.index(mode))
     files(tmp_path, name, host)
     build = ["iverilog", f"-g{mode}", "-DWORD=32", f"-DBEFORE={before}", "-o", "bench"]
-    told([*build, "core_sim.v", "plain_bench.v"], tmp_path)
+    told([*build, "core.v", "spartan6.v", "plain_bench.v"], tmp_path)
     assert told(["vvp", "-n", "bench"], tmp_path) == host.lines
 
 
@@ -202,7 +194,9 @@ def test_verilator(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     build = ["--main", "--timing", "-Wno-fatal", "-DWORD=32", "-DBEFORE=2"]
     build += ["--output-split", "0", "-CFLAGS", "-std=c++20 -O0"]
     build += ["--x-initial", "unique", "--x-assign", "unique"]
-    sources = {name: (tmp_path / name).read_text() for name in ("core_sim.v", "plain_bench.v")}
+    sources = {
+        name: (tmp_path / name).read_text() for name in ("core.v", "spartan6.v", "plain_bench.v")
+    }
     build_program(tmp_path / "bench", sources, build, top="plain_bench")
     assert compiled() == ["Vplain_bench__ALL.cpp"]
     for seed in (1, 2, 3, 4):

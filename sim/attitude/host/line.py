@@ -177,7 +177,7 @@ class RegisterTable:
                 f"register {name}",
                 wanted=wanted,
                 found=shown,
-                fix="registers.md of the bitstream lists them",
+                fix="registers.json of the bitstream lists them",
             )
         for register in self._by_name.values():
             if register.address == address:

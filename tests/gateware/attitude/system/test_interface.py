@@ -20,7 +20,7 @@ from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, RESULTS
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description
 from boresight.gateware.registers.model import Access
-from boresight.gateware.texts.core import c_header, register_files
+from boresight.gateware.texts.core import c_header
 
 FILTERS = ("complementary", "ekf_quaternion")
 EVENTS = ("sample", "restart")
@@ -124,21 +124,6 @@ def test_json(whole: Description) -> None:
         "width": 1,
     }
     assert [p["program"] for p in data["programs"]][:2] == list(FILTERS)
-
-
-def test_page(whole: Description) -> None:
-    text = register_files(whole)["registers.md"]
-    assert text.startswith("# Registers of the attitude system `")
-    for register in whole.registers:
-        assert f"| {register.address} | `{register.name}` |" in text
-    for line in (
-        "| `result_header` | 18:16 | `filter` |",
-        "| `output_mode` | 1 | `binary` |",
-        "16 bits, signed",
-    ):
-        assert line in text
-    for table in re.findall(r"(?m)(?:^\|.*\n)+", text):
-        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
 
 
 PROGRAM = r"""

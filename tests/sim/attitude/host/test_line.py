@@ -64,7 +64,7 @@ def test_registers_by_name_or_address(table: RegisterTable) -> None:
     assert table.find("0x3").name == "gain"
     assert table.find("4095") == register(name="4095", address=4095)
     for name, entry in (("-1", "found -1"), ("0x1000", "found 0x1000"), ("gians", "found 'gians'")):
-        with pytest.raises(InputError, match=f"^register {name}: wanted .*, {entry}; registers.md"):
+        with pytest.raises(InputError, match=f"^register {name}: wanted .*, {entry}; regist"):
             table.find(name)
     assert RegisterTable().find("7") == register(name="7", address=7)
 
