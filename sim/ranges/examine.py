@@ -17,10 +17,11 @@ from boresight.sim.ranges.search import RUNS, Reach, Search, Witness
 
 __all__ = ["Examined", "examine"]
 
-#: Operations that the search runs by default, each on all runs: about half a second.
-WORK = 30_000
+#: Operations that the search runs by default, each on all runs: about half a second. A claim takes
+#: as long as so many operations.
+WORK, CLAIM = 20_000, 6
 #: Fewest and most updates of each run.
-FEWEST, MOST = 16, 400
+FEWEST, MOST = 8, 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,8 @@ def examine(
     if not tried:
         return [Examined(claim, proven=True) for claim in claims]
     if updates is None:
-        updates = min(max(WORK // (len(program.ops) + 4 * len(tried)), FEWEST), MOST)
+        cost = len(program.ops) + CLAIM * len(tried)
+        updates = min(max(WORK // cost, FEWEST), MOST)
     search = Search(estimator, program, nodes, tried, seed)
     search.run(updates)
     holding = _holding_on_covariances(estimator, program, nodes, tried, max(updates // 4, 1))
