@@ -67,8 +67,7 @@ from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
-from boresight.sim.report.against import JUDGED
-from boresight.sim.report.data import report_data
+from boresight.sim.report.data import JUDGED, report_data
 from boresight.sim.result import Result, plain
 
 __all__ = ["GROUPS", "compile"]

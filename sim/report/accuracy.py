@@ -101,9 +101,7 @@ def worst_output(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     return max(outputs, key=tolerance_share)
 
 
-def accuracy_section(
-    checks: Sequence[CheckResult], warn: Callable[[str], None], *, truth: bool
-) -> dict[str, Any]:
+def accuracy_section(checks: Sequence[CheckResult], warn: Callable[[str], None]) -> dict[str, Any]:
     """Figures of each check's record in ``logs``, with its curves; above them those of the worst.
 
     ``verdict`` has the differences to float64 by output, above all the largest of any record;
@@ -120,7 +118,7 @@ def accuracy_section(
     if not checks:
         warn("accuracy: no log was run")
         return {**dict.fromkeys(keys), "verdict": None, "logs": []}
-    logs = [_log(check, warn, truth=truth, several=len(checks) > 1) for check in checks]
+    logs = [_log(check, warn, several=len(checks) > 1) for check in checks]
     verdicts = [log["verdict"] for log in logs]
     worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
     return {
@@ -151,11 +149,10 @@ def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _log(
-    check: CheckResult, warn: Callable[[str], None], *, truth: bool, several: bool
-) -> dict[str, Any]:
+def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> dict[str, Any]:
     """Figures and curves of one record; ``several``: warnings name it."""
     columns, rows = check.given, _Rows(check)
+    truth = not columns.record.comparison
     for part in check.parts():
         rows.add(part)
     has_times = columns.t is not None

@@ -7,15 +7,17 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
+from boresight.sim.plotting import COLOUR
+
 __all__ = ["CHART_COLOURS", "schedule_chart"]
 
 #: Fill of each kind of slot: apart in hue and, printed in grey, in lightness.
 CHART_COLOURS = {
-    "multiply-add": "#0072B2",
-    "function table": "#E69F00",
-    "capture": "#9FD3F2",
-    "emit": "#007A5A",
-    "get": "#CC79A7",
+    "multiply-add": COLOUR["heading"],
+    "function table": COLOUR["amber"],
+    "capture": COLOUR["sky"],
+    "emit": COLOUR["roll"],
+    "get": COLOUR["other"],
     "idle": "#F1F1F1",
 }
 

@@ -1,36 +1,57 @@
-"""The report as data: everything known about one core, each number with its source.
+"""The report as data: everything known about one core.
 
 What is not known is null and named in ``warnings``; nothing is filled in.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.spartan6.family import XC6SLX9
-from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
+from boresight.sim.baseline import Figure
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.report.accuracy import accuracy_section
-from boresight.sim.report.against import against_section
 from boresight.sim.report.numerics import numerics_section
 from boresight.sim.report.observed import Observed
 from boresight.sim.report.schedule import schedule_section
-from boresight.sim.report.sources import sources, tool_of
 from boresight.sim.report.timing import timing_section
 
-__all__ = ["measure_c", "report_data"]
+__all__ = ["JUDGED", "report_data"]
 
 _AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp"}
+
+#: Figures of a report, by their place, that are judged against an earlier one; see `JUDGED`.
+_FIGURES = {
+    "timing.latency_cycles_by_output.*": Figure("latency", "cycles", "cycles"),
+    "timing.interval_cycles": Figure("interval", "cycles", "cycles"),
+    "resources.lut": Figure("LUT", "area"),
+    "resources.reg": Figure("registers", "area"),
+    "resources.dsp": Figure("DSP", "area"),
+    "resources.blkmem": Figure("RAM", "area"),
+    "timing.fmax_mhz.*.p75": Figure("clock, slow nets", "clock", "MHz", falls=True),
+    "timing.fmax_mhz.*.routed": Figure("clock, routed", "clock", "MHz", falls=True),
+    "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
+    "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
+    "accuracy.verdict.outputs.*.max": Figure("largest error", "error"),
+    "accuracy.verdict.outputs.*.rms": Figure("error, rms", "error"),
+    "accuracy.verdict.saturated_updates": Figure("updates that saturated", "count"),
+    "accuracy.logs.*.truth.*.rms": Figure("error against truth, rms", "error"),
+}
+_IDENTITY = {name: Figure(name, "same") for name in ("design", "config", "word")}
+#: Figures that are judged, by their place in a report of one program, and of several.
+JUDGED = {
+    f"{of}{place}": figure
+    for of in ("", "programs.*.")
+    for place, figure in (_FIGURES | _IDENTITY).items()
+}
 
 Warn = Callable[[str], None]
 
@@ -39,13 +60,9 @@ def report_data(
     core: Core,
     *checks: CheckResult,
     area: Mapped | Routed | None = None,
-    comparison: bool = False,
     clock_mhz: float = 100.0,
     grade: int = 2,
     device: Device = XC6SLX9,
-    widths: Mapping[str, Any] | None = None,
-    before: Mapping[str, Any] | None = None,
-    command: str | None = None,
 ) -> dict[str, Any]:
     """Build the report of a core's program at hand.
 
@@ -56,16 +73,8 @@ def report_data(
         on the first one the rate of the C is measured.
     area : Mapped or Routed, optional
         Area and clock.
-    comparison : bool
-        The record's attitude is another device's estimate, not truth.
     clock_mhz, grade, device
         The target.
-    widths : mapping, optional
-        `sim.report.widths.width_section` of the first check.
-    before : mapping, optional
-        Another report, to compare this one with.
-    command : str, optional
-        The command line that makes this report.
 
     Returns
     -------
@@ -96,7 +105,6 @@ def report_data(
         "config": core.machine.name,
         "word": program.arithmetic.word,
         "digest": program.digest,
-        "command": command,
         "verdict": _verdict(checks),
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": clock_mhz},
         "verification": _verification(checks, warn),
@@ -105,13 +113,11 @@ def report_data(
         "schedule": schedule_section(core, {} if observed is None else observed.lines),
         "numerics": numerics_section(program, observed),
         "profile": _profile(checks),
-        "accuracy": accuracy_section(checks, warn, truth=not comparison),
-        "firmware": _firmware(program, None if observed is None else observed.words, warn),
-        "widths": widths,
+        "accuracy": accuracy_section(checks, warn),
+        "firmware": _firmware(program),
+        "observed": None if observed is None else observed.summary,
         "warnings": warnings,
     }
-    data["against"] = None if before is None else against_section(before, data)
-    data["sources"] = sources(data, area, "" if observed is None else observed.summary, device)
     return data
 
 
@@ -194,8 +200,14 @@ def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:
     }
 
 
-def _firmware(program: Program, words: IntArray | None, warn: Warn) -> dict[str, Any]:
-    """Size of the emitted C, and its rate on these input words."""
+def tool_of(mapped: Mapped) -> str:
+    """Name and version of the synthesis tool, without how it was built."""
+    name, _, build = mapped.version.partition(" (")
+    return f"{name} ({build.split(',')[0].rstrip(')')})" if build else name
+
+
+def _firmware(program: Program) -> dict[str, Any]:
+    """Size of the emitted C."""
     files = {
         name: {"lines": len(text.splitlines()), "bytes": len(text.encode())}
         for name, text in emit_c(program).items()
@@ -203,31 +215,10 @@ def _firmware(program: Program, words: IntArray | None, warn: Warn) -> dict[str,
     }
     n_words = len(program.of_kind(Kind.PARAM)) + len(program.states)
     uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
-    if words is None:
-        warn("firmware: rate of the C not measured")
-    rate = {"updates_per_s": None, "source": None} if words is None else measure_c(program, words)
     return {
         "files": files,
         "lines": sum(f["lines"] for f in files.values()),
         "bytes": sum(f["bytes"] for f in files.values()),
         "ram_bytes": 4 * n_words,
         "table_bytes": 4 * len(program.table_memory) if uses_table else 0,
-        **rate,
-    }
-
-
-def measure_c(program: Program, words: IntArray, *, seconds: float = 0.05) -> dict[str, Any]:
-    """Rate of the C on this computer: the best of repeated runs over the words of a log."""
-    model = CModel(program)
-    best, total = float("inf"), 0.0
-    while total < seconds:
-        model.reset()
-        start = time.perf_counter()
-        model.update(words)
-        duration = time.perf_counter() - start
-        best, total = min(best, duration), total + duration
-    return {
-        "updates_per_s": float(f"{len(words) / best:.3g}"),
-        "source": f"measured: best run of the C on this computer, one core, gcc "
-        f"{' '.join(model.cflags)}, {len(words)} updates",
     }

@@ -12,9 +12,8 @@ from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.pages import UNKNOWN, page
 from boresight.sim.report.accuracy import worst_output
 from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
-from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot, width_plot
+from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import KINDS
-from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
 
@@ -119,8 +118,7 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         If a number is not finite.
     """
     _finite(data)
-    rows, widths = data["numerics"], data["widths"]
-    has_widths = widths is not None and any(p["outputs"] for p in widths["points"])
+    rows = data["numerics"]
     return page(
         "boresight.sim.report",
         "report.html",
@@ -131,10 +129,8 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         linked=_linker(links or {}),
         advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
         most_advice=_MAX_ADVICE,
-        width_plot=width_plot(widths["points"], salt="widths") if has_widths else None,
         net_name=net_name,
         unknown=UNKNOWN,
-        source=lambda path: source_of(data, path) or "",
         chart=schedule_chart(data["schedule"]),
         colours=CHART_COLOURS,
         kinds=KINDS,

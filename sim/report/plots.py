@@ -11,9 +11,9 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.pages import unit as shown_unit
-from boresight.sim.plotting import COLOUR, INK, RED, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, INK, PALETTE, RED, figure_and_axes, legend, settings, svg
 
-__all__ = ["error_plot", "log_difference_plot", "output_plot", "width_plot"]
+__all__ = ["error_plot", "log_difference_plot", "output_plot"]
 
 Curve = Sequence[float | None]
 
@@ -21,7 +21,6 @@ Curve = Sequence[float | None]
 Outputs = Mapping[str, Mapping[str, Any]]
 
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
-_CYCLE = ("heading", "pitch", "roll", "other", "sky", "amber", "grey")
 
 
 def _floats(curve: Curve) -> FloatArray:
@@ -42,7 +41,7 @@ def _finite_points(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray
 
 def _colours(names: Sequence[str]) -> dict[str, str]:
     """A colour for each curve: its own, or the next unused one."""
-    unused = cycle(COLOUR[k] for k in _CYCLE if k not in names)
+    unused = cycle(c for c in PALETTE if c not in {COLOUR.get(name) for name in names})
     return {name: COLOUR[name] if name in COLOUR else next(unused) for name in names}
 
 
@@ -144,41 +143,4 @@ def log_difference_plot(
         axes.set_yscale("log")
         axes.set_ylabel(f"difference to the {truth}, deg")
         legend(axes, 3)
-        return svg(figure, salt)
-
-
-def width_plot(points: Sequence[Mapping[str, Any]], *, salt: str) -> str:
-    """Largest error of each output over the width of the words, a panel for each unit.
-
-    ``points`` are those of `sim.report.widths`; half turns are shown in degrees. Where updates
-    saturate the point is a red cross.
-    """
-    completed = [p for p in points if p["outputs"]]
-    plotted = {
-        o["output"]: {"unit": "deg" if o["unit"] == "ht" else o["unit"], "column": k}
-        for k, o in enumerate(completed[0]["outputs"])
-        if o["unit"] != "words"
-    }
-    with settings():
-        figure, panels = _panels(plotted, "width of the words, bits")
-        t = np.array([p["word"] for p in completed], dtype=np.float64)
-        bad = np.array([bool(p["saturated_updates"]) for p in completed])
-        for axes, unit, names in panels:
-            limits: dict[float, None] = {}
-            for name, colour in _colours(names).items():
-                results = [p["outputs"][plotted[name]["column"]] for p in completed]
-                scale = 180.0 if results[0]["unit"] == "ht" else 1.0
-                y = scale * _floats([o["max"] for o in results])
-                y = np.where(y < 1e-15, np.nan, y)
-                axes.plot(t, y, color=colour, marker="o", markersize=3.5, label=name)
-                axes.plot(t[bad], y[bad], color=RED, marker="x", markersize=8, linestyle="")
-                if results[0]["tolerance"] is not None:
-                    limits[scale * results[0]["tolerance"]] = None
-            _draw_tolerances(axes, limits)
-            axes.set_yscale("log")
-            axes.set_xticks(t)
-            axes.set_ylabel(_error_of(unit))
-            if bad.any():
-                axes.plot([], [], color=RED, marker="x", linestyle="", label="saturates")
-            legend(axes, 6)
         return svg(figure, salt)
