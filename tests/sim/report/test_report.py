@@ -27,7 +27,7 @@ class Tracker(Estimator):
 
     inputs = (Input("a", -1.0, 1.0, "ht"), Input("rate", -8.0, 8.0, "m/s"))
     states = (State("m", -1.0, 1.0, "ht"), State("sum", -64.0, 64.0, "m"))
-    outputs = (Output("angle", "ht", tolerance=1e-6), Output("way", "m", tolerance=1e-5))
+    outputs = (Output("angle", "ht", tolerance=1e-6), Output("way", "m", tolerance=1e-4))
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         m = ops.wrap_ht(x.m + 0.25 * ops.wrap_ht(u.a - x.m))
