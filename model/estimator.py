@@ -120,6 +120,8 @@ class Estimator:
     waived: tuple[str, ...] = ()
     #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.
     rates_hz: Mapping[str, float] = {}
+    #: Shortest word, in bits, in which the estimator's claims about its values hold.
+    least_word: int = 18
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.
     nis_freedom: int = 0
     #: States that are elements of a covariance, with their row and column by name; empty: those
@@ -269,6 +271,13 @@ class Estimator:
         Values that belong to no node (constants, parts of a function) are left out.
         """
         check_word(word)
+        if word < self.least_word:
+            raise InputError.at(
+                f"estimator {self.name}",
+                wanted=f"a word of {self.least_word} bits or more",
+                found=str(word),
+                fix="choose a wider word: its covariance does not stay positive in this one",
+            )
         trace = self.record()
         profile = self.profile and self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), profile)

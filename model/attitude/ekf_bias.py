@@ -82,6 +82,9 @@ STEP_LIMIT = 0.125  #: largest root of a process noise density, times scale.
 BIAS_P0 = 0.2  #: variance of the bias before the first alignment, scaled.
 ALIGNED = 1.0 / 16.0  #: squared level over vertical force below which the tilt is aligned.
 FOUND = 2.0**-11  #: squared east field over north field below which the heading is found.
+#: Squared level force, over g, and squared east field from which on an alignment says something:
+#: without a force, or with a field along the vertical, nothing is aligned.
+LEAST_FORCE, LEAST_FIELD = 2.0**-6, 2.0**-17
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -183,6 +186,7 @@ class EkfBias(Estimator):
     )
     outputs = OUTPUTS
     restarts = True
+    least_word = 20
     status_bits = STATUS_BITS
     urgent = 7
 
@@ -274,10 +278,10 @@ class EkfBias(Estimator):
             )
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))
         ]
-        tilted = y[0] * y[0] + y[1] * y[1] > ALIGNED * y[2]
+        tilted = y[0] * y[0] + y[1] * y[1] + LEAST_FORCE > ALIGNED * y[2]
         unaligned = aligning & (tilted | (u.dt < 0.0))
         learnt = x.heading_unknown > -0.75
-        heading_found = seeking & learnt & ~(unused | (m[0] * m[0] > FOUND * m[1]))
+        heading_found = seeking & learnt & ~(unused | (m[0] * m[0] + LEAST_FIELD > FOUND * m[1]))
         unfinished = unaligned | (seeking & ~heading_found)
         start = self._first(unfinished, p)
         after = self._turned(downdated(a, gains, aligning), turned, (full, bias_full), fresh, start)

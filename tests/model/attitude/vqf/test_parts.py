@@ -37,8 +37,8 @@ class Field:
         self.x = {s.name: s.initial for s in interface_of(SETTINGS)[2]}
 
     def __call__(self, field: Any, turning: bool = True, restart: bool = False) -> Any:
-        x = SimpleNamespace(**self.x)
-        result = heading_of(x, restart, LEVEL, tuple(field), turning, PARAMS, SETTINGS)
+        x = SimpleNamespace(**{name: np.float64(value) for name, value in self.x.items()})
+        result = heading_of(x, restart, LEVEL, tuple(np.asarray(field)), turning, PARAMS, SETTINGS)
         self.x |= {name: float(value) for name, value in result.states.items()}
         return result
 

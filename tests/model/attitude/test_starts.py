@@ -1,0 +1,68 @@
+"""Every attitude filter starts right in any position, in fixed point as in float64."""
+
+from __future__ import annotations
+
+from itertools import permutations, product
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.model.errors import InputError
+from boresight.model.resolve import estimator_of
+from boresight.sim.rotations.outputs import attitude_of
+from tests.support.exact_sensors import ACC, apart, at_rest, bits, run_fixed, run_float
+
+#: Filters, and the largest angle between fixed point and float64 from the first row on, in degrees,
+#: by word width. `complementary` finds its attitude in three samples.
+FILTERS = {
+    "mekf": {32: 0.001, 24: 0.01, 18: 0.2},
+    "ekf_quaternion": {32: 0.002, 24: 0.2, 18: 8.0},
+    "ekf_bias": {32: 0.001, 24: 0.1},
+    "vqf(rate_hz=100)": {32: 0.001, 24: 0.3, 18: 1.0},
+    "complementary": {32: 0.001, 24: 0.01, 18: 2.0},
+}
+FIELD = (0.0, 20.0, -40.0)
+
+
+def orientations() -> Any:
+    """The 24 of a cube, and 100 at random, as w, x, y, z."""
+    cube = [
+        np.eye(3)[list(order)] * np.array(signs)[:, None]
+        for order in permutations(range(3))
+        for signs in product((1.0, -1.0), repeat=3)
+    ]
+    turns = [Rotation.from_matrix(m).as_quat() for m in cube if np.linalg.det(m) > 0.0]
+    q = np.concatenate([turns, Rotation.random(100, random_state=1).as_quat()])
+    return q[:, [3, 0, 1, 2]]
+
+
+CASES = [(name, word) for name, widths in FILTERS.items() for word in widths]
+
+
+@pytest.mark.parametrize(("name", "word"), CASES)
+def test_a_start_in_any_position(name: str, word: int) -> None:
+    estimator, q = estimator_of(name), orientations()
+    x = at_rest(q, 8, 0.01, FIELD)
+    skipped = 3 if name == "complementary" else 0
+    error = apart(run_fixed(estimator, x, None, word), attitude_of(run_float(estimator, x)))
+    assert error[skipped:].max() < FILTERS[name][word]
+
+
+def test_a_dead_accelerometer_or_a_vertical_field_is_no_attitude() -> None:
+    """`ekf_bias` says so by bits 0 and 1 of its status."""
+    estimator = estimator_of("ekf_bias")
+    x = at_rest(orientations()[:1], 300, 0.01, FIELD)
+    dead, vertical = x.copy(), at_rest(orientations()[:1], 300, 0.01, (0.1, 0.1, -45.0))
+    dead[:, ACC] = np.random.default_rng(0).normal(0.0, 0.02, dead[:, ACC].shape)
+    for records, bit in ((dead, 0b01), (vertical, 0b10)):
+        assert (bits(run_fixed(estimator, records)) & bit).all()
+    assert not (bits(run_fixed(estimator, x))[-1] & 0b11).any()
+
+
+def test_a_word_that_is_too_short_for_a_filter_is_refused() -> None:
+    with pytest.raises(
+        InputError, match="estimator ekf_bias: wanted a word of 20 bits or more, found 18"
+    ):
+        estimator_of("ekf_bias").compile(word=18)
