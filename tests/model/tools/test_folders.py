@@ -2,15 +2,12 @@
 
 import os
 import stat
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from boresight.model.tools import folders as user_folders
 from boresight.model.tools.folders import (
     cache_folder,
     matplotlib_environment,
@@ -61,20 +58,6 @@ def test_closed_home(tmp_path: Path) -> None:
     assert all((private / name).is_dir() for name in ("boresight", "YoWASP", "matplotlib"))
 
 
-@pytest.mark.usefixtures("closed")
-def test_what_the_user_says_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("YOWASP_CACHE_DIR", "/a")
-    monkeypatch.setenv("MPLCONFIGDIR", "/b")
-    assert yosys_environment() == {} == matplotlib_environment()
-
-
-def test_closed_configuration_alone(tmp_path: Path) -> None:
-    (tmp_path / "home").mkdir()
-    (tmp_path / "home" / ".config").write_text("")
-    folder = tmp_path / "home" / ".cache" / "matplotlib"
-    assert matplotlib_environment() == {"MPLCONFIGDIR": str(folder)}
-
-
 @pytest.mark.parametrize("kind", ["link", "open to others", "file"])
 def test_a_folder_of_another_user_is_not_used(tmp_path: Path, kind: str) -> None:
     expected = tmp_path / "tmp" / f"boresight-{os.getuid()}"
@@ -91,17 +74,3 @@ def test_a_folder_of_another_user_is_not_used(tmp_path: Path, kind: str) -> None
     assert result != expected and result.parent == tmp_path / "tmp"
     assert stat.S_IMODE(result.stat().st_mode) == 0o700
     assert private_folder() == result
-
-
-@pytest.mark.usefixtures("closed")
-def test_matplotlib_says_nothing(tmp_path: Path) -> None:
-    code = "from boresight.sim.plotting import figure_and_axes; figure_and_axes(2.0)"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "TMPDIR": str(tmp_path / "tmp")},
-        cwd=Path(user_folders.__file__).parents[2],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert (done.stdout, done.stderr) == ("", "")
