@@ -6,7 +6,6 @@ import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.model import ops
-from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 
 
@@ -54,9 +53,3 @@ def both() -> Core:
 def leaky_of() -> Callable[[str, int], Core]:
     """The tiny core of any configuration and word."""
     return lambda config, word: build_core(Leaky().compile(word=word), config)
-
-
-@pytest.fixture(scope="session")
-def complementary() -> Core:
-    """The complementary filter."""
-    return build_core(Complementary().compile(), "fast")

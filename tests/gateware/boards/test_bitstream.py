@@ -2,13 +2,11 @@
 
 import re
 import time
-from collections import defaultdict
 from types import SimpleNamespace
 
 import pytest
 from amaranth.hdl import ClockDomain, ClockSignal, Const, Module, Signal
-from amaranth.lib import io, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib import io
 from amaranth.sim import Simulator
 
 from boresight.core_files import project_files, write_project
@@ -17,7 +15,6 @@ from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards import ecp5_clock as ecp5
 from boresight.gateware.boards import ice40_clock as ice40
 from boresight.gateware.boards.bitstream import ClockMissed, open_project
-from boresight.gateware.boards.board import BOARDS, Line
 from boresight.gateware.boards.ecp5_clock import (
     CLOCK_MAX_HZ,
     VCO_HZ,
@@ -26,8 +23,7 @@ from boresight.gateware.boards.ecp5_clock import (
     ecp5_clock,
     ecp5_pll,
 )
-from boresight.gateware.boards.ice40_clock import Ice40Pll, Ice40PllClock, ice40_clock, ice40_pll
-from boresight.gateware.boards.project import Shell
+from boresight.gateware.boards.ice40_clock import Ice40Pll, Ice40PllClock, ice40_pll
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
@@ -218,12 +214,6 @@ def test_factors_are_those_of_icepll(mhz: int, pll: Ice40Pll) -> None:
     assert pll.filter == 1
 
 
-def test_clocks_of_an_ice40() -> None:
-    assert ice40_clock(12_000_000, 12_000_000) is None
-    with pytest.raises(InputError, match=r"^clock: wanted 12 MHz \* n / 2\^k from 8\.3 MHz on, "):
-        ice40_pll(oscillator_hz=12_000_000, clock_hz=31_111_111)
-
-
 @pytest.mark.parametrize(
     ("pll", "waits"), [(Ice40Pll(12_000_000, 1, 80, 5), 450), (Ice40Pll(34_133_333, 1, 16, 4), 512)]
 )
@@ -283,42 +273,3 @@ def test_a_core_on_an_icebreaker(leaky: Core) -> None:
     assert "9'h1c2" in clock and re.search(r"assign rst = ~ ?ready;", clock)
     assert re.search(r"module \\top\.design \([^)]*\brst\b", made.verilog)
     assert "iCE40UP5K-SG48" in made.project.readme({}, bitstream=None)  # a part without grades
-
-
-class Inverter(wiring.Component):
-    """A design of two lines."""
-
-    lines = (Line("rx", "host_rx", "in", input=True), Line("tx", "led3", "out"))
-
-    def __init__(self) -> None:
-        super().__init__({"rx": In(1), "tx": Out(1)})
-
-    def elaborate(self, platform: object) -> Module:
-        m = Module()
-        m.d.comb += self.tx.eq(~self.rx)
-        return m
-
-
-def test_lines_are_connected_to_their_pins_and_the_held_ones_are_high(simulate) -> None:
-    pins = defaultdict(lambda: SimpleNamespace(i=Signal(), o=Signal()))
-    platform = SimpleNamespace(request=lambda *name: pins[name])
-    dut = Module()
-    dut.d.sync += Signal().eq(0)
-    dut.submodules += Shell(Inverter(), BOARDS["ulx3s"], None).elaborate(platform)
-
-    async def bench(ctx):
-        for level in (0, 1):
-            ctx.set(pins["rx", 0].i, level)
-            assert ctx.get(pins["led", 3].o) == 1 - level and ctx.get(pins["held", 0].o) == 1
-
-    simulate(dut, bench)
-    assert len(pins) == 3
-
-
-def test_parts_of_boards_are_targets() -> None:
-    assert {name: board.target for name, board in BOARDS.items()} == {
-        "mimas": "xc6slx9",
-        "sk-xc6slx9": "xc6slx9",
-        "ulx3s": "ecp5-85k",
-        "icebreaker": "ice40-up5k",
-    }

@@ -6,15 +6,10 @@ import pytest
 
 from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.framer import Framer
-from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode, word_bytes
+from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
 from tests.support.bench import pulse, run_bench
 
 # -- frames in software: known bytes, round trips, damage -----------------------------------------
-
-
-@pytest.mark.parametrize("word, size", [(18, 3), (24, 3), (25, 4), (32, 4)])
-def test_word_bytes(word: int, size: int) -> None:
-    assert word_bytes(word) == size
 
 
 def test_known_frame() -> None:
@@ -44,14 +39,6 @@ def test_round_trip(word: int) -> None:
     line = b"".join(encode(kind, words, word=word) for kind, words in frames)
     assert list(decoder.feed(line)) == frames
     assert decoder.dropped == 0
-
-
-def test_end_stands_at_the_ends_only() -> None:
-    frame = encode(Kind.RECORD, [0xC0C0DBC0, 0xDBDBDBDB], word=32)
-    assert END not in frame[1:-1]
-    assert list(Decoder(word=32).feed(frame)) == [
-        (Kind.RECORD, [0xC0C0DBC0 - 2**32, 0xDBDBDBDB - 2**32])
-    ]
 
 
 @pytest.mark.parametrize(
@@ -130,16 +117,6 @@ def test_frames_and_text(stalls: float, gaps: float) -> None:
             bodies.append((bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words), False))
             wanted += frame
     assert run(bodies, stalls=stalls, gaps=gaps) == wanted
-
-
-def test_check_bytes_are_escaped() -> None:
-    for byte in range(2**16):
-        body = bytes([Kind.READ, byte & 0xFF, byte >> 8])
-        check = CRC.compute(body).to_bytes(2, "little")
-        if check[0] in (END, ESC) or check[1] in (END, ESC):
-            break
-    escaped = check.replace(b"\xdb", b"\xdb\xdd").replace(b"\xc0", b"\xdb\xdc")
-    assert run([(body, False)], stalls=0.0, gaps=0.0)[-len(escaped) - 1 : -1] == escaped
 
 
 # -- frames to the core's streams and bus, with a core that takes its time ------------------------
@@ -239,36 +216,3 @@ def test_in_order(stalls: float, read_cycles: int) -> None:
         ("answered",),
         ("reply", Kind.READ, 1 ^ 0x2_0155),
     ]
-
-
-@pytest.mark.parametrize("inputs, depth", [(1, 2), (2, 2), (5, 8)])
-def test_an_access_waits_for_the_record_before_it(inputs: int, depth: int) -> None:
-    """Also behind a record that is over with its first word."""
-    dut = Dispatcher(word=18, inputs=inputs, depth=depth)
-    records = [[5 + k for k in range(inputs)], [50 + k for k in range(inputs)]]
-    events = dispatch_run(
-        dut,
-        [
-            (Kind.RECORD, records[0]),
-            (Kind.READ, [3]),
-            (Kind.RECORD, records[1]),
-            (Kind.WRITE, [7, 9]),
-        ],
-        stalls=0.0,
-        answer_after=40,
-    )
-    assert events == [
-        ("record", records[0]),
-        ("answered",),
-        ("reply", Kind.READ, 3 ^ 0x2_0155),
-        ("record", records[1]),
-        ("answered",),
-        ("write", 7, 9),
-        ("reply", Kind.WRITE, 7),
-    ]
-
-
-def test_records_of_one_word_follow_each_other() -> None:
-    dut = Dispatcher(word=18, inputs=1, depth=2)
-    events = dispatch_run(dut, [(Kind.RECORD, [5]), (Kind.RECORD, [6])], stalls=0.0)
-    assert [e for e in events if e[0] == "record"] == [("record", [5]), ("record", [6])]

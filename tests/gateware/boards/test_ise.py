@@ -10,8 +10,8 @@ import pytest
 
 from boresight.core_files import write_system
 from boresight.gateware.attitude.system.programs import system_core
-from boresight.gateware.boards.board import BOARDS, Board, Line
-from boresight.gateware.boards.clock import VCO_HZ, Pll, pll_for
+from boresight.gateware.boards.board import BOARDS
+from boresight.gateware.boards.clock import VCO_HZ, pll_for
 from boresight.gateware.boards.ise import pins, write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
@@ -54,12 +54,12 @@ PINS = {
 
 
 @pytest.fixture(scope="module")
-def project(complementary: Core, leaky: Core, tmp_path_factory) -> dict[str, Path]:
-    """A project for each board; that with the PLL has the tiny core."""
+def project(leaky: Core, tmp_path_factory) -> dict[str, Path]:
+    """A project for each board, one of them with a PLL."""
     out = {}
-    for board, core, clock in (("mimas", complementary, None), ("sk-xc6slx9", leaky, 100_000_000)):
+    for board, clock in (("mimas", None), ("sk-xc6slx9", 100_000_000)):
         folder = out[board] = tmp_path_factory.mktemp(board) / "made" / "here"
-        written = write_ise_project(records_design(core), board, folder, clock_hz=clock)
+        written = write_ise_project(records_design(leaky), board, folder, clock_hz=clock)
         assert [path.name for path in written] == FILES == sorted(os.listdir(folder))
     return out
 
@@ -164,11 +164,7 @@ def test_readme(board: str, project) -> None:
         assert re.search(rf"\b{pin}\b", text)
     assert ("by PLL" in text) == (board == "sk-xc6slx9")
     assert "{" not in text
-    words = {
-        "mimas": ("  1 record  10 words  answered by kind 1 with 8 words", "ax       23  m/s"),
-        "sk-xc6slx9": ("  1 record  2 words  answered by kind 1 with 3 words", "sum"),
-    }[board]
-    assert all(word in text for word in words)
+    assert "  1 record  2 words  answered by kind 1 with 3 words" in text and "sum" in text
 
 
 def run_build(folder: Path, path: str) -> subprocess.CompletedProcess:
@@ -222,49 +218,6 @@ def test_build_runs_every_tool(project, shell, tmp_path) -> None:
     ]
 
 
-def test_build_stops_at_the_first_failure(project, shell, tmp_path) -> None:
-    folder = tmp_path / "project"
-    shutil.copytree(project["mimas"], folder)
-    for tool in TOOLS:
-        fake(shell, tool)
-    fake(shell, "map", "exit 3")
-    done = run_build(folder, str(shell))
-    assert done.returncode == 3
-    assert [line.split()[0] for line in done.stdout.splitlines()] == ["xst", "ngdbuild", "map"]
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        (
-            {"board": "mimas2"},
-            r"^board: wanted one of mimas, sk-xc6slx9, ulx3s, icebreaker, found 'mimas2'; "
-            r"choose one of these$",
-        ),
-        (
-            {"baud": 20_000_000},
-            r"^baud: wanted bits per second up to 12500000, within 2 % of "
-            r"100000000 Hz / n, found 20000000; choose another rate or clock$",
-        ),
-        (
-            {"clock_hz": 123_456_789},
-            r"^clock_hz: wanted a whole number up to 375000000 Hz .*, "
-            r"found 123456789; choose 100000000 or",
-        ),
-    ],
-)
-def test_bad_arguments(options: dict, message: str, leaky: Core, tmp_path) -> None:
-    with pytest.raises(InputError, match=message):
-        design = records_design(leaky, baud=options.pop("baud", 115_200))
-        write_ise_project(design, **{"board": "mimas", "folder": tmp_path / "new", **options})
-    assert not (tmp_path / "new").exists()
-
-
-def test_pin_without_letter_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"^pin must begin with P, not '65': NET \"a\" LOC=65;$"):
-        pins('NET "a" LOC=65;\n')
-
-
 #: Nets of the complete system, but for the clock; Mimas, SK-XC6SLX9.
 SYSTEM_PINS = {
     "host_rx_0__io": ("P35", "P34"),
@@ -285,9 +238,7 @@ SYSTEM_PINS = {
 @BOARD
 def test_complete_system(board: str, tmp_path) -> None:
     write_system(tmp_path, board, system_core(("complementary",)))
-    assert sorted(os.listdir(tmp_path)) == sorted(
-        [*FILES, *(f"registers.{end}" for end in ("h", "json", "md", "svd"))]
-    )
+    assert sorted(os.listdir(tmp_path)) == sorted([*FILES, "registers.h", "registers.json"])
     ucf = (tmp_path / "top.ucf").read_text()
     result = pins(ucf)
     clock = next(net for net in result if net.startswith("clk"))
@@ -311,52 +262,7 @@ def test_complete_system(board: str, tmp_path) -> None:
     assert "complementary" in text and "boresight monitor" in text
 
 
-# -- where lines meet the boards; the projects above compare the pins ---------------------------
-
-IN = Line("rx", "host_rx", "from the host", input=True, pull_up=True)
-OUT = Line("tx", "host_tx", "to the host")
-LED = Line("alive", "led1", "it lives")
-
-
-@pytest.mark.parametrize("name", PINS)
-def test_resources(name: str) -> None:
-    board = BOARDS[name]
-    platform = board.make([IN, OUT, LED])
-    results = {}
-    for line in (IN, OUT):
-        (pins,) = platform.lookup(line.name).ios
-        results[line.name] = (pins.dir, platform.lookup(line.name).attrs)
-        mapping = platform.connectors[board.connector].mapping
-        assert pins.map_names(platform._conn_pins, pins) == [mapping[board.positions[line.place]]]
-    assert results["rx"] == ("i", {"IOSTANDARD": "LVCMOS33", "PULLUP": "TRUE"})
-    assert results["tx"] == ("o", {"IOSTANDARD": "LVCMOS33", "SLEW": "SLOW", "DRIVE": "8"})
-    assert ("alive", 0) not in platform.resources
-    assert platform.lookup("led", 1)  # the board's own, or on its connector
-    assert platform.lookup(platform.default_clk).clock.frequency == board.oscillator_hz
-
-
-@pytest.mark.parametrize("board", BOARDS.values(), ids=BOARDS)
-def test_every_line_has_a_position_of_its_own(board: Board) -> None:
-    used = [*board.positions.values(), *board.leds]
-    assert len(set(used)) == len(used)
-    # The console is the soft core's, which ISE projects alone have.
-    console = set() if board.target == "xc6slx9" else {"console_rx", "console_tx"}
-    assert board.positions.keys() | console == BOARDS["mimas"].positions.keys()
-
-
-def test_places_for_people() -> None:
-    mimas, sk = BOARDS["mimas"], BOARDS["sk-xc6slx9"]
-    assert [board.positions["adis_cs_n"] for board in (mimas, sk)] == ["5", "8"]
-    assert (mimas.header, sk.header) == ("p_1", "x_7")
-    assert [mimas.where(line) for line in (IN, LED)] == ["p_1 position 3", "on the board"]
-    assert [sk.where(line) for line in (OUT, LED)] == ["x_7 position 5", "x_7 position 7"]
-
-
 # -- factors of the PLL ---------------------------------------------------------------------------
-
-
-def test_own_oscillator_needs_none() -> None:
-    assert pll_for(oscillator_hz=50_000_000, clock_hz=50_000_000) is None
 
 
 @pytest.mark.parametrize("oscillator", [50_000_000, 100_000_000])
@@ -367,10 +273,6 @@ def test_factors(oscillator: int, clock: int) -> None:
     assert oscillator * pll.multiply == clock * pll.divide
     assert VCO_HZ[0] <= oscillator * pll.multiply <= VCO_HZ[1]
     assert 1 <= pll.multiply <= 64 and 1 <= pll.divide <= 128
-
-
-def test_fastest_inner_oscillator() -> None:
-    assert pll_for(oscillator_hz=50_000_000, clock_hz=100_000_000) == Pll(50_000_000, 18, 9)
 
 
 @pytest.mark.parametrize("clock", [0, -1, 123_456_789, 400_000_000, 2_000_000, 1e8, None])

@@ -100,14 +100,3 @@ def test_answers_come_between_records(stalls: float) -> None:
     assert False in kinds[: kinds.index(True) + 5], "no answer came between the records"
     assert [words for kind, words in frames if kind is Kind.RECORD] == records
     assert [(kind, words[0]) for kind, words in frames if kind is not Kind.RECORD] == replies
-
-
-@pytest.mark.parametrize("stalls", [0.0, 0.5])
-@pytest.mark.parametrize("word", [18, 32])
-def test_answers_alone(stalls: float, word: int) -> None:
-    rng = random.Random(5)
-    half = 1 << word - 1
-    replies = [(rng.choice([Kind.READ, Kind.WRITE]), rng.randrange(-half, half)) for _ in range(20)]
-    assert run(word, [], replies, stalls, seed=6) == b"".join(
-        encode(kind, [value], word=word) for kind, value in replies
-    )

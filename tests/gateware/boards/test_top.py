@@ -1,6 +1,5 @@
 """The board's core end to end, through the serial line: equal to the C model; nothing stops it."""
 
-import dataclasses
 import random
 
 import numpy as np
@@ -82,28 +81,6 @@ def test_small_program(config: str, word: int, leaky_of, line) -> None:
     bench.run(test)
 
 
-def test_complementary_filter(complementary: Core, line) -> None:
-    bench = line(complementary)
-    program = complementary.program
-    rng = np.random.default_rng(2)
-    # At rest and level, facing north-east, then turning.
-    mean = np.array([0.01, 0.02, -0.01, 0.3, 14.0, 14.0, -40.0, 0.1, -0.2, 9.8])
-    noise = np.array([0.0, 0.01, 0.01, 0.01, 0.5, 0.5, 0.5, 0.05, 0.05, 0.05])
-    inputs = input_words(program, (mean + noise * rng.standard_normal((3, 10)))[..., None])[..., 0]
-    expected, saturated = CModel(program).update(inputs)
-    assert len({tuple(row) for row in expected.tolist()}) == len(inputs)
-
-    async def test(ctx):
-        for k, (words, wanted) in enumerate(zip(inputs, expected, strict=True)):
-            assert await bench.ask(ctx, Kind.RECORD, words.tolist()) == wanted.tolist()
-            assert ctx.get(bench.dut.saturated) == saturated[k]
-            # Once for a record, though its last word waits for the line.
-            assert ctx.get(bench.dut.heartbeat) == (k + 1) % 2
-        assert await bench.ask(ctx, Kind.READ, [UPDATES]) == [len(inputs)]
-
-    bench.run(test)
-
-
 def test_parameters_and_status(leaky: Core, line) -> None:
     bench, model = line(leaky), CModel(leaky.program)
     address = leaky.parameter_addresses["gain"]
@@ -149,20 +126,6 @@ def test_programs_are_selected_over_the_line(both: Core, line) -> None:
     bench.run(test)
 
 
-def test_programs_need_equal_records(both: Core) -> None:
-    part = both.parts[1]
-    longer = dataclasses.replace(part.program, inputs=part.program.inputs[:1])
-    core = dataclasses.replace(
-        both, parts=(both.parts[0], dataclasses.replace(part, program=longer))
-    )
-    with pytest.raises(
-        ValueError,
-        match=r"^programs of the core must have equally many inputs, "
-        r"not 2 \(leaky\), 1 \(growing\)$",
-    ):
-        Top(core=core, clock_hz=8e6, baud=1e6)
-
-
 def test_two_frames_ahead(leaky: Core, line) -> None:
     """Records sent without a pause; requests among them are answered in order."""
     bench, model = line(leaky), CModel(leaky.program)
@@ -180,35 +143,6 @@ def test_two_frames_ahead(leaky: Core, line) -> None:
             assert await bench.ask(ctx, Kind.RECORD, record) == wanted
 
     bench.run(test)
-
-
-def test_heartbeat(leaky: Core, line) -> None:
-    bench = line(leaky, heartbeat_bits=2)
-
-    async def test(ctx):
-        seen = []
-        for record in random_words(leaky, 8, seed=5).tolist():
-            await bench.ask(ctx, Kind.RECORD, record)
-            seen.append(ctx.get(bench.dut.heartbeat))
-        assert seen == [0, 1, 1, 0, 0, 1, 1, 0]
-
-    bench.run(test)
-
-
-def test_saturated(leaky: Core, line) -> None:
-    bench, model = line(leaky), CModel(leaky.program)
-    unit = int(leaky.program.format(leaky.program.inputs[0]).quantise(1.0))
-    inputs = np.array([[unit, -unit]] * 6 + [[0, 0]])
-    flags = model.update(inputs)[1].tolist()
-    seen = []
-
-    async def test(ctx):
-        for record in inputs.tolist():
-            await bench.ask(ctx, Kind.RECORD, record)
-            seen.append(bool(ctx.get(bench.dut.saturated)))
-
-    bench.run(test)
-    assert seen == flags and set(flags) <= {False, True}
 
 
 @pytest.mark.parametrize(
@@ -248,33 +182,5 @@ def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
             wanted = model.update(np.array([record]))[0][0].tolist()
             assert await bench.ask(ctx, Kind.RECORD, record) == wanted
         assert await bench.answer(ctx, limit=3000) is None
-
-    bench.run(test)
-
-
-@pytest.mark.parametrize(
-    "options, error, message",
-    [
-        ({"core": "core"}, TypeError, r"^core must be a Core, not 'core'$"),
-        ({"heartbeat_bits": 0}, ValueError, r"^heartbeat_bits must be 1 to 24, not 0$"),
-        ({"baud": 1e6}, ValueError, r"^baud must be at most clock_hz / 8 "),
-        ({"clock_hz": 0}, ValueError, r"^clock_hz must be a positive number, not 0$"),
-    ],
-)
-def test_parameters_are_checked(options: dict, error, message: str, leaky: Core) -> None:
-    with pytest.raises(error, match=message):
-        Top(**{"core": leaky, "clock_hz": 1e6, "baud": 9600, **options})
-
-
-def test_order_when_a_register_is_read_during_an_update(complementary: Core, line) -> None:
-    """The shortest frame behind a record, with one END between them, does not overtake it."""
-    bench = line(complementary)
-    record = [0] * len(complementary.program.inputs)
-
-    async def test(ctx):
-        await bench.send(
-            ctx, encode(Kind.RECORD, record, word=32)[:-1] + encode(Kind.READ, [UPDATES], word=32)
-        )
-        assert [(await bench.answer(ctx))[0] for _ in range(2)] == [Kind.RECORD, Kind.READ]
 
     bench.run(test)
