@@ -109,7 +109,7 @@ def check(
     levels : sequence of str
         Some of fixed, c, rtl, netlist (the core after synthesis for a target).
     simulator : str, optional
-        Simulator of the RTL: verilator or icarus; by default what is there.
+        Simulator of the RTL: verilator or icarus; by default Verilator, or Icarus without it.
     target : str, optional
         Part of the level netlist, and of the page's area: xc6slx9, the default, ecp5-25k, ...
     params : mapping, optional

@@ -78,7 +78,7 @@ class _Attempt:
             self.levels = self._make()
             self.agreements = [Agreement(level) for level in self.levels]
             self.record_limit = self.levels[0].record_limit
-            slow = " (slow: --simulator verilator leaves it out)" * (self.tool == "icarus")
+            slow = " (slow: --simulator verilator is faster)" * (self.tool == "icarus")
             say(f"{self.kind.name} in {self.tool}{slow}", self.record_limit)
             self.exchange = self.kind.exchange(self.levels)
             if self.record_limit is None:

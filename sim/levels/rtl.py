@@ -45,10 +45,10 @@ class Simulated(Level):
 
     @classmethod
     def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
-        """Verilator always (its absence is a failure), Icarus if installed; or the chosen one."""
+        """The chosen simulator; by default Verilator, or Icarus if only that is installed."""
         if simulator is not None:
             return (simulator,)
-        return ("verilator", *(["icarus"] if available("icarus") else []))
+        return ("icarus",) if available("icarus") and not available("verilator") else ("verilator",)
 
     @cached_property
     def core(self) -> Core:

@@ -1,4 +1,4 @@
-"""The second bench: a core's Verilog under cocotb, in Icarus or Verilator.
+"""The second bench: a core's Verilog under cocotb, in Icarus.
 
 Cycle by cycle it does what `sim.rtl.harness` does, hundreds of times slower: the clock is driven by
 Python (`sim.rtl.replay_bench`). Icarus has four values: an unknown one (X) is an error.
@@ -19,13 +19,9 @@ from boresight.gateware.core import Core
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.sim.rtl.replay import Batch, RtlRun, RtlSimulation
-from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed, require, version
-from boresight.sim.rtl.verilator import build_program, cocotb_environment
+from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed, require, version
 
 __all__ = ["CocotbSimulation", "quiet"]
-
-#: By default, Verilator shows cocotb only the ports of the top module.
-_PUBLIC = '`verilator_config\npublic_flat_rw -module "harness" -var "*"\n'
 
 
 class CocotbSimulation(RtlSimulation):
@@ -35,51 +31,32 @@ class CocotbSimulation(RtlSimulation):
     ----------
     core : Core
         See `RtlSimulation`.
-    simulator : str
-        "icarus" or "verilator".
     cache : Path, optional
         Folder for builds; the user's cache by default.
 
     Raises
     ------
     ToolMissing
-        The simulator, or a tool that it needs, is not installed.
+        Icarus, or a tool that it needs, is not installed.
     SimulationFailed
         The build failed.
     """
 
-    def __init__(self, core: Core, *, simulator: str = "icarus", cache: Path | None = None) -> None:
-        require(simulator)
-        require("cocotb")
+    def __init__(self, core: Core, *, cache: Path | None = None) -> None:
+        require("icarus")
         super().__init__(core)
-        self.simulator = simulator
-        tools = (version(simulator), importlib.metadata.version("cocotb"))
-        identity = repr((self.sources, self.parameters, simulator, tools, BUILD_ARGS[simulator]))
-        self._entry = Cache(cache).get(f"rtl-{simulator}", identity, self._build)
-
-    def _runner(self) -> Any:
-        from cocotb_tools.runner import get_runner
-
-        return get_runner(self.simulator)
+        tools = (version("icarus"), importlib.metadata.version("cocotb"))
+        identity = repr((self.sources, self.parameters, tools, BUILD_ARGS["icarus"]))
+        self._entry = Cache(cache).get("rtl-icarus", identity, self._build)
 
     def _build(self, folder: Path) -> None:
-        if self.simulator == "verilator":
-            parameters = [f"-G{name}={value}" for name, value in self.parameters.items()]
-            build_program(
-                folder / "harness",
-                {"public.vlt": _PUBLIC, **self.sources},
-                [*BUILD_ARGS["verilator"], *TIMESCALE, *parameters],
-                top="harness",
-                cocotb=True,
-            )
-            return
         for name, source in self.sources.items():
             (folder / name).write_text(source)
-        with quiet(folder / "build.log", f"{self.simulator} build"):
-            self._runner().build(
+        with quiet(folder / "build.log", "icarus build"):
+            _runner().build(
                 sources=[folder / name for name in self.sources],
                 hdl_toplevel="harness",
-                build_args=BUILD_ARGS[self.simulator],
+                build_args=BUILD_ARGS["icarus"],
                 build_dir=folder,
                 parameters=self.parameters,
                 always=True,
@@ -96,16 +73,16 @@ class CocotbSimulation(RtlSimulation):
                 (folder / file).write_text(text)
             self._simulate(folder)
             if get_results(folder / "results.xml") != (1, 0):
-                raise SimulationFailed(f"{self.simulator}: the bench failed")
+                raise SimulationFailed("icarus: the bench failed")
             unknown = folder / "unknown"
             fault = f"unknown value (X): {unknown.read_text()}" if unknown.exists() else ""
             results = io.BytesIO((folder / "results").read_bytes())
-            return batch.result(results.read, word=self.word, tool=self.simulator, fault=fault)
+            return batch.result(results.read, word=self.word, tool="icarus", fault=fault)
 
     def _simulate(self, folder: Path) -> None:
         root = str(Path(__file__).parents[2])
-        with quiet(folder / "run.log", f"{self.simulator} run"):
-            self._runner().test(
+        with quiet(folder / "run.log", "icarus run"):
+            _runner().test(
                 hdl_toplevel="harness",
                 hdl_toplevel_lang="verilog",
                 test_module="boresight.sim.rtl.replay_bench",
@@ -113,12 +90,14 @@ class CocotbSimulation(RtlSimulation):
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
                 seed=1,
-                plusargs=["+verilator+rand+reset+2", "+verilator+seed+7"],
-                extra_env={
-                    **cocotb_environment(),
-                    "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
-                },
+                extra_env={"PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])},
             )
+
+
+def _runner() -> Any:
+    from cocotb_tools.runner import get_runner
+
+    return get_runner("icarus")
 
 
 @contextlib.contextmanager

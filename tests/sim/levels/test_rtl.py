@@ -154,10 +154,14 @@ def test_every_word_of_the_first_update_of_a_shared_core() -> None:
 
 
 def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    for there, wanted in ((True, ("verilator", "icarus")), (False, ("verilator",))):
-        monkeypatch.setattr(module, "available", lambda name, there=there: there)
-        assert Simulated.tools_of_check(None) == wanted
-        assert Simulated.tools_of_check("icarus") == ("icarus",)
+    assert Simulated.tools_of_check("icarus") == ("icarus",)
+    for there, wanted in (
+        ("verilator icarus", "verilator"),
+        ("icarus", "icarus"),
+        ("", "verilator"),
+    ):
+        monkeypatch.setattr(module, "available", lambda name, there=there: name in there)
+        assert Simulated.tools_of_check(None) == (wanted,)
 
 
 def test_icarus_is_not_waited_for() -> None:
