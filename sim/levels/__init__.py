@@ -8,6 +8,6 @@ level    the protocol: `reset`, `step` for closed loops, `run` for records; resu
 floating float64 with numpy (the reference as written), and compiled from C
 integer  the integer interpreter, and the emitted C
 rtl      the core's Verilog, for records and for closed loops
-registry levels by name, from the modules of this package
+registry levels by name
 ======== =========================================================================================
 """

@@ -1,31 +1,18 @@
-"""Levels by name, from the tuples ``LEVELS`` in the modules of this package."""
+"""Levels by name."""
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
-
-import boresight.sim.levels
 from boresight.model.errors import require_choice
+from boresight.sim.levels import floating, integer, rtl, synthesised
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 
 __all__ = ["LEVELS", "level_of", "make_level"]
 
-
-def all_levels() -> dict[str, type[Level]]:
-    """All levels, in the order of their modules' names."""
-    names = [m.name for m in pkgutil.iter_modules(boresight.sim.levels.__path__)]
-    modules = [
-        importlib.import_module(f"boresight.sim.levels.{name}")
-        for name in sorted(names)
-        if name != "registry"
-    ]
-    return {level.name: level for m in modules for level in getattr(m, "LEVELS", ())}
-
-
-#: Float64 with numpy and compiled, integer interpreter, C, Verilog.
-LEVELS: dict[str, type[Level]] = all_levels()
+#: Float64 with numpy and compiled, integer interpreter, C, Verilog, synthesised netlist.
+LEVELS: dict[str, type[Level]] = {
+    level.name: level for module in (floating, integer, rtl, synthesised) for level in module.LEVELS
+}
 
 
 def level_of(name: str) -> type[Level]:

@@ -101,23 +101,6 @@ def test_words_come_back(patience: float, word: int) -> None:
     bench.run(test)
 
 
-def test_part_of_a_word_is_refused() -> None:
-    bench = Bench()
-    bench.memory[5] = 7
-
-    async def test(ctx: Any) -> None:
-        for strobes in range(15):
-            wanted = Response.SLVERR if strobes else Response.OKAY
-            assert await bench.write(ctx, 20, 9, strobes) == wanted
-        assert bench.memory == {5: 7} and await bench.read(ctx, 20) == 7
-        assert await bench.write(ctx, 20, 9) == Response.OKAY
-        assert bench.memory == {5: 9}
-        bench.memory[6] = 8
-        assert await bench.read(ctx, 24) == 8 and bench.memory == {5: 9, 6: 8}
-
-    bench.run(test)
-
-
 def test_latency() -> None:
     """From the cycle in which a request is taken to that of its response."""
     bench = Bench()
@@ -152,20 +135,6 @@ def test_an_only_initiator_needs_no_arbiter() -> None:
         assert ctx.get(dut.axi.rvalid)
 
     run_bench(dut, test)
-
-
-def test_a_response_that_is_not_taken_holds_up_its_own_side_only() -> None:
-    bench = Bench()
-    axi = bench.dut.axi
-
-    async def test(ctx: Any) -> None:
-        for signal, value in ((axi.wstrb, 15), (axi.awvalid, 1), (axi.wvalid, 1)):
-            ctx.set(signal, value)
-        await ctx.tick().repeat(12)
-        assert ctx.get(axi.bvalid) and not ctx.get(axi.awready) and not ctx.get(axi.wready)
-        assert await bench.read(ctx, 0) == 0 and ctx.get(axi.bvalid)
-
-    bench.run(test)
 
 
 # -- packets through both adapters, at any pace; `sim.formal.axi` proves the rest ----------

@@ -3,16 +3,13 @@
 import random
 
 import pytest
-from amaranth.hdl import Array, Const, Module, Mux, Shape, Signal, Value
-from amaranth.lib import memory
-from amaranth.lib.wiring import In, Out
+from amaranth.hdl import Const, Module, Signal
 
 from boresight.gateware.attitude.bus.counters import EventCounters
 from boresight.gateware.attitude.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.csr import Csr, packed
-from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.model import Access, BitField, Register
-from tests.support.bench import pulse, run_bench
+from tests.support.bench import pulse
 
 # -- registers: what is written is read, what is not there does nothing ---------------------------
 
@@ -99,26 +96,6 @@ def test_random_accesses_against_a_model(read_cycles: int, simulate) -> None:
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("read_cycles", [1, 2])
-def test_words_follow_their_offsets(read_cycles: int, simulate) -> None:
-    """A word is there ``read_cycles`` after its offset, whatever is asked for in between."""
-    dut = Csr(REGISTERS, read_cycles=read_cycles)
-    wanted = {0: 0xDEAD_BEEF, 1: 0x155, 2: 7, 4: 5, 5: 1, 7: 0x8000_0001}
-
-    async def bench(ctx):
-        ctx.set(dut.state, 0x155)
-        ctx.set(dut.clock, 0x8000_0001)
-        offsets, seen = [*wanted, *reversed(wanted)], []
-        for offset in [*offsets, *[0] * read_cycles]:
-            seen.append(ctx.get(dut.r_data))
-            ctx.set(dut.offset, offset)
-            await ctx.tick()
-        seen.append(ctx.get(dut.r_data))
-        assert seen[read_cycles:][: len(offsets)] == [wanted[offset] for offset in offsets]
-
-    simulate(dut, bench)
-
-
 def test_orders_last_one_cycle(simulate) -> None:
     dut = Csr(REGISTERS)
 
@@ -134,29 +111,6 @@ def test_orders_last_one_cycle(simulate) -> None:
             ctx.set(dut.w_en, 0)
             _, _, strobe, order = await ctx.tick().sample(dut.order_stb, dut.order)
             assert (strobe, order) == (0, 0)
-
-    simulate(dut, bench)
-
-
-def test_members_of_a_block() -> None:
-    block = Csr([*REGISTERS, Register("free", 0x48, RW, "", width=4)])
-    assert {name: (port.flow, port.shape, port.init) for name, port in block.ports.items()} == {
-        "state": (In, 9, None),
-        "wide": (Out, 32, 7),
-        "small": (Out, 3, 5),
-        "choice": (Out, 2, 1),
-        "order": (Out, 2, None),
-        "order_stb": (Out, 1, None),
-        "clock": (In, 32, None),
-        "free": (Out, 4, 0),
-    }
-
-
-def test_without_a_reset_value_a_register_begins_with_0(simulate) -> None:
-    dut = Csr([Register("free", 0x40, RW, "", width=4)])
-
-    async def bench(ctx):
-        assert ctx.get(dut.free) == await read(ctx, dut, 0) == 0
 
     simulate(dut, bench)
 
@@ -205,22 +159,6 @@ def test_declaration_is_checked(registers, message: str) -> None:
 # -- the register bus: who drives what, and how wide it is ----------------------------------------
 
 
-@pytest.mark.parametrize(("word", "address"), [(18, 10), (32, 12)])
-def test_members_as_the_initiator_sees_them(word: int, address: int) -> None:
-    members = BusSignature(word=word, address=address).members
-    assert {name: (member.flow, member.shape) for name, member in members.items()} == {
-        "addr": (Out, address),
-        "w_data": (Out, word),
-        "w_stb": (Out, 1),
-        "w_ack": (In, 1),
-        "r_data": (In, word),
-    }
-
-
-def test_a_core_has_ten_bits_of_address() -> None:
-    assert BusSignature(word=32).members["addr"].shape == 10
-
-
 # -- every event is counted once, whatever the others do ------------------------------------------
 
 
@@ -259,26 +197,6 @@ def test_events_as_close_as_allowed(count: int, read_cycles: int, simulate) -> N
     simulate(dut, bench)
 
 
-def test_every_phase_of_the_turn(simulate) -> None:
-    dut = EventCounters(count=4)
-
-    async def bench(ctx):
-        for phase in range(dut.interval):
-            await ctx.tick().repeat(3 * dut.interval + 1)
-            ctx.set(dut.events, 0b1010)
-            await ctx.tick()
-            ctx.set(dut.events, 0)
-            await ctx.tick().repeat(dut.interval + 4)
-            assert [await counters_read(ctx, dut, k) for k in range(4)] == [
-                0,
-                phase + 1,
-                0,
-                phase + 1,
-            ]
-
-    simulate(dut, bench)
-
-
 def test_clear_and_wrap(simulate) -> None:
     dut = EventCounters(count=3, bits=4)
 
@@ -303,39 +221,6 @@ def test_clear_and_wrap(simulate) -> None:
     simulate(dut, bench)
 
 
-class Colliding(memory.Memory):
-    """A block RAM: what is read from the place that is being written is wrong."""
-
-    def elaborate(self, platform):
-        m = Module()
-        words = Array(Signal(Shape.cast(self.shape), name=f"word{k}") for k in range(self.depth))
-        (writer,) = self.write_ports
-        for reader in self.read_ports:
-            wrong = writer.en & (writer.addr == reader.addr)
-            with m.If(reader.en):
-                m.d.sync += Value.cast(reader.data).eq(Mux(wrong, -1, words[reader.addr]))
-        with m.If(writer.en):
-            m.d.sync += words[writer.addr].eq(writer.data)
-        return m
-
-
-def test_a_counter_that_is_being_written_is_read(simulate, monkeypatch) -> None:
-    """As it was before."""
-    monkeypatch.setattr(memory, "Memory", Colliding)
-    dut = EventCounters(count=3, bits=3, read_cycles=2)
-
-    async def bench(ctx):
-        ctx.set(dut.index, 2)
-        seen = []
-        for cycle in range(4 * dut.interval):
-            ctx.set(dut.events, 4 * (cycle % dut.interval == 0))
-            await ctx.tick()
-            seen.append(ctx.get(dut.value))
-        assert seen == sorted(seen) and set(seen) == {0, 1, 2, 3, 4}
-
-    simulate(dut, bench)
-
-
 @pytest.mark.parametrize(
     "options, message",
     [
@@ -349,53 +234,6 @@ def test_parameters_are_checked(options: dict, message: str) -> None:
 
 
 # -- input registers: a set goes as a whole, whatever is written meanwhile ------------------------
-
-
-@pytest.mark.parametrize("count", [1, 2, 7, 32])
-def test_sets_are_whole(count: int) -> None:
-    dut = FeedRegisters(word=32, init=range(100, 100 + count))
-    rng = random.Random(count)
-    live = [-1] * count  # what the conductor has
-    sets: list[list[int]] = []
-    wanted = list(range(100, 100 + count))
-
-    async def conductor(ctx):
-        while True:
-            ctx.set(dut.free, rng.random() < 0.3)
-            ctx.set(dut.ready, rng.random() < 0.7)
-            _, _, valid, ready, index, data, done = await ctx.tick().sample(
-                dut.valid, dut.ready, dut.index, dut.data, dut.done
-            )
-            if valid and ready:
-                live[index] = data
-            assert not done or (valid and ready and index == count - 1)
-            if done:
-                sets.append(list(live))
-
-    async def host(ctx):
-        for turn in range(12):
-            for _ in range(rng.randrange(3) + (turn > 0)):
-                k, word = rng.randrange(count), rng.getrandbits(32)
-                ctx.set(dut.w_index, k)
-                ctx.set(dut.w_data, word)
-                ctx.set(dut.w_en, 1)
-                busy = 1
-                while busy:  # the bus waits
-                    _, _, busy = await ctx.tick().sample(dut.busy)
-                ctx.set(dut.w_en, 0)
-                wanted[k] = word
-            await pulse(ctx, dut.take)
-            expected = list(wanted)
-            if rng.random() < 0.5:
-                continue  # writes at once, and has to wait
-            while ctx.get(dut.busy):
-                await ctx.tick()
-            assert sets[-1] == expected
-        while ctx.get(dut.busy):
-            await ctx.tick()
-        assert sets[-1] == wanted and len(sets) == 12
-
-    run_bench(dut, host, background=[conductor])
 
 
 def test_a_set_begins_with_words_of_either_sign(simulate) -> None:

@@ -1,25 +1,19 @@
 """Levels: builds, registry, one update and many."""
 
 import re
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import boresight.sim.levels
 from boresight.model import ops
 from boresight.model.attitude import estimator
-from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.step import Values
 from boresight.sim.compare.check import Check
-from boresight.sim.levels import registry
 from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.integer import Interpreted
-from boresight.sim.levels.level import Run, run_of_words
 from boresight.sim.levels.registry import LEVELS, level_of, make_level
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.records.record import Record
@@ -69,42 +63,6 @@ def test_steps_are_a_run_and_reset_starts_anew(name: str) -> None:
     for output, values in whole.items():
         assert np.concatenate([h.outputs[output] for h in halves]).tolist() == values.tolist()
     level.close()
-
-
-def test_outputs_alone() -> None:
-    """Of a run, of words or of floating point, in which nothing saturates."""
-    values, saturated = np.arange(3.0), np.array([True, False, True])
-    run = Run({"a": values, "b": -values}, words=np.zeros((3, 2)), saturated=saturated, fault="it")
-    assert (run.n_saturated, Run({"a": values}).n_saturated) == (2, 0)
-    alone = run.outputs_alone(["b"])
-    assert list(alone.outputs) == ["b"] and (alone.outputs["b"] == -values).all()
-    assert alone.saturated is saturated and (alone.words, alone.fault) == (None, "it")
-    part = run.rows(1, 3)
-    assert part.outputs["a"].tolist() == [1.0, 2.0] and part.n_saturated == 1
-    assert part.fault == "it" and part.states is None
-
-
-def test_two_of_a_kind_share_nothing() -> None:
-    for name in QUICK:
-        first, other = (make_level(name, Build(Leaky())) for _ in range(2))
-        first.run(RECORDS)
-        assert other.step(RECORDS[0]).outputs["y"] == 1.0
-
-
-def test_words_with_their_cycles() -> None:
-    program = Leaky().compile(word=18)
-    words = np.array([[1 << 16, 1 << 15], [0, -1]])
-    cycles = {
-        "states": np.array([[1], [2]]),
-        "latency_cycles": np.array([[3, 4], [3, 4]]),
-        "interval_cycles": np.array([5, 6]),
-    }
-    outcome = run_of_words(program, words, np.array([False, True]), **cycles)
-    lsb = [program.format(value).lsb for value in program.outputs]
-    assert outcome.outputs["y"].tolist() == [lsb[0] * (1 << 16), 0.0]
-    assert outcome.outputs["sum"].tolist() == [lsb[1] * (1 << 15), -lsb[1]]
-    assert outcome.words is words and outcome.saturated is not None
-    assert all(getattr(outcome, name) is value for name, value in cycles.items())
 
 
 def test_parameters_reach_every_level() -> None:
@@ -191,18 +149,6 @@ def test_runs_side_by_side(name: str) -> None:
 # -- A build: programs with parameters, their nodes, and one core ---------------------------------
 
 
-def test_everything_is_made_once() -> None:
-    build = Build(estimator("complementary"), word=24, urgent=1)
-    assert build.programs is build.programs and build.core is build.core
-    (program,) = build.programs
-    assert program.arithmetic.word == 24 and build.core.program is program
-    assert build.core.schedule.urgent == 1 and build.core.machine.name == "small"
-    own = Build(estimator("complementary"), word=24).core.schedule.urgent
-    assert own == estimator("complementary").urgent != 1
-    (nodes,) = build.nodes
-    assert {program.values[n].name for n in nodes} >= {i.name for i in build.estimators[0].inputs}
-
-
 def test_parameters_are_of_their_estimator() -> None:
     two = (estimator("complementary"), estimator("complementary_as_printed"))
     plain, moved = Build(*two), Build(*two, params=[None, {"kp_roll_per_s": 4.0}])
@@ -225,13 +171,6 @@ def test_parameters_are_of_their_estimator() -> None:
 def test_bad_parameters_are_refused_before_any_work(params, message) -> None:
     with pytest.raises(InputError, match=message):
         Build(estimator("complementary"), params=[params])
-
-
-def test_bad_machines_are_refused() -> None:
-    with pytest.raises(InputError, match=r"^word: wanted 18 to 32 bits, found 17; .*$"):
-        Build(estimator("complementary"), word=17).programs  # noqa: B018
-    with pytest.raises(InputError, match=r"^config: wanted one of small, fast, .*found 'huge'"):
-        Build(estimator("complementary"), config="huge").core  # noqa: B018
 
 
 #: Records of estimators that read each other.
@@ -391,44 +330,3 @@ def test_a_level_that_reads_another_update_is_seen(monkeypatch: pytest.MonkeyPat
     assert beside.levels[0].n_mismatch == 0
     # Run again by itself, from the states that the other left, the update is right.
     assert row.levels[0].divergence.endswith("with 3 programs in turns")
-
-
-# -- levels by name: one more is one more module --------------------------------------------------
-
-NEW = """
-from boresight.sim.levels.integer import Emitted
-
-class Fabric(Emitted):
-    name, tools = "fabric", ("nextpnr",)
-
-LEVELS = (Fabric,)
-"""
-
-
-def test_names() -> None:
-    assert list(LEVELS) == ["numpy", "float", "fixed", "c", "rtl", "netlist"]
-    assert [n for n, level in LEVELS.items() if level.exact] == ["fixed", "c", "rtl", "netlist"]
-    assert all(level.tools for level in LEVELS.values())
-
-
-def test_no_such_level() -> None:
-    with pytest.raises(
-        InputError, match=r"^level: wanted one of numpy, .* netlist, found 'vhdl'; choose one"
-    ):
-        make_level("vhdl", Build(Complementary()))
-
-
-def test_a_new_level_is_one_more_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is found, run and checked as the others."""
-    (tmp_path / "fabric.py").write_text(NEW)
-    here = Path(registry.__file__).parent
-    monkeypatch.setattr(boresight.sim.levels, "__path__", [str(here), str(tmp_path)])
-    try:
-        outcome = registry.all_levels()
-    finally:
-        sys.modules.pop("boresight.sim.levels.fabric", None)
-    assert list(outcome) == ["fabric", "numpy", "float", "fixed", "c", "rtl", "netlist"]
-    assert level_of("c") is not outcome["fabric"]
-    level = outcome["fabric"](Build(Complementary()))
-    assert (level.name, level.tool) == ("fabric", "nextpnr")
-    assert level.run(np.zeros((2, len(Complementary.inputs)))).words is not None

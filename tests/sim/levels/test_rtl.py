@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.gateware.core import build_shared_core
-from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.attitude import estimator
 from boresight.model.estimator import Estimator, State
 from boresight.model.resolve import estimator_of
@@ -171,18 +169,6 @@ def test_icarus_is_not_waited_for() -> None:
     assert Simulated(build, tool="icarus").record_limit == module.ICARUS_CYCLES // cycles > 1
 
 
-def test_what_was_never_made_is_closed_quietly() -> None:
-    class Broken(Build):
-        @property
-        def core(self) -> Any:
-            raise OSError("no room")
-
-    level = Simulated(Broken(Narrow()))
-    with pytest.raises(OSError, match="no room"):
-        level.run(RECORDS)
-    level.close()
-
-
 # -- records for the plain bench: from the log where it fits, within the ranges where not ---------
 
 
@@ -281,11 +267,3 @@ def _rooms(build: Build, *, crowded: bool) -> None:
         results = [n for n in where if part.schedule.program.values[n].kind is Kind.OP]
         guests = sum(where[n] in nexts for n in results) - len(nexts)
         assert (guests > 0) == (crowded and bool(nexts)), part.program.name
-
-
-@SOAK
-def test_two_lanes_need_more_registers() -> None:
-    programs = Build(*map(estimator_of, NAMES), config="fast").programs
-    wanted = r" states; config fast-1024 has more$"
-    with pytest.raises(ScheduleError, match=wanted):
-        build_shared_core(programs, "fast")

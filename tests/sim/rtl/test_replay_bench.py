@@ -5,7 +5,6 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from io import BytesIO
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +18,6 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
-from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.replay import (
     Batch,
     BusWrite,
@@ -29,7 +27,7 @@ from boresight.sim.rtl.replay import (
     RtlRun,
     RtlSimulation,
 )
-from boresight.sim.rtl.sharing import Rounds, Turn, completed, random_turns, run_in_turns
+from boresight.sim.rtl.sharing import run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
 
@@ -217,52 +215,7 @@ def test_the_selected_program(simulation: CompiledSimulation) -> None:
     assert batch.limit == (3 + 4) * longest * 16 + 1000
 
 
-def test_nothing_to_compare(simulation: CompiledSimulation) -> None:
-    with pytest.raises(SimulationFailed, match="^nothing to compare: no input records$"):
-        simulation.run(np.zeros((0, 9), dtype=np.int64))
-
-
-# -- memory contents taken out of the Verilog -----------------------------------------------------
-
-
-@pytest.mark.parametrize("config", ["small", "fast"])
-def test_cores_of_one_machine_differ_in_memories_only(config):
-    cores = [build_core(random_program(seed), config) for seed in (1, 2)]
-    (a, files_a), (b, files_b) = (split_memories(c.verilog(instances=False)) for c in cores)
-    assert a == b
-    assert files_a.keys() == files_b.keys()
-    assert files_a["rom0.hex"] != files_b["rom0.hex"]
-
-
-def test_words_survive():
-    core = build_core(random_program(3), "small")
-    _, files = split_memories(core.verilog(instances=False))
-    words = [int(x, 16) for x in files["rom0.hex"].split()]
-    assert (words,) == core.image.hardware_rom(core.machine)
-    operands = [int(x, 16) for x in files["b0.hex"].split()]
-    assert operands == list(core.image.registers) + list(core.image.tables)
-
-
-def test_no_core_is_refused():
-    with pytest.raises(ValueError, match=r"^the Verilog must have initialised memories, not none$"):
-        split_memories("module x; endmodule\n")
-
-
 # -- programs that take turns on one simulated core -----------------------------------------------
-
-
-@pytest.mark.parametrize("counts", [(5,), (100, 3, 0), (40, 40, 40, 40)])
-def test_deal_gives_every_record_once_and_in_order(counts):
-    turns = random_turns(counts, seed=3, longest=7)
-    assert turns == random_turns(counts, seed=3, longest=7)
-    assert all(1 <= t.stop - t.start <= 7 for t in turns)
-    for number, count in enumerate(counts):
-        records = [k for t in turns if t.number == number for k in range(t.start, t.stop)]
-        assert records == list(range(count))
-    if len(counts) == 4:
-        assert random_turns(counts, seed=4, longest=7) != turns
-        owners = [t.number for t in turns]
-        assert sum(a != b for a, b in zip(owners, owners[1:], strict=False)) > 10
 
 
 @pytest.mark.parametrize(
@@ -304,70 +257,3 @@ def test_random_programs_in_turns(config, word, count, simulator):
     run = bench(part).run(stream, bus_writes=[BusWrite(9, address, 12345)])
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == part.schedule.interval).all()
-
-
-def test_turns_of_all_lengths():
-    turns = random_turns([400, 0, 300], seed=3, longest=4)
-    assert {turn.stop - turn.start for turn in turns} == {1, 2, 3, 4}
-    assert {turn.number for turn in turns} == {0, 2} and turns != random_turns([400, 0, 300])
-
-
-def test_each_program_has_its_turns_and_its_results():
-    """Numbers that no program has are written, too, before its own records begin."""
-    programs = random_programs(1, 2, n_ops=6)
-    parts = [SimpleNamespace(program=replace(p, outputs=p.outputs[:1])) for p in programs]
-    parts[1] = SimpleNamespace(program=replace(programs[1], outputs=(3, 4)))
-    streams = [np.arange(60)[:, None], np.arange(100, 180).reshape(40, 2)]
-    seen = {}
-
-    def replay(words, *, numbers, stall, bus_writes):
-        seen.update(words=words, numbers=numbers, stall=stall, writes=bus_writes)
-        outputs = np.stack([words[:, 0], -words[:, 0], words[:, 0]], axis=1)
-        return RtlRun(outputs, words[:, 0] % 2 > 0, outputs + 7, words[:, 0] + 9)
-
-    simulation = SimpleNamespace(core=SimpleNamespace(parts=parts))
-    turns = [Turn(1, 0, 30), Turn(0, 0, 60), Turn(1, 30, 40)]
-    runs = run_in_turns(simulation, streams, turns=turns, stall=5, replay=replay)
-    assert seen["numbers"].tolist() == [1] * 30 + [0] * 60 + [1] * 10 and seen["stall"] == 5
-    assert seen["words"][30].tolist() == [0, 0] and seen["words"][0].tolist() == [100, 101]
-    own = [w for w in seen["writes"] if w.word in (0, 1)]
-    assert own == [BusWrite(at, PROGRAM, k) for at, k in ((0, 1), (30, 0), (90, 1))]
-    for run, stream, n in zip(runs, streams, (1, 2), strict=True):
-        first = stream[:, 0]
-        assert run.outputs.tolist() == np.stack([first, -first], axis=1)[:, :n].tolist()
-        assert np.array_equal(run.latency_cycles, run.outputs + 7)
-        assert np.array_equal(run.interval_cycles, first + 9)
-        assert np.array_equal(run.saturated, first % 2 > 0)
-    run_in_turns(simulation, streams, longest=1, replay=replay)
-    wrong = [w for w in seen["writes"] if w.word not in (0, 1)]
-    assert {w.word for w in wrong} == {2, -1} and {w.address for w in wrong} == {PROGRAM}
-    assert 10 < len(wrong) < 50  # of 100 turns
-
-
-def test_rounds_of_records_stay_the_same_when_streams_are_cut():
-    turns = Rounds().piece((5, 3, 4))
-    assert sorted((t.number, t.start, t.stop) for t in turns) == [
-        (number, k, k + 1) for number, count in enumerate((5, 3, 4)) for k in range(count)
-    ]
-    assert [t.start for t in turns] == sorted(t.start for t in turns)
-    assert len({tuple(t.number for t in turns[k : k + 3]) for k in (0, 3, 6)}) > 1
-    for most in (1, 2, 4):
-        cut = Rounds().piece([min(most, n) for n in (5, 3, 4)])
-        assert cut == [t for t in turns if t.start < most]
-    rounds, parts = Rounds(), list[Turn]()
-    for start, counts in ((0, (2, 2, 2)), (2, (2, 1, 2)), (4, (1, 0, 0))):
-        parts += [Turn(t.number, t.start + start, t.stop + start) for t in rounds.piece(counts)]
-    assert parts == turns
-
-
-def test_completed_counts_the_turns_before():
-    turns = Rounds().piece((5, 3, 4))
-    for number in range(3):
-        done = completed(turns, 3, number)
-        before = [0, 0, 0]
-        seen = []
-        for turn in turns:
-            if turn.number == number:
-                seen.append(list(before))
-            before[turn.number] += 1
-        assert np.array(seen).T.tolist() == [row.tolist() for row in done]

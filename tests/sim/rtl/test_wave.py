@@ -157,7 +157,6 @@ def test_layouts_name_signals_of_the_file(seen: Seen) -> None:
 
 
 # --------------------------------------------------------------------------------------------------
-# on the command line
 
 
 def test_check_writes_them(
@@ -171,20 +170,3 @@ def test_check_writes_them(
     assert names == {f"complementary.{suffix}" for suffix in ("vcd", "gtkw", "sucl")}
     _, start, *_, last = cycles_of(Path("wave/complementary.vcd"))
     assert (start["complementary.row"], last["complementary.row"]) == (0, 1)
-
-
-@pytest.mark.parametrize("rows", ["5", "3:3", "8:10", "a:b", "-1:3", "1:2:3", ""])
-def test_a_bad_window_is_refused(
-    rows: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["check", "mekf", str(SYNTHETIC), "--steps", "9", f"--wave={rows}"]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("error: --wave: wanted FIRST:STOP") and error.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
-def test_one_estimator_and_one_log(capsys: pytest.CaptureFixture[str]) -> None:
-    for names, logs in (("mekf", 2), ("mekf,complementary", 1)):
-        assert main(["check", names, *[str(SYNTHETIC)] * logs, "--wave", "1:2"]) == 2
-        assert "--wave: wanted one estimator and one log" in capsys.readouterr().err
