@@ -25,7 +25,7 @@ def _members(body: Body, numbers: Sequence[int], members: Sequence[str]) -> list
 
 
 def _constants(body: Body) -> str:
-    """Macros with the fraction bits of every input, parameter and output."""
+    """Macros with the fraction bits of every input, parameter and output, as in registers.h."""
     p, macro = body.program, body.name.upper()
     lines = [
         f'#define {macro}_DIGEST "{p.digest}"',
@@ -35,16 +35,14 @@ def _constants(body: Body) -> str:
         "",
     ]
     reserved: list[str] = []
-    for title, suffix, numbers, members in (
-        ("Inputs", "_in", p.inputs, body.input_members),
-        ("Parameters", "_param", body.params, body.param_members),
-        ("Outputs", "_out", p.outputs, body.output_members),
+    for title, prefix, numbers, members in (
+        ("Inputs", "in_", p.inputs, body.input_members),
+        ("Parameters", "", body.params, body.param_members),
+        ("Outputs", "out_", p.outputs, body.output_members),
     ):
         if numbers:
             lines.append(f"// {title}: fraction bits")
-        used = {name.upper() for name in reserved}
-        stems = [m + suffix if m.upper() in used else m for m in members]
-        names = unique(stems, reserved=reserved, fold=True)
+        names = unique((prefix + member for member in members), reserved=reserved, fold=True)
         reserved += names
         for n, name in zip(numbers, names, strict=True):
             frac = p.values[n].frac

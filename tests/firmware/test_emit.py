@@ -169,9 +169,9 @@ def test_header_says_formats_and_digest() -> None:
     header = emit_c(program, prefix="yaw")["yaw.h"]
     for line in (
         f'#define YAW_DIGEST "{program.digest}"',
-        "#define YAW_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]",
+        "#define YAW_IN_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]",
         "#define YAW_GAIN_FRAC 31 // fixed<32,1>, [0, 1]",
-        "#define YAW_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]",
+        "#define YAW_OUT_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]",
         "    int32_t rate; // fixed<32,5>, rad/s, [-16, 16]",
         "    bool saturated; // a result of this update was clamped",
         "void yaw_init(yaw_t *self);",
@@ -187,22 +187,22 @@ def test_outputs_have_their_units() -> None:
     ports = (Port("angle_ht", "ht"), Port("smooth", "rad/s"))
     header = emit_c(replace(golden, values=values, ports=ports))["golden.h"]
     assert "    int32_t smooth; // fixed<32,5>, rad/s, [-16, 16]" in header
-    assert "#define GOLDEN_SMOOTH_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]" in header
+    assert "#define GOLDEN_OUT_SMOOTH_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]" in header
 
 
 def test_output_that_bears_the_name_of_an_input(odd_names: Program) -> None:
     header = emit_c(odd_names, prefix="odd")["odd.h"]
     names = [line.split()[1] for line in header.split("\n") if line.startswith("#define ")]
     assert len(set(names)) == len(names)
-    assert "#define ODD_INT__FRAC (-3) // fixed<32,35>, µT _, [-1e+09, 1]" in header
-    assert "#define ODD_INT__OUT_FRAC 40 // fixed<32,-8>, [-1e-09, 1]" in header
+    assert "#define ODD_IN_INT__FRAC (-3) // fixed<32,35>, µT _, [-1e+09, 1]" in header
+    assert "#define ODD_OUT_INT__FRAC 40 // fixed<32,-8>, [-1e-09, 1]" in header
 
 
 def test_inputs_that_differ_in_case() -> None:
     values = [Value(name, Kind.INPUT, 31, -1.0, 1.0, "test") for name in ("Vs", "vs")]
     program = Program("x", Arithmetic(), tuple(values), (), (0, 1), (0,), ("y",), (), ())
     header = emit_c(program)["x.h"]
-    assert "#define X_VS_FRAC 31 " in header and "#define X_VS_2_FRAC 31 " in header
+    assert "#define X_IN_VS_FRAC 31 " in header and "#define X_IN_VS_2_FRAC 31 " in header
 
 
 @pytest.mark.parametrize(

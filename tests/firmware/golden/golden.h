@@ -24,12 +24,12 @@
 #define GOLDEN_OUTPUTS 2
 
 // Inputs: fraction bits
-#define GOLDEN_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]
+#define GOLDEN_IN_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]
 // Parameters: fraction bits
 #define GOLDEN_GAIN_FRAC 31 // fixed<32,1>, [0, 1]
 // Outputs: fraction bits
-#define GOLDEN_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]
-#define GOLDEN_SMOOTH_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]
+#define GOLDEN_OUT_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]
+#define GOLDEN_OUT_SMOOTH_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]
 
 // Parameters: may be changed between updates.
 typedef struct {

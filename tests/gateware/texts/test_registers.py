@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import re
 import subprocess
 from pathlib import Path
 
@@ -121,10 +122,13 @@ def test_header_of_every_parameter(core: Core, registers: Description, tmp_path:
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_header_beside_the_firmware(first: int, core: Core, tmp_path: Path) -> None:
+    """Both name the same fraction bits in the same way, and one source can read both."""
     files = {**emit_c(core.program), "registers.h": c_header(describe(core))}
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     headers = ["complementary.h", "registers.h"]
+    formats = [{*re.findall(r"#define (\w+_FRAC \S+)", files[name])} for name in headers]
+    assert formats[0] == formats[1]
     includes = "".join(f'#include "{headers[k]}"\n' for k in (first, 1 - first, first))
     assert run(tmp_path, includes + show(["COMPLEMENTARY_WORD"])) == [24]
 
