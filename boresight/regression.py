@@ -1,9 +1,8 @@
-"""Results beside those of an earlier day."""
+"""Results beside earlier ones."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -18,10 +17,8 @@ from boresight.sim.result import Result
 __all__ = ["Baseline", "baseline"]
 
 
-def baseline(
-    result: Result, file: str | Path, *, allow: Mapping[str, float] | None = None
-) -> Result:
-    """Compare a result with that of an earlier day.
+def baseline(result: Result, file: str | Path) -> Result:
+    """Compare a result with an earlier one.
 
     Parameters
     ----------
@@ -29,18 +26,16 @@ def baseline(
         Of `boresight.check`, `compile` or `accuracy`.
     file : path
         Output of the verb with ``--json``; or ``json.dumps(result.to_json())``.
-    allow : mapping of str to float
-        Accepted shares of worsening other than `boresight.sim.baseline.SHARES`, by kind of figure.
 
     Returns
     -------
     Result
-        ``changes``; good unless something got worse by more than accepted.
+        ``changes``; good unless something is worse than accepted (`sim.baseline`).
 
     Raises
     ------
     InputError
-        A file that is no such result, a result of something else, an unknown kind.
+        A file that is not such a result, or a result of something else.
     """
     if not result.judged:
         raise InputError.at(
@@ -50,15 +45,7 @@ def baseline(
             fix="compare one of these",
         )
     earlier = read_baseline(file, result.judged)
-    found = compared(result.to_json(), earlier, result.judged, file=file, allow=allow)
-    lines = str(found).splitlines()
-    failures = [line.removeprefix("FAILED: ") for line in lines if line.startswith("FAILED: ")]
-    shown = [line for line in lines if not line.startswith("FAILED: ")]
-    return Result(
-        {"changes": found.changes, "equal": found.equal},
-        summary="\n".join(shown),
-        failures=failures,
-    )
+    return compared(result.to_json(), earlier, result.judged, file=file)
 
 
 @Parameter(name="*")
@@ -84,5 +71,7 @@ class Baseline(Group):
             result,
             data={**result.data, "baseline": found.to_json()},
             summary=f"{result.summary}\n{found.summary}",
+            tables={**result.tables, **found.tables},
+            notes=(*result.notes, *found.notes),
             failures=(*result.failures, *found.failures),
         )

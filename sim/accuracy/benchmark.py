@@ -31,9 +31,9 @@ __all__ = ["JUDGED", "benchmark", "means", "require_attitudes"]
 #: Figures that can be compared with an earlier result (`sim.baseline`).
 JUDGED = {
     "word": Figure("word", "same"),
-    "estimators.*.mean.*": Figure("error against truth", "error"),
-    "estimators.*.trials.*.error.*": Figure("error against truth", "error"),
-    "estimators.*.vs_float.*.apart": Figure("fixed-float", "error"),
+    "estimators.*.mean.*": Figure("error from the truth", "truth"),
+    "estimators.*.trials.*.error.*": Figure("error from the truth", "truth"),
+    "estimators.*.vs_float.*.apart": Figure("fixed point from float64", "rounding"),
     "estimators.*.saturated_updates": Figure("updates that saturated", "count"),
 }
 _SOURCE = (

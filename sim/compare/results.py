@@ -297,6 +297,7 @@ class CheckResult:
             "log": self.given.record.name,
             "config": self.build.config,
             "word": self.build.word,
+            "program": self.build.programs[self.number].digest,
             "profile": None if self.profile is None else self.profile.place,
             "good": self.good,
             "exact": self.exact,

@@ -40,10 +40,7 @@ _FIGURES = {
     "timing.fmax_mhz.*.routed": Figure("clock, routed", "clock", "MHz", falls=True),
     "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
     "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
-    "accuracy.verdict.outputs.*.max": Figure("largest error", "error"),
-    "accuracy.verdict.outputs.*.rms": Figure("error, rms", "error"),
-    "accuracy.verdict.saturated_updates": Figure("updates that saturated", "count"),
-    "accuracy.logs.*.truth.*.rms": Figure("error against truth, rms", "error"),
+    "digest": Figure("program", "identity"),
 }
 _IDENTITY = {name: Figure(name, "same") for name in ("design", "config", "word")}
 #: Figures that are judged, by their place in a report of one program, and of several.

@@ -10,16 +10,13 @@ import pytest
 import boresight
 from boresight.model.errors import InputError
 
-#: A product more costs cycles; a wider state costs bits; another gain costs accuracy.
+#: A product more costs cycles; another gain costs accuracy.
 CHANGES = {
     "compile mine.py -o build": (
         "ahead + p.alpha * innovation",
         "ahead + p.alpha * innovation * (1.0 + 0.001 * innovation)",
     ),
-    "check mine.py mine.csv --levels fixed,c": (
-        'State("pos", -128.0, 128.0',
-        'State("pos", -4096.0, 4096.0',
-    ),
+    "check mine.py mine.csv --levels fixed,c": ('"alpha", 0.3', '"alpha", 0.8'),
     "accuracy mine.py mine.csv": ('"alpha", 0.3', '"alpha", 0.8'),
 }
 
@@ -34,6 +31,16 @@ def test_a_worse_filter_fails(line: str, here: Path, data, said) -> None:
     source.write_text(source.read_text().replace(old, new))
     text = said(f"{line} --baseline before.json -q", 1)
     assert text.splitlines()[-1].startswith("FAILED: ") and "worse than before.json" in text
+
+
+def test_another_rounding_within_the_tolerance_passes(here: Path, data, said) -> None:
+    """A wider state costs bits: the program has changed, and nothing is worse."""
+    line = "check mine.py mine.csv --levels fixed,c"
+    Path("before.json").write_text(json.dumps(data(line)))
+    source = Path("mine.py")
+    wider = source.read_text().replace('State("pos", -128.0, 128.0', 'State("pos", -4096.0, 4096.0')
+    source.write_text(wider)
+    assert "program has changed" in said(f"{line} --baseline before.json -q")
 
 
 def test_of_another_verb(here: Path) -> None:
