@@ -142,11 +142,13 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     ]
     equal = len({*old, *new}) - len(changes) - len(notes)
     summary = f"against {file}: {equal} figures equal, {len(changes)} changed"
-    failures = [
-        f"worse than {file}: {c['figure']} {_text(c['before'])} -> {_text(c['now'])} {c['unit']}"
-        for c in changes
-        if c["worse"]
-    ]
+    worse = [c for c in changes if c["worse"]]
+    failures = []
+    if worse:
+        first, more = worse[0], len(worse) - 1
+        change = f"{_text(first['before'])} -> {_text(first['now'])} {first['unit']}".rstrip()
+        others = f", and {more} more" if more else ""
+        failures = [f"worse than {file}: {first['figure']} {change}{others}"]
     data = {"file": str(file), "equal": equal, "changes": changes}
     return Result(data, {"changes": rows} if rows else {}, summary, notes, failures)
 
