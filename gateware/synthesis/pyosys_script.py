@@ -1,5 +1,7 @@
 """Run a script in the yosys of the package ``pyosys``: ``-q`` prints nothing but errors.
 
+``-ql LOG SCRIPT``, as SymbiYosys calls yosys, writes no log.
+
 A program of its own, so that a script which yosys refuses ends this process only.
 """
 

