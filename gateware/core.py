@@ -14,11 +14,9 @@ from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.listing import listing
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
-from boresight.gateware.schedule.links import tied, window_of
 from boresight.gateware.schedule.scheduler import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule.state_quotas import state_quotas
-from boresight.model.linking import families
 from boresight.model.words.program import Kind, Program
 
 
@@ -169,8 +167,7 @@ def build_shared_core(
     Parameters
     ----------
     programs : sequence of Program
-        All with the same arithmetic and the same function tables; where one reads what another
-        keeps, those of `model.linking.linked_estimators`.
+        All with the same arithmetic and the same function tables.
     urgents : sequence of int or None, optional
         For each program, the leading outputs whose latency counts first; by default as its
         program says.
@@ -187,7 +184,6 @@ def build_shared_core(
     if len({p.name for p in programs}) < len(programs):
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
-    programs = tied(programs)
     quotas = state_quotas(programs, machine)
     plans = [
         _schedule(program, machine, urgent, tuple(quota), program.digest)
@@ -203,19 +199,12 @@ def build_shared_core(
             + ", ".join(f"{plan.program.name} {plan.length}" for plan in plans)
         )
     allocations = allocate_together(plans)
-    window = window_of(plans)
     parts = tuple(map(Part, programs, plans, allocations))
     images = [
         assemble(plan, allocation) for plan, allocation in zip(plans, allocations, strict=True)
     ]
     try:
-        family = families(programs)
-        image = Image.join(
-            images,
-            digest=int(_digest(programs), 16),
-            window=window,
-            families=() if family == tuple(range(len(programs))) else family,
-        )
+        image = Image.join(images, digest=int(_digest(programs), 16))
     except ValueError as error:
         raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
     image.check(machine)
@@ -234,7 +223,5 @@ def _schedule(
 def _digest(programs: Sequence[Program]) -> str:
     if len(programs) == 1:
         return programs[0].digest
-    family = families(programs)
-    shared = [f"{k} has the states of {n}" for k, n in enumerate(family) if n != k]
-    text = " ".join([*(p.digest for p in programs), *shared])
+    text = " ".join(p.digest for p in programs)
     return hashlib.sha256(text.encode()).hexdigest()[: len(programs[0].digest)]

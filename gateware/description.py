@@ -98,9 +98,7 @@ class Records:
     """The records of a program.
 
     ``interval`` is the number of cycles from the first word of a record to that of the next;
-    ``links`` are the inputs that read another program: name, that program, its output. ``shares``
-    names the program whose states it updates, too. ``assumed`` are the values whose ranges a
-    profile of `boresight fit` chose: name, low, high.
+    ``assumed`` are the values whose ranges a profile of `boresight fit` chose: name, low, high.
     """
 
     program: str
@@ -109,8 +107,6 @@ class Records:
     outputs: tuple[Word, ...]
     summary: str = ""
     interval: int = 0
-    links: tuple[tuple[str, str, str], ...] = ()
-    shares: str = ""
     assumed: tuple[tuple[str, float, float], ...] = ()
 
     @property
@@ -325,11 +321,6 @@ def _records(core: Core, summary: str) -> Records:
         summary or program.name,
         plan.interval,
         tuple(
-            (program.values[number].name, link.program, link.output)
-            for number, link in program.linked.items()
-        ),
-        program.shares if program.shares in core.names else "",
-        tuple(
             (value.name, value.low, value.high)
             for value in program.values
             if value.range_source.startswith(OBSERVED)
@@ -339,7 +330,7 @@ def _records(core: Core, summary: str) -> Records:
 
 def _inputs(program: Program, cycles: list[int]) -> Iterator[Word]:
     ports = dict(zip(program.inputs, program.in_ports, strict=False))
-    for number, cycle in zip(program.streamed, cycles, strict=True):
+    for number, cycle in zip(program.inputs, cycles, strict=True):
         value, port = program.values[number], ports.get(number, InPort())
         missing = "" if port.missing is None else str(port.missing)
         meaning = port.meaning

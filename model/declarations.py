@@ -84,21 +84,16 @@ class Input:
         Inputs whose validity this one flags: 1 where they have a new sample, else 0; no column.
     clamp : bool
         Whether values beyond the full scale are clamped; by default they are refused.
-    source : str
-        ``"PROGRAM.OUTPUT"``: in a core with that program, the input reads the word of the program's
-        last complete update; before the first update 0, or the initial value of the state whose
-        next value the output is. In other cores it is an input like any other.
     source_format : SourceFormat, optional
         Format of the words read, if it is not the finest one that holds the range. Set by
-        `model.linking` and by a board's sensors, not by authors.
+        a board for its sensors, not by authors.
     meaning : str
         Description, for the texts about a core.
 
     Raises
     ------
     InputError
-        The unit is not known, the range is empty or not finite, ``missing`` lies outside it, or
-        ``source`` has another form.
+        The unit is not known, the range is empty or not finite, or ``missing`` lies outside it.
     """
 
     name: str
@@ -108,7 +103,6 @@ class Input:
     missing: float | str | None = None
     valid_of: str | tuple[str, ...] = ()
     clamp: bool = False
-    source: str = ""
     source_format: SourceFormat | None = None
     meaning: str = ""
     line: str = _LINE
@@ -119,14 +113,6 @@ class Input:
         check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
         check_flag(where, "clamp", self.clamp)
-        program, dot, output = self.source.partition(".")
-        if self.source and not (dot and program and output.isidentifier()):
-            raise InputError.at(
-                where,
-                wanted='source="PROGRAM.OUTPUT"',
-                found=repr(self.source),
-                fix="name the program and its output, as mekf.qw",
-            )
         if isinstance(self.missing, str):
             if self.missing != "hold":
                 raise InputError.at(

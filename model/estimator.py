@@ -26,7 +26,7 @@ from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
-from boresight.model.words.program import InPort, Kind, Link, Port, Program
+from boresight.model.words.program import InPort, Kind, Port, Program
 
 __all__ = [
     "Estimator",
@@ -114,8 +114,6 @@ class Estimator:
     urgent: int = _AllOutputs()  # type: ignore[assignment]
     #: Whether an input ``dt`` below 0 restarts it.
     restarts: bool = False
-    #: Name of the estimator whose states this one updates too, in a core with both; else its own.
-    shares: str = ""
     #: Kinds of faults of the model (`WAIVED`) that are no failure of `check`.
     waived: tuple[str, ...] = ()
     #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.
@@ -281,12 +279,6 @@ class Estimator:
         trace = self.record()
         profile = self.profile and self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), profile)
-        numbers = {value: node.number for value, node in nodes.items()}
-        # An output that is the next value of states begins as the first of them does.
-        first = {
-            numbers.get(after): s.initial
-            for (_, after), s in reversed([*zip(program.states, self.states, strict=True)])
-        }
         bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
         ports = tuple(
             Port(
@@ -294,27 +286,11 @@ class Estimator:
                 o.unit,
                 o.tolerance,
                 bits if o.name == "status" and not o.meaning else o.meaning,
-                first.get(numbers.get(n, -1), 0.0),
             )
-            for n, o in zip(program.outputs, self.outputs, strict=True)
-        )
-        links = tuple(
-            Link(n, i.source.partition(".")[0], i.source.partition(".")[2])
-            for n, i in zip(program.inputs, self.inputs, strict=True)
-            if i.source
+            for o in self.outputs
         )
         in_ports = tuple(InPort(i.missing, i.flags, i.meaning) for i in self.inputs)
-        return (
-            replace(
-                program,
-                ports=ports,
-                urgent=self.urgent,
-                links=links,
-                in_ports=in_ports,
-                shares=self.shares,
-            ),
-            nodes,
-        )
+        return (replace(program, ports=ports, urgent=self.urgent, in_ports=in_ports), nodes)
 
     def record(self) -> Trace:
         """Record one `step`; refuse it if a second run records other operations.

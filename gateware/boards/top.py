@@ -70,11 +70,11 @@ class Top(wiring.Component):
         for part in core.parts:
             if not part.program.outputs:
                 raise ValueError(f"core must have outputs, not none, as {part.program.name} has")
-        if len({len(part.program.streamed) for part in core.parts}) > 1:
+        if len({len(part.program.inputs) for part in core.parts}) > 1:
             raise ValueError(
                 "programs of the core must have equally many inputs, not "
                 + ", ".join(
-                    f"{len(part.program.streamed)} ({part.program.name})" for part in core.parts
+                    f"{len(part.program.inputs)} ({part.program.name})" for part in core.parts
                 )
             )
         if not isinstance(heartbeat_bits, int) or not 1 <= heartbeat_bits <= 24:
@@ -133,7 +133,7 @@ class Top(wiring.Component):
         """Connect the parts."""
         m = Module()
         word = self.core.machine.arithmetic.word
-        inputs = len(self.core.program.streamed)
+        inputs = len(self.core.program.inputs)
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
         m.submodules.unpacker = unpacker = Unpacker(
             word=word, lengths={Kind.RECORD: inputs, Kind.WRITE: 2, Kind.READ: 1}
@@ -174,11 +174,11 @@ def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
     InputError
         Programs with different numbers of inputs; when called, an impossible baud rate.
     """
-    if len({len(part.program.streamed) for part in core.parts}) > 1:
+    if len({len(part.program.inputs) for part in core.parts}) > 1:
         raise InputError.at(
             "programs",
             wanted="equally many inputs",
-            found=", ".join(f"{len(p.program.streamed)} ({p.program.name})" for p in core.parts),
+            found=", ".join(f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
             fix="put them into cores of their own",
         )
 

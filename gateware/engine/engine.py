@@ -88,9 +88,7 @@ class Engine(wiring.Component):
         )
         wiring.connect(m, wiring.flipped(self.bus), registers.bus)
 
-        parity, kept = self._parity(m, sequencer, registers.program)
-        if self.image.window is not None:
-            m.d.comb += operands.others.eq(Cat(kept[k] for k in self.image.window.owners))
+        parity = self._parity(m, sequencer, registers.program)
         m.d.comb += [
             *self._streams(sequencer, operands.a[0]),
             *self._control(sequencer, registers),
@@ -191,25 +189,15 @@ class Engine(wiring.Component):
         ]
         return saturated
 
-    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> tuple[Signal, Signal]:
-        """Parity, the current copy of the states, of the selected program and of each program.
-
-        Programs that share states have that of their owner.
-        """
+    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
+        """Parity of the selected program: the current copy of its states."""
         parity = Signal(reset_less=True)
-        if self.image.families:
-            owner = Signal.like(program)
-            with m.Switch(program):
-                for number, family in enumerate(self.image.families):
-                    with m.Case(number):
-                        m.d.comb += owner.eq(family)
-            program = owner
-        kept = Signal(len(self.image.lengths), reset_less=True)
         with m.If(sequencer.commit):
             m.d.sync += parity.eq(~parity)
         if len(self.image.lengths) > 1:
+            kept = Signal(len(self.image.lengths), reset_less=True)
             with m.If(sequencer.commit):
                 m.d.sync += kept.bit_select(program, 1).eq(~parity)
             with m.If(sequencer.start):
                 m.d.sync += parity.eq(kept.bit_select(program, 1))
-        return parity, kept
+        return parity

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -26,7 +26,7 @@ class Operands(wiring.Component):
     all, have memories of their own, blocks 0 and 1 in one and block 2 in another (with two lanes
     of two read ports).
     The bit of a state's address that tells current from next state is XORed with ``parity`` on
-    every port, in the image's window on the reading ones with that of the program it belongs to.
+    every port.
 
     **Latency** `Stages.read` cycles from address to operand; a word written in one cycle can be
     addressed in the next.
@@ -50,8 +50,6 @@ class Operands(wiring.Component):
         Segment index of each lane for table addresses.
     a, b : Out(W) array
         Operands of each lane.
-    others : In(owners)
-        Parity of each program whose states others may read. Only with a window in the image.
     w_en : In(1) array, w_addr : In(offset) array, w_data : In(W) array
         Write port of each bank.
     """
@@ -75,7 +73,6 @@ class Operands(wiring.Component):
                 "w_en": In(1).array(lanes),
                 "w_addr": In(range(machine.bank_depth)).array(lanes),
                 "w_data": In(word).array(lanes),
-                **({} if image.window is None else {"others": In(len(image.window.owners))}),
             }
         )
 
@@ -92,15 +89,6 @@ class Operands(wiring.Component):
         """Offset in a bank as the memory sees it."""
         state = offset[-1]
         return Cat(offset[:-2], offset[-2] ^ (parity & state), state)
-
-    def _reads(self, offset: Value) -> Value:
-        """Offset of a read: the states in the window go by the parity of their owner."""
-        window = self.image.window
-        if window is None:
-            return self._state(offset, self.parity)
-        slot, low, high = offset[:-2], window.block.bit_length(), window.size.bit_length()
-        owner = Array(self.others)[slot[low - 1 : high - 1]] if low < high else self.others[0]
-        return self._state(offset, Mux(slot[high - 1 :].all(), owner, self.parity))
 
     def _memory(self, m: Module, name: str, init: list[int], depth: int) -> memory.Memory:
         store = memory.Memory(
@@ -137,11 +125,11 @@ class Operands(wiring.Component):
         # With 512 registers block k is quarter k + 1 of the memory, with 1,024 quarter k + 2.
         quarter = Cat(~field[2], field[2] ^ field[3]) if shared > 2 * block else Cat(field[2], 1)
         place, table = Cat(field[:2], self.index[0]), self.table[0]
-        address = self._reads(field)
+        address = self._state(field, self.parity)
         if shared:
             offset = Cat(address, Const(0, 11 - len(address)))
             address = Mux(table, Cat(place, quarter), offset)
-        a = self._read(m, "a0", a_store, self._reads(self.a_addr[0]))
+        a = self._read(m, "a0", a_store, self._state(self.a_addr[0], self.parity))
         b = self._read(m, "b0", b_store, address)
         for name, first, end, where, here in (
             ("tables0", shared, 2 * block, Cat(place, field[2]), table & ~field[3]),
@@ -176,7 +164,7 @@ class Operands(wiring.Component):
                         m, name, self.image.registers[bank * depth : (bank + 1) * depth], depth
                     )
                     self._write(m, store, bank)
-                    words.append(self._read(m, name, store, self._reads(field[:-1])))
+                    words.append(self._read(m, name, store, self._state(field[:-1], self.parity)))
                 bank_select = Signal(name=f"{side}{lane}_select", reset_less=True)
                 with m.If(self.en):
                     m.d.sync += bank_select.eq(field[-1])

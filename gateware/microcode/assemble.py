@@ -42,7 +42,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
     for slot in schedule.slots:
         for name, value in _slot_fields(schedule, registers, slot):
             put(slot.cycle, name, value)
-    for k, (cycle, value) in enumerate(zip(schedule.gets, program.streamed, strict=True)):
+    for k, (cycle, value) in enumerate(zip(schedule.gets, program.inputs, strict=True)):
         for name, bits in (
             ("get", 1),
             ("get_last", int(k == len(schedule.gets) - 1)),

@@ -97,8 +97,7 @@ class Emulator:
     number : int
         Number of the selected program.
     parities : list of int
-        Parity of each program: the current copy of its states. Programs that share states have
-        that of their owner (`Image.family`).
+        Parity of each program: the current copy of its states.
     saturated, framing : bool
         Sticky flags.
     """
@@ -148,7 +147,7 @@ class Emulator:
     @property
     def parity(self) -> int:
         """Current copy of the selected program's states."""
-        return self.parities[self.image.family(self.number)]
+        return self.parities[self.number]
 
     def physical(self, address: int, parity: int) -> int:
         """Register address with the parity in bit c of the state region."""
@@ -158,11 +157,8 @@ class Emulator:
         return address
 
     def _read(self, address: int) -> int:
-        """The word that a lane reads; a state in the window by the parity of its owner."""
-        window, slots = self.image.window, self.machine.state_slots
-        owner = None if window is None else window.owner(address % slots, slots)
-        parity = self.parity if owner is None else self.parities[owner]
-        return self._word_of(self.physical(address, parity))
+        """The word that a lane reads."""
+        return self._word_of(self.physical(address, self.parity))
 
     def _word_of(self, register: int) -> int:
         """The word of a register in this cycle."""
@@ -237,7 +233,7 @@ class Emulator:
             self.swallowing = not input_word[1]
             self.pc = self.cycle = 0
         elif word["home"]:
-            self.parities[self.image.family(self.number)] ^= 1
+            self.parities[self.number] ^= 1
             self.pc = self.cycle = 0
 
     def _stages(self, lane: Lane, f: dict[str, int], input_word: int | None) -> int | None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.schedule.links import Window
 
 
 def rom_pieces(words: int) -> tuple[int, ...]:
@@ -37,10 +36,6 @@ class Image:
         Cycles of each program: words of the ROM that run.
     digest : int
         Identifier of the build; its low 2 W bits can be read on the bus.
-    window : Window, optional
-        States that other programs read.
-    families : tuple of int
-        For each program, the number of the program whose states and parity it has; empty: its own.
     """
 
     rom: list[int]
@@ -48,12 +43,6 @@ class Image:
     tables: list[int]
     lengths: tuple[int, ...]
     digest: int = 0
-    window: Window | None = None
-    families: tuple[int, ...] = ()
-
-    def family(self, number: int) -> int:
-        """Number of the program whose states and parity a program has."""
-        return self.families[number] if self.families else number
 
     @property
     def bases(self) -> tuple[int, ...]:
@@ -66,14 +55,7 @@ class Image:
         return self.rom[base : base + self.lengths[number]]
 
     @classmethod
-    def join(
-        cls,
-        images: Sequence[Image],
-        *,
-        digest: int,
-        window: Window | None = None,
-        families: tuple[int, ...] = (),
-    ) -> Image:
+    def join(cls, images: Sequence[Image], *, digest: int) -> Image:
         """Join the images of programs with common registers.
 
         Raises
@@ -93,8 +75,6 @@ class Image:
             tables=tables,
             lengths=tuple(n for x in images for n in x.lengths),
             digest=digest,
-            window=window,
-            families=families,
         )
 
     def check(self, machine: Machine) -> None:
@@ -123,21 +103,7 @@ class Image:
             )
         if self.digest < 0:
             raise ValueError(f"digest must not be negative, not {self.digest!r}")
-        w = self.window
-        if w and not (
-            w.block >= 1
-            and w.size <= machine.state_slots
-            and w.size & (w.size - 1) == 0
-            and set(w.owners) <= set(range(len(self.lengths)))
-        ):
-            raise ValueError(f"window must be blocks of state slots of programs, not {w!r}")
-        numbers = range(len(self.lengths))
-        if self.families and not (
-            len(self.families) == len(numbers)
-            and all(k in numbers and self.families[k] == k for k in self.families)
-        ):
-            raise ValueError(f"families must be programs with states, not {self.families!r}")
-        for number in numbers:
+        for number in range(len(self.lengths)):
             self._check_program(machine, number)
 
     def _check_program(self, machine: Machine, number: int) -> None:

@@ -11,7 +11,6 @@ them, in any order, with any parameter writes, changes of program and abandoned 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
 from typing import Any
 
 from boresight.gateware.machine import Machine
@@ -54,15 +53,9 @@ def validate_microcode(
     """
     core = _Core(machine, image, programs, registers)
     core.check_first_words()
-    for number, program in enumerate(programs):
-        # Which copy of its states each program reads; only its own and its sources' matter.
-        sources = {core.numbers[link.program] for link in program.linked.values()}
-        varied = sorted({image.family(number), *sources})
-        for bits in product((0, 1), repeat=len(varied)):
-            parities = [0] * len(programs)
-            for k, bit in zip(varied, bits, strict=True):
-                parities[k] = bit
-            _Update(core, number, parities).check()
+    for number in range(len(programs)):
+        for parity in (0, 1):  # from either copy of its states
+            _Update(core, number, parity).check()
     return sum(len(program.ops) for program in programs)
 
 
@@ -79,21 +72,12 @@ class _Core:
         self.machine = machine
         self.image = image
         self.programs = programs
-        self.numbers = {program.name: k for k, program in enumerate(programs)}
-        #: Register of each parameter and (current) state: (program, value) to address. Shared
-        #: states are those of their owner.
+        #: Register of each parameter and (current) state: (program, value) to address.
         self.lasting = {
             (k, n): where[n]
             for k, (program, where) in enumerate(zip(programs, registers, strict=True))
-            for n in (
-                *program.of_kind(Kind.PARAM),
-                *(state for state, _ in program.states if image.family(k) == k),
-            )
+            for n in (*program.of_kind(Kind.PARAM), *program.of_kind(Kind.STATE))
         }
-        for k, (program, where) in enumerate(zip(programs, registers, strict=True)):
-            for state, _ in program.states:
-                if self.lasting[self.owned(k, state)] != where[state]:
-                    raise Refuted(f"{program.name}: {program.values[state].name} is not shared")
         half = machine.bank_depth // 2
         words = {
             (lane * machine.bank_depth + fields[f"dest{lane}"])
@@ -107,12 +91,6 @@ class _Core:
             for address in range(machine.bank_depth * machine.lanes)
             if address % machine.bank_depth < half
         } - {*words, *self.lasting.values()}
-
-    def owned(self, number: int, state: int) -> tuple[int, int]:
-        """Program and value of a state of a program: those of the owner if it is shared."""
-        owner = self.image.family(number)
-        states = [n for n, _ in self.programs[number].states]
-        return owner, self.programs[owner].states[states.index(state)][0]
 
     def check_first_words(self) -> None:
         """Check the words of parameters, states and tables before the first update."""
@@ -201,15 +179,15 @@ class _Symbolic(Emulator):
 
 
 class _Update:
-    """One update of one program, for one choice of parities."""
+    """One update of one program, from one copy of its states."""
 
-    def __init__(self, core: _Core, number: int, parities: Sequence[int]) -> None:
+    def __init__(self, core: _Core, number: int, parity: int) -> None:
         self.core = core
         self.program = core.programs[number]
         self.terms = Terms(core.machine.arithmetic)
         self.emulator = _Symbolic(core.machine, core.image, self.terms)
         self.emulator.number = number
-        self.emulator.parities = list(parities)
+        self.emulator.parities[number] = parity
         for address in core.constants:
             word = self.emulator._signed(core.image.registers[address])
             self.emulator.registers[address] = self.terms.word(word)
@@ -217,7 +195,8 @@ class _Update:
         self.symbols = {(k, n): self.terms.symbol(self._name(k, n), n) for k, n in core.lasting}
         #: Physical register of each of them.
         self.registers = {
-            (k, n): self._physical(address, parities[k]) for (k, n), address in core.lasting.items()
+            (k, n): self._physical(address, self.emulator.parities[k])
+            for (k, n), address in core.lasting.items()
         }
         for item, address in self.registers.items():
             self.emulator.registers[address] = self.symbols[item]
@@ -232,19 +211,15 @@ class _Update:
         """Raise Refuted unless the update computes the program's results."""
         program, number = self.program, self.emulator.number
         inputs = {
-            n: self.terms.symbol(f"input {program.values[n].name}", n) for n in program.streamed
+            n: self.terms.symbol(f"input {program.values[n].name}", n) for n in program.inputs
         }
         try:
-            record = self.emulator.update([inputs[n] for n in program.streamed])
+            record = self.emulator.update([inputs[n] for n in program.inputs])
         except IndexError:
             raise Refuted(f"{program.name}: the microcode leaves the program") from None
         if self.emulator.framing or self.emulator.pc != 0 or not record.cycles:
             raise Refuted(f"{program.name}: the microcode must take {len(inputs)} words, once")
         symbols = {n: s for (k, n), s in self.symbols.items() if k == number}
-        symbols |= {n: self.symbols[self.core.owned(number, n)] for n, _ in program.states}
-        for n, link in program.linked.items():
-            assert link.state is not None
-            symbols[n] = self.symbols[self.core.numbers[link.program], link.state]
         meaning = Meaning.of(program, self.terms, symbols | inputs)
         self._check_writes(record)
         for what, word, wanted in self._words(record, meaning):
@@ -270,8 +245,7 @@ class _Update:
         ):
             yield f"output {name}", word, meaning.values[n]
         for state, after in program.states:
-            lasting = self.core.lasting[self.core.owned(number, state)]
-            address = self._physical(lasting, self.emulator.parity)
+            address = self._physical(self.core.lasting[number, state], self.emulator.parity)
             name = program.values[state].name
             yield f"next {name}", self.emulator.registers[address], meaning.values[after]
 
@@ -280,7 +254,7 @@ class _Update:
         lasting = {address: item for item, address in self.registers.items()}
         for (k, n), address in self.core.lasting.items():
             # Either copy of another program's state is its own.
-            if k not in (self.emulator.number, self.core.image.family(self.emulator.number)):
+            if k != self.emulator.number:
                 lasting |= {self._physical(address, parity): (k, n) for parity in (0, 1)}
         for write in record.writes:
             if write.address in lasting:

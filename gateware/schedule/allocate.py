@@ -5,9 +5,8 @@ writes them, so their addresses depend on nothing else; `Machine.parameter_regis
 temporary values (inputs in bank 0, results in the bank of their lane), then the constants. Only one
 program runs at a time, so all share the registers of inputs and results; constants with the same
 word share a register, too. The upper half holds the states, current ones at ``1 0 ...`` and next
-ones at ``1 1 ...``, in the bank of the lane that computes the next value. Programs do not share
-them unless they say so (`Estimator.shares`), so a program that does not run preserves its states.
-States that other programs read are in the window (`gateware.schedule.links`), at the end.
+ones at ``1 1 ...``, in the bank of the lane that computes the next value. Each program has
+its own, so a program that does not run preserves its states.
 
 If the lower half does not suffice, temporary values also use the registers of next states of their
 own program, until these are written.
@@ -15,13 +14,11 @@ own program, until these are written.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.schedule.links import open_states, window_of
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
-from boresight.model.linking import families
 from boresight.model.words.program import Kind
 
 
@@ -73,22 +70,11 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
         A bank is full; the message has the numbers required and available.
     """
     core = _Core(schedules[0].machine)
-    window = window_of(schedules)
-    opened = open_states([s.program for s in schedules])
     parts = [_Allocator(schedule, core) for schedule in schedules]
     for part in parts:
         part.parameters()
-    family = families([part.program for part in parts])
-    for number, part in enumerate(parts):
-        if family[number] != number:
-            continue
-        first = window.first(number, core.machine.state_slots) if window and opened[number] else 0
-        part.states(opened[number], first)
-    for part, owner in zip(parts, family, strict=True):
-        if part is not parts[owner]:
-            part.shared_states(parts[owner])
     for part in parts:
-        part.links({p.program.name: p for p in parts})
+        part.states()
     words = {word for part in parts for word in part.constant_words()}
     for spread in (False, True):
         shared = [part.temporaries(spread=spread) for part in parts]
@@ -176,37 +162,20 @@ class _Allocator:
             core.top[bank] = offset + 1
             self.assign(n, address, 0, self.end)
 
-    def states(self, opened: set[int], first: int) -> None:
-        """Pairs of current and next states; those read by other programs from slot ``first`` on."""
+    def states(self) -> None:
+        """Pairs of current and next states."""
         machine, core = self.machine, self.core
-        window_slots = [first] * machine.lanes
         for state, after in self.program.states:
-            bank = result_bank(self.schedule, self.producer[after])
-            slots = window_slots if state in opened else core.states
-            base = bank * machine.bank_depth + core.half + slots[bank]
-            self.state(state, after, base)
-            slots[bank] += 1
+            producer = self.producer[after]
+            bank = result_bank(self.schedule, producer)
+            base = bank * machine.bank_depth + core.half + core.states[bank]
+            core.states[bank] += 1
+            self.assign(state, base, 0, self.end)
+            written = self.schedule.write_cycle(producer)
+            self.assign(after, base + machine.state_slots, written + 1, self.end)
         for bank, n in enumerate(core.states):
             if n > machine.state_slots:
                 raise self.full("states", bank, n, machine.state_slots)
-
-    def state(self, state: int, after: int, base: int) -> None:
-        """A pair of current and next state."""
-        self.assign(state, base, 0, self.end)
-        written = self.schedule.write_cycle(self.producer[after])
-        self.assign(after, base + self.machine.state_slots, written + 1, self.end)
-
-    def shared_states(self, owner: _Allocator) -> None:
-        """The pairs of another program."""
-        pairs = zip(self.program.states, owner.program.states, strict=True)
-        for (state, after), (owner_state, _) in pairs:
-            self.state(state, after, owner.live_ranges[owner_state].address)
-
-    def links(self, parts: Mapping[str, _Allocator]) -> None:
-        """Linked inputs: registers of other programs."""
-        for n, link in self.program.linked.items():
-            assert link.state is not None
-            self.assign(n, parts[link.program].live_ranges[link.state].address, 0, self.end)
 
     def temporaries(self, *, spread: bool) -> list[int]:
         """Inputs and results, in the order in which they are written; registers are reused.
@@ -217,7 +186,7 @@ class _Allocator:
         schedule, program = self.schedule, self.program
         next_states = {after for _, after in program.states}
         unwritten = self._unwritten() if spread else [{} for _ in self.core.top]
-        births = [(g, n, 0) for g, n in zip(schedule.gets, program.streamed, strict=True)]
+        births = [(g, n, 0) for g, n in zip(schedule.gets, program.inputs, strict=True)]
         births += [
             (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
             for k, op in enumerate(program.ops)

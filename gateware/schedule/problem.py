@@ -82,8 +82,7 @@ class ListProblem:
             for g in offers:
                 if k not in self.givers[g.kind, g.key]:
                     self.givers[g.kind, g.key].append(k)
-        self.streamed = program.streamed
-        self.awaited = set(self.streamed)
+        self.awaited = set(program.inputs)
         self.state_quota = tuple(state_quota or [machine.state_slots] * machine.lanes)
         after = {n for _, n in program.states}
         self.makes_state = [op.dest in after for op in program.ops]

@@ -35,10 +35,10 @@ class ListState:
         self.priority = problem.priorities(variant)
         program, machine = problem.program, problem.machine
         self.read, self.write = machine.stages.read, machine.stages.write
-        self.gets = list(range(len(program.streamed)))
+        self.gets = list(range(len(program.inputs)))
         self.horizon = -1  # latest get that a placed slot relies on
         self.ready = [0] * len(program.values)
-        for v, g in zip(program.streamed, self.gets, strict=True):
+        for v, g in zip(program.inputs, self.gets, strict=True):
             self.ready[v] = g + 1
         self.fits: dict[tuple[int, Need], list[Fit]] = {}
         self.free = [0] * machine.lanes
@@ -213,7 +213,7 @@ class ListState:
             while following in self.writes0:
                 following += 1
             self.gets[k] = following
-            self.ready[self.p.streamed[k]] = following + 1
+            self.ready[self.p.program.inputs[k]] = following + 1
             following += 1
         self.fits.clear()
 

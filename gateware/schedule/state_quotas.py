@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.model.linking import families
 from boresight.model.words.program import Program
 
 
@@ -18,22 +17,16 @@ def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[in
     """For each program, the maximum number of states in each bank.
 
     Each program gets an even share of the lanes for its states, and a part of the remaining
-    registers in proportion to its number of states. Shared states count once.
+    registers in proportion to its number of states.
 
     Raises
     ------
     ScheduleError
-        The programs have more states than the machine, or share some that has several lanes.
+        The programs have more states than the machine.
     """
-    lanes, slots, family = machine.lanes, machine.state_slots, families(programs)
-    counts = [len(p.states) if family[k] == k else 0 for k, p in enumerate(programs)]
+    lanes, slots = machine.lanes, machine.state_slots
+    counts = [len(p.states) for p in programs]
     total = sum(counts)
-    sharing = [p for k, p in enumerate(programs) if family[k] != k]
-    if sharing and lanes > 1:
-        raise ScheduleError(
-            f"{sharing[0].name} shares the states of {sharing[0].shares}, for which the machine "
-            f"must have one lane, not {lanes} as {machine.name}: choose a small one"
-        )
     if total > lanes * slots:
         counted = [f"{p.name} {n}" for p, n in zip(programs, counts, strict=True)]
         raise ScheduleError(
@@ -48,4 +41,4 @@ def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[in
         shares = [len(range((lane - first) % lanes, count, lanes)) for lane in range(lanes)]
         quotas.append(tuple(n + (spare * count // total if total else 0) for n in shares))
         first += count
-    return [quotas[k] for k in family]
+    return quotas

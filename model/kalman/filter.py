@@ -27,8 +27,6 @@ class Filter(Protocol):
         Variances: beyond the first it grows no more; the second is added in every update.
     groups : dict of str to tuple of str
         Names of the error states that the name of a state or vector stands for.
-    part : str
-        Part of the update that it computes, of `PARTS`; empty: the whole update.
     covariance_states : dict of str to (int, int)
         States that are elements of P, i <= j.
     considered : frozenset of int
@@ -46,7 +44,6 @@ class Filter(Protocol):
     outputs: tuple[Output, ...]
     memory: tuple[declarations.State, ...]
     prior: bool
-    part: str
     estimated: tuple[State | Attitude, ...]
     errors: list[str]
     places: list[str]

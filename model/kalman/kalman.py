@@ -12,11 +12,11 @@ import numpy as np
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output, check_flag
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
-from boresight.model.kalman.update import DITHER, PARTS, PREDICT, Update
+from boresight.model.kalman.update import DITHER, Update
 from boresight.model.lowering.trace import Scalar, Trace
 from boresight.model.places import place_of_function, placed
 from boresight.model.recorded import evaluate
@@ -59,9 +59,6 @@ class Kalman(Estimator):
     prior : bool
         Outputs, except ``nis``, are those of the predicted state, known before any measurement of
         the update is taken into account.
-    part : str
-        "predict" or "update": this part of an update alone, as a program of its own. A program that
-        updates `shares` the states of one that predicts, and may run any number of times after it.
     floor : float
         Process noise that each of n states has besides its own, for the rounding of P: this share
         of its largest variance, n times. 2^-31 is the last bit of a word of 32.
@@ -75,7 +72,6 @@ class Kalman(Estimator):
     memory: tuple[declarations.State, ...] = ()
     counters: Mapping[str, int] = {}
     prior: bool = False
-    part: str = ""
     floor: float = 2.0**-31
     dither: bool = False
 
@@ -233,15 +229,12 @@ class Kalman(Estimator):
     def check_declarations(self) -> None:
         """See `Estimator`; that there is a method ``measure``, and no nearly known name."""
         super().check_declarations()
-        if self.part:
-            where = placed(self._line, f"estimator {self.name}, part")
-            require_choice(where, self.part, PARTS, "choose one, or leave it out")
         self._check_spelling()
         for name in ("f", "measure", "noise", "shown"):
             method = getattr(self, name)
             where = placed(place_of_function(method), f"{name} of {self.name}")
             check_arguments(where, name, method)
-        if type(self).measure is Kalman.measure and self.part != PREDICT:
+        if type(self).measure is Kalman.measure:
             raise InputError.at(
                 placed(self._line, f"estimator {self.name}"),
                 wanted="a method measure(self, x, u, p)",
@@ -295,8 +288,6 @@ class Kalman(Estimator):
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
     ) -> SecondForm | None:
         """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
-        if self.part:  # the filter of which it is a part has one
-            return None
         run = Textbook(self).run(inputs, params)
 
         def as_built() -> dict[str, FloatArray]:

@@ -25,10 +25,8 @@ from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
 
-__all__ = ["DITHER", "PARTS", "PREDICT", "Update", "checked_measurements", "moved", "noise_of"]
+__all__ = ["DITHER", "Update", "checked_measurements", "moved", "noise_of"]
 
-#: Parts of an update that may be programs of their own.
-PARTS = PREDICT, UPDATE = "predict", "update"
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
 #: Bound of an innovation over its standard deviation.
@@ -72,16 +70,9 @@ class Update:
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Next states and outputs, by name."""
         k = self.kalman
-        if k.part == UPDATE:
-            memory = {s.name for s in k.memory}
-            names = [n for n in self.before if n not in memory and n not in k.covariance_states]
-            self.states = {name: self.before[name] for name in names}
-            self.memory = {name: self.before[name] for name in memory}
-        else:
-            self._predict()
+        self._predict()
         prior = self._outputs(self.states) if k.prior else None
-        if k.part != PREDICT:
-            self._correct()
+        self._correct()
         reduced = self._reduced()
         self.cov = {pair: reduced[name] for name, pair in k.covariance_states.items()}
         states = {**self.states, **self.memory, **reduced}

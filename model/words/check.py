@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Any, get_args, get_type_hints
 
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import InPort, Kind, Link, Op, Port, Program, Scale, Term, Value
+from boresight.model.words.program import InPort, Kind, Op, Port, Program, Scale, Term, Value
 
 __all__ = ["check_complete", "check_program"]
 
@@ -94,7 +94,6 @@ def _type_faults(p: Program) -> Iterator[str]:
         ("operation", p.ops),
         ("term", chain.from_iterable(op.terms for op in p.ops)),
         ("port", (*p.ports, *p.in_ports)),
-        ("link", p.links),
     )
     for part, items in parts:
         for item in items:
@@ -106,7 +105,7 @@ def _type_faults(p: Program) -> Iterator[str]:
     numbers: tuple[Any, ...] = (*p.inputs, *p.outputs, *p.table_memory, *chain(*p.states))
     if any(type(number) is not int for number in numbers):
         yield "a reference that is not a number"
-    if not all(isinstance(name, str) for name in (p.name, p.shares, *p.output_names)):
+    if not all(isinstance(name, str) for name in (p.name, *p.output_names)):
         yield "a name that is not a text"
 
 
@@ -119,7 +118,7 @@ def _kinds(type_: type) -> dict[str, tuple[type, ...]]:
 
 
 _ALLOWED: dict[type, dict[str, tuple[type, ...]]] = {
-    type_: _kinds(type_) for type_ in (Arithmetic, Value, Op, Term, Port, InPort, Link)
+    type_: _kinds(type_) for type_ in (Arithmetic, Value, Op, Term, Port, InPort)
 }
 
 
@@ -128,16 +127,13 @@ def _file_faults(p: Program) -> Iterator[str]:
         yield "an arithmetic without a core"
     if max(len(p.values), len(p.ops), len(p.table_memory)) > _LIMIT:
         yield "a program too large for any core"
-    shares = (p.shares,) if p.shares else ()
-    for name in (p.name, *shares, *p.output_names, *(v.name for v in p.values)):
+    for name in (p.name, *p.output_names, *(v.name for v in p.values)):
         if not _NAME.fullmatch(name):
             yield f"the name {name[:40]!r}"
     if len(set(p.output_names)) != len(p.outputs):
         yield "outputs without a name of their own"
     if len(p.ports) not in (0, len(p.outputs)) or len(p.in_ports) not in (0, len(p.inputs)):
         yield "ports that are not those of its inputs and outputs"
-    if any(link.value not in p.inputs for link in p.links):
-        yield "a link that is not to an input"
     if len(p.table_memory) % _TABLE_BLOCK:
         yield "a table that does not exist"
     if any(not -128 <= v.frac <= 128 for v in p.values):

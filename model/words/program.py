@@ -24,7 +24,6 @@ from boresight.model.words.fixed import Arithmetic, Format, IntArray
 __all__ = [
     "InPort",
     "Kind",
-    "Link",
     "Negate",
     "Op",
     "Overflow",
@@ -161,15 +160,13 @@ class Op:
 class Port:
     """Description of an output; without effect on the hardware.
 
-    ``tolerance`` is the largest accepted difference from float64, in ``unit``; ``first`` the value
-    that linked programs read before the first update.
+    ``tolerance`` is the largest accepted difference from float64, in ``unit``.
     """
 
     name: str
     unit: str = ""
     tolerance: float | None = None
     meaning: str = ""
-    first: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -186,20 +183,6 @@ class InPort:
 
 
 @dataclass(frozen=True)
-class Link:
-    """An input that may read an ``output`` of another program of the same core.
-
-    ``state`` is the value number of the state of that program that holds the output; None if no
-    core has both programs and the input comes with the record (`gateware.schedule.links`).
-    """
-
-    value: int
-    program: str
-    output: str
-    state: int | None = None
-
-
-@dataclass(frozen=True)
 class Program:
     """A compiled estimator.
 
@@ -208,8 +191,6 @@ class Program:
     function table (W-bit words, a multiple of 512). ``in_ports`` and ``ports`` describe inputs and
     outputs; ``urgent`` is the number of leading outputs whose latency counts first (None: all);
     none of them is part of the `digest`.
-    ``links`` are inputs that may read another program; those that do are not `streamed`.
-    ``shares`` names the program whose states it updates too, in a core with both (`families`).
     """
 
     name: str
@@ -223,19 +204,7 @@ class Program:
     table_memory: tuple[int, ...]
     ports: tuple[Port, ...] = ()
     urgent: int | None = None
-    links: tuple[Link, ...] = ()
     in_ports: tuple[InPort, ...] = ()
-    shares: str = ""
-
-    @property
-    def linked(self) -> dict[int, Link]:
-        """Links to a program of the same core, by input."""
-        return {link.value: link for link in self.links if link.state is not None}
-
-    @property
-    def streamed(self) -> tuple[int, ...]:
-        """Inputs in the record: all but the linked ones."""
-        return tuple(n for n in self.inputs if n not in self.linked)
 
     @cached_property
     def fracs(self) -> IntArray:
@@ -276,8 +245,7 @@ class Program:
         derived ranges of values in between.
         """
         content = {**_plain(self), "values": [_identity(v) for v in self.values]}
-        documentation = {"in_ports", "ports", "urgent", "shares"}
-        documentation |= set() if self.linked else {"links"}
+        documentation = {"in_ports", "ports", "urgent"}
         text = json.dumps({key: content[key] for key in content if key not in documentation})
         return hashlib.sha256(text.encode()).hexdigest()
 

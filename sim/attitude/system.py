@@ -15,7 +15,7 @@ from boresight.gateware.machine import machine_named
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
+from boresight.model.resolve import Named, estimator_of
 from boresight.sim.attitude.board.faults import (
     FaultTrial,
     fault_board,
@@ -130,9 +130,5 @@ class AttitudeBoard(BoardSystem):
 
 
 def _beside(chosen: Estimator) -> Sequence[Named]:
-    """The estimators of the board: all filters, or those that ``chosen`` reads, and it."""
-    if chosen.name in FILTERS:
-        return FILTERS
-    sources = [i.source.partition(".")[0] for i in chosen.inputs if i.source]
-    known = names_of_entry_points(ESTIMATOR_GROUP)
-    return [*(name for name in dict.fromkeys(sources) if name in known), chosen]
+    """The estimators of the board: all filters, or ``chosen`` alone."""
+    return FILTERS if chosen.name in FILTERS else [chosen]

@@ -24,7 +24,7 @@ from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
 from boresight.sim.compare.truth import TrueErrors
 from boresight.sim.compare.verdict import Accuracy, Judge
-from boresight.sim.levels.build import Build, Exchange
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import Level, Run
@@ -62,7 +62,7 @@ class _Attempt:
         self.seconds, self.error = 0.0, ""
         #: Records of each estimator that it runs on; None: on all.
         self.record_limit: int | None = None
-        self.exchange: Exchange | None = None
+        self._pieces = 0
         self._leading: list[Run] = []
         self._done = 0
         #: Rows on which it runs, from states that are handed in; none: on all, from a reset on.
@@ -80,7 +80,6 @@ class _Attempt:
             self.record_limit = self.levels[0].record_limit
             slow = " (slow: --simulator verilator is faster)" * (self.tool == "icarus")
             say(f"{self.kind.name} in {self.tool}{slow}", self.record_limit)
-            self.exchange = self.kind.exchange(self.levels)
             if self.record_limit is None:
                 return []
             return self.kind.run_together(self.levels, [x[: self.record_limit] for x in records])
@@ -94,7 +93,8 @@ class _Attempt:
         if self.record_limit is not None:
             start, self._done = self._done, self._done + max(map(len, records))
             return [run.rows(start, self._done) for run in self._leading]
-        return self._guarded(lambda: self.kind.run_together(self.levels, records, self.exchange))
+        piece, self._pieces = self._pieces, self._pieces + 1
+        return self._guarded(lambda: self.kind.run_together(self.levels, records, piece=piece))
 
     def sliced(
         self, records: FloatArray, start: int, wanted: Run, before: IntArray | None
@@ -158,23 +158,10 @@ class _Case:
         if keep_all or not self.feeds:
             self.feeds.append(block)
 
-    def differs(
-        self,
-        attempt: int,
-        row: int,
-        records: FloatArray,
-        wanted: Run,
-        shared: IntArray | None = None,
-    ) -> None:
-        """The first update in which an attempt differs is a row of the piece at hand.
-
-        ``shared`` are the states before each row where other programs update them, too.
-        """
+    def differs(self, attempt: int, row: int, records: FloatArray, wanted: Run) -> None:
+        """The first update in which an attempt differs is a row of the piece at hand."""
         assert wanted.states is not None
         before = wanted.states[row - 1] if row else self.before
-        if shared is not None:  # it is run again by itself
-            before = shared[row]
-            self.origins[attempt] = self.rows + row, before, [records[row : row + 1]]
         self.divergences[attempt] = before, records[row]
 
     @property
@@ -279,7 +266,7 @@ class Check:
             Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
         )
         floating = self._levels(CompiledFloat)
-        exchange = CompiledFloat.exchange(floating)
+        pieces = 0
         for blocks, more in _ahead(self._blocks(sources)):
             records = [block.inputs for block in blocks]
             for case, block in zip(cases, blocks, strict=True):
@@ -289,7 +276,8 @@ class Check:
                 self._begin(cases, records, more, attempts, interpreter)
             for start in range(0, max(map(len, records)), rows):
                 piece = [x[start : start + rows] for x in records]
-                real = CompiledFloat.run_together(floating, piece, exchange)
+                real = CompiledFloat.run_together(floating, piece, piece=pieces)
+                pieces += 1
                 self._piece(cases, piece, real, attempts, interpreter, keep_all)
                 for case, block in zip(cases, blocks, strict=True):
                     if case.latest is not None and start < len(block):
@@ -337,9 +325,7 @@ class Check:
 
     def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
         """Blocks of `KEPT` rows of each estimator's log; none of one that has ended."""
-        feeders = [
-            Feeder(e, linked=self.build.links[k]) for k, e in enumerate(self.build.estimators)
-        ]
+        feeders = [Feeder(e) for e in self.build.estimators]
         if len(sources) == 1:
             for rows in sources[0].blocks(KEPT):
                 yield [feeder.take(rows) for feeder in feeders]
@@ -404,21 +390,18 @@ class Check:
         """
         tried = [attempt.advance(piece) for attempt in attempts]
         shown = next((runs for runs in tried if runs and runs[0].states is not None), None)
-        shown = None if self.build.sharing else shown
         for k, level in enumerate(interpreter.levels):
             level.shown = None if shown is None else shown[k].states
         fixed = interpreter.advance(piece)
-        assert interpreter.exchange is not None
         for k, (case, wanted) in enumerate(zip(cases, fixed, strict=True)):
             if not len(piece[k]):
                 continue
-            records = interpreter.exchange.records[k]
-            shared = interpreter.exchange.before.get(k)
+            records = piece[k]
             interpreter.agreements[k].add(wanted, wanted)
             for n, (attempt, runs) in enumerate(zip(attempts, tried, strict=True)):
                 row = attempt.agreements[k].add(runs[k], wanted) if runs else None
                 if row is not None:
-                    case.differs(n, row, records, wanted, shared)
+                    case.differs(n, row, records, wanted)
                 for place, run in attempt.sliced(records, case.rows, wanted, case.before):
                     part = wanted.rows(place, len(records))
                     row = attempt.agreements[k].add(run, part, case.rows + place)
@@ -449,16 +432,14 @@ class Check:
         """Every row of an estimator's log, with the C and float64."""
         kinds = (Emitted, CompiledFloat)
         levels = [[kind(self.build, k) for k in range(self._count)] for kind in kinds]
-        exchanges = [kind.exchange(x) for kind, x in zip(kinds, levels, strict=True)]
-        for blocks in self._blocks(sources):
+        for number_of_piece, blocks in enumerate(self._blocks(sources)):
             records = [block.inputs for block in blocks]
             fixed, floating = (
-                kind.run_together(x, records, exchange)[number]
-                for kind, x, exchange in zip(kinds, levels, exchanges, strict=True)
+                kind.run_together(x, records, piece=number_of_piece)[number]
+                for kind, x in zip(kinds, levels, strict=True)
             )
             if len(records[number]):
-                inputs = exchanges[0].records[number]
-                yield Part(dataclasses.replace(blocks[number], inputs=inputs), fixed, floating)
+                yield Part(blocks[number], fixed, floating)
 
     def _judged(
         self,
@@ -539,8 +520,6 @@ class Check:
     def _claims_of(self, number: int) -> list[Examined]:
         """Prove the claims of an estimator, or search for inputs that break them; once."""
         build = self.build
-        if number in build.sharing or build.links[number]:
-            return []
         if number not in self._examined:
             estimator, program = build.estimators[number], build.programs[number]
             self.progress(f"claims of {estimator.name}")

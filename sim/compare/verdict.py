@@ -161,8 +161,6 @@ class Judge:
     def __init__(self, build: Build, number: int, *, curves: bool = False) -> None:
         self._estimator, self._program = build.estimators[number], build.programs[number]
         self._nodes = build.nodes[number]
-        #: Other programs update its states, too: updates do not follow from those before.
-        self._shared = number in build.sharing
         self._claims = claims_of(self._program, self._nodes)
         names = [o.name for o in self._estimator.outputs]
         self._errors = Differences(self._estimator.outputs, names, curves=curves)
@@ -233,16 +231,6 @@ class Judge:
         if self._ranges is None:
             return Accuracy(errors, 0, {}, (), clamped, "")
         program, nodes = self._program, self._nodes
-        if self._shared:
-            beyond = tuple(
-                f"state {declared_name(program, nodes, program.states[k][0])} is {reached:.6g} in "
-                f"step {step}, BEYOND its declared range"
-                for k, (step, reached) in sorted(self._left.items())
-            )
-            clamp = "" if self._clamp is None else f"the first to saturate is step {self._clamp}; "
-            clean = not beyond and not self._saturated and all(d.good for d in errors)
-            text = "" if clean else f"{clamp}causes are not sought where states are shared"
-            return Accuracy(errors, self._saturated, {}, beyond, clamped, text)
         saturated = {n: int(k) for n, k in enumerate(self._ranges.saturations) if k}
         names: dict[str, int] = {}
         for n, count in saturated.items():

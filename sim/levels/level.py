@@ -15,7 +15,7 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import Output
 from boresight.model.words.fixed import Format, IntArray
 from boresight.model.words.program import Port, Program
-from boresight.sim.levels.build import Build, Exchange
+from boresight.sim.levels.build import Build
 
 __all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "wrapped"]
 
@@ -211,55 +211,24 @@ class Level(ABC):
 
     @classmethod
     def run_together(
-        cls,
-        levels: Sequence[Level],
-        records: Sequence[FloatArray],
-        exchange: Exchange | None = None,
+        cls, levels: Sequence[Level], records: Sequence[FloatArray], *, piece: int = 0
     ) -> list[Run]:
         """Run every estimator of a build on its own records.
 
-        Estimators with links run after their sources, those that share states in turns. With
-        ``exchange``, which goes along, records go on where the last ones ended; by default each
-        estimator begins with a reset.
+        Parameters
+        ----------
+        levels : sequence of Level
+            A level of each estimator.
+        records : sequence of array
+            Records of each.
+        piece : int
+            Number of this piece of the records. Piece 0 begins with a reset, each other piece
+            where the one before it ended.
         """
-        exchange = exchange or cls.exchange(levels)
-        exchange.begin([len(inputs) for inputs in records])
-        runs: dict[int, Run] = {}
-        for k in exchange.build.order:
-            inputs = exchange.filled(k, records[k])
-            if k not in exchange.build.sharing:
-                runs[k] = levels[k].run(inputs)
-                exchange.give(k, runs[k].outputs)
-        runs |= cls._in_turns(levels, exchange)
-        return [runs[k] for k in range(len(levels))]
-
-    @classmethod
-    def _in_turns(cls, levels: Sequence[Level], exchange: Exchange) -> dict[int, Run]:
-        """Runs of the estimators that share states: each record begins with those of the last."""
-        sharing = exchange.build.sharing
-        parts: dict[int, list[Run]] = {k: [] for k in sharing}
-        before: dict[int, list[Any]] = {k: [] for k in sharing}
-        for turn in exchange.turns:
-            if (k := turn.number) not in sharing:
-                continue
-            last = exchange.holders.get(sharing[k], k)
-            if last != k:
-                levels[k].native_states = levels[last].native_states
-            exchange.holders[sharing[k]] = k
-            before[k].append(levels[k].native_states)
-            parts[k].append(levels[k].run(exchange.records[k][turn.start : turn.stop]))
-        exchange.before = {k: np.array(rows) for k, rows in before.items()}
-        return {
-            k: Run.joined(runs) if runs else levels[k].run(exchange.records[k])
-            for k, runs in parts.items()
-        }
-
-    @classmethod
-    def exchange(cls, levels: Sequence[Level]) -> Exchange:
-        """Reset the estimators of a build, for `run_together` in pieces."""
-        for level in levels:
-            level.reset()
-        return Exchange(levels[0].build, clamp=not cls.exact)
+        if piece == 0:
+            for level in levels:
+                level.reset()
+        return [level.run(inputs) for level, inputs in zip(levels, records, strict=True)]
 
     def close(self) -> None:  # noqa: B027
         """Release resources."""

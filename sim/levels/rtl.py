@@ -12,7 +12,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import IntArray, wrap
-from boresight.sim.levels.build import Build, Exchange
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run, Seen, run_of_words
 from boresight.sim.rtl.cosim import CocotbSimulation
@@ -147,12 +147,7 @@ class Simulated(Level):
     def words_of_update(
         self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
     ) -> Sequence[Seen]:
-        """Register writes of the lanes in the last update; the program runs alone.
-
-        Empty for a program with links, which alone would read start words.
-        """
-        if self.build.links[self.number]:
-            return ()
+        """Register writes of the lanes in the last update; the program runs alone."""
         if self.tool == "icarus":
             records, before = np.concatenate([*before, records]), ()
         self.reset()
@@ -184,29 +179,18 @@ class Simulated(Level):
 
     @classmethod
     def run_together(
-        cls,
-        levels: Sequence[Level],
-        records: Sequence[FloatArray],
-        exchange: Exchange | None = None,
+        cls, levels: Sequence[Level], records: Sequence[FloatArray], *, piece: int = 0
     ) -> list[Run]:
         """All programs of the core in turns, in random pieces of their records."""
-        exchange = exchange or cls.exchange(levels)
         if len(levels) == 1:
-            return super().run_together(levels, records, exchange)
+            return super().run_together(levels, records, piece=piece)
         simulated = [level for level in levels if isinstance(level, Simulated)]
-        first, build = simulated[0], exchange.build
-        exchange.begin([len(inputs) for inputs in records])
-        words = [
-            words_of(x.program, inputs)[:, build.streamed(x.number)]
-            for x, inputs in zip(simulated, records, strict=True)
-        ]
-        replayed = run_in_turns(
-            first.simulation,
-            words,
-            seed=exchange.pieces,
-            turns=exchange.turns,
-            replay=first._replayed,
-        )
+        if piece == 0:
+            for level in simulated:
+                level.reset()
+        words = [words_of(x.program, rows) for x, rows in zip(simulated, records, strict=True)]
+        first = simulated[0]
+        replayed = run_in_turns(first.simulation, words, seed=piece, replay=first._replayed)
         return [level._run_of(run) for level, run in zip(simulated, replayed, strict=True)]
 
 

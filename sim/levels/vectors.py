@@ -32,39 +32,30 @@ _MOVES, _MISSING = 8, 8
 
 
 def recorded(build: Build) -> list[Recorded]:
-    """Return records of every program from power-up on; sources of links come first.
+    """Return records of every program from power-up on.
 
     Inputs come from the bundled log if it has the estimator's columns, else from random walks
     within the declared ranges, the same on every machine. All records of one program come before
     those of the next.
     """
-    records: dict[int, Recorded] = {}
-    last_outputs: dict[int, IntArray] = {}
-    shared: dict[int, IntArray] = {}
-    for number in build.order:
-        program = build.programs[number]
+    records = []
+    for number, program in enumerate(build.programs):
         interval = build.core.parts[number].schedule.interval
         count = min(max(_CYCLES // interval, _RECORDS[0]), _RECORDS[1])
         words, source = _inputs(build, number, count)
-        for column, (other, name) in build.links[number].items():
-            position = build.programs[other].output_names.index(name)
-            words[:, column] = last_outputs[other][position]
-        machine, owner = Interpreter(program), build.sharing.get(number, number)
-        machine.states = shared.get(owner, machine.states)
+        machine = Interpreter(program)
         answers = [machine.update(row[:, None]) for row in words]
         outputs = np.stack([out[:, 0] for out, _ in answers])
         saturated = np.array([bool(flag[0]) for _, flag in answers])
-        last_outputs[number], shared[owner] = outputs[-1], machine.states
-        streamed = words[:, build.streamed(number)]
-        records[number] = Recorded(number, streamed, outputs, saturated, source)
-    return list(records.values())
+        records.append(Recorded(number, words, outputs, saturated, source))
+    return records
 
 
 def _inputs(build: Build, number: int, count: int) -> tuple[IntArray, str]:
-    """Words (count, n_inputs), and their source; linked columns have any words."""
+    """Words (count, n_inputs), and their source."""
     estimator, program = build.estimators[number], build.programs[number]
     try:
-        inputs = feed(estimator, _log(), linked=build.links[number])
+        inputs = feed(estimator, _log())
     except InputError:  # the log does not fit the estimator
         return _wandering(program, count), "random walks within the declared ranges"
     rows = inputs.inputs[_FROM : _FROM + count]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
 
@@ -115,8 +115,8 @@ class Feed:
         return input_words(program, self.inputs[:, :, None])[:, :, 0]
 
 
-def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) -> Feed:
-    """Select, convert and check an estimator's inputs, except those in ``linked``.
+def feed(estimator: Estimator, record: Record) -> Feed:
+    """Select, convert and check an estimator's inputs.
 
     Raises
     ------
@@ -125,15 +125,13 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         an input without ``missing``, a value outside the declared range of an input without
         ``clamp``, or a sample rate other than the estimator is designed for.
     """
-    (result,) = feeds(estimator, [record], linked=linked)
+    (result,) = feeds(estimator, [record])
     return result
 
 
-def feeds(
-    estimator: Estimator, records: Iterable[Record], *, linked: Collection[int] = ()
-) -> Iterator[Feed]:
+def feeds(estimator: Estimator, records: Iterable[Record]) -> Iterator[Feed]:
     """`feed` of a record in pieces; see `Feeder`."""
-    return map(Feeder(estimator, linked=linked).take, records)
+    return map(Feeder(estimator).take, records)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +170,7 @@ class Feeder:
         Gaps of the selected rows restart the estimator, which does not restart.
     """
 
-    def __init__(self, estimator: Estimator, *, linked: Collection[int] = ()) -> None:
+    def __init__(self, estimator: Estimator) -> None:
         if selection().gaps == "restart" and not estimator.restarts:
             raise InputError.at(
                 "--gaps restart",
@@ -181,10 +179,10 @@ class Feeder:
                 fix="choose --gaps bridge if its dt may be as long, or rows between the gaps by "
                 "--from and --to",
             )
-        self.estimator, self.linked = estimator, linked
+        self.estimator = estimator
         self._start, self._place = 0, index_place("")
         self._reader = InputReader(
-            estimator, lambda row, _, name: self._place(row - self._start, name), linked=linked
+            estimator, lambda row, _, name: self._place(row - self._start, name)
         )
 
     def take(self, record: Record) -> Feed:
@@ -195,15 +193,11 @@ class Feeder:
             self._place = place_of_steps(record.place)
         self._start = start
         if not start:
-            _refuse_missing(estimator, record, self.linked)
+            _refuse_missing(estimator, record)
             _refuse_rate(estimator, record)
         _refuse_two_clocks(record)
         inputs, new = reader.take_rows(
-            {
-                i.name: self._told(i, _values(record, i))
-                for k, i in enumerate(estimator.inputs)
-                if not i.flags and k not in self.linked
-            }
+            {i.name: self._told(i, _values(record, i)) for i in estimator.inputs if not i.flags}
         )
         return Feed(
             record,
@@ -340,14 +334,10 @@ _LISTED = 110
 _TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
 
 
-def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int]) -> None:
+def _refuse_missing(estimator: Estimator, record: Record) -> None:
     """InputError for all inputs without a column, with the columns that may be meant."""
     columns = [c for c in record.columns if c != "dt" or "t" not in record.columns]
-    missing = [
-        i
-        for k, i in enumerate(estimator.inputs)
-        if not i.flags and k not in linked and i.name not in columns
-    ]
+    missing = [i for i in estimator.inputs if not i.flags and i.name not in columns]
     missing = [i for i in missing if i.name != "dt" or "t" not in columns]
     if not missing:
         return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,6 @@ class InputReader:
         Function (row, run, column) that names a value in messages; rows count over all calls.
     runs : int
         Runs side by side.
-    linked : collection of int
-        Linked inputs: set to 0, without a column.
     fix : str, optional
         Remedy in messages; by default one for logs.
 
@@ -48,7 +46,6 @@ class InputReader:
         place: Callable[[int, int, str], str],
         *,
         runs: int = 1,
-        linked: Collection[int] = (),
         fix: str = "",
     ) -> None:
         self.estimator, self.place, self.runs, self.fix = estimator, place, runs, fix
@@ -57,9 +54,7 @@ class InputReader:
         inputs = estimator.inputs
         column = {i.name: k for k, i in enumerate(inputs)}
         self._flags = {k: [column[n] for n in i.flags] for k, i in enumerate(inputs) if i.flags}
-        self._columns = {
-            k: i.name for k, i in enumerate(inputs) if k not in self._flags and k not in linked
-        }
+        self._columns = {k: i.name for k, i in enumerate(inputs) if k not in self._flags}
         self._low, self._high = (np.full(len(inputs), limit) for limit in (-np.inf, np.inf))
         for k in self._columns:
             self._low[k], self._high[k] = inputs[k].low, inputs[k].high

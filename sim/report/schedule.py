@@ -112,7 +112,7 @@ def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict
         "emitted": sum(x.op is None for x in s.slots),
         "chart": {
             "slots": slots,
-            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.streamed, strict=True)],
+            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.inputs, strict=True)],
             "outputs": [
                 [x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
                 for x in s.slots

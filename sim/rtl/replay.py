@@ -255,7 +255,7 @@ class RtlSimulation(ABC):
             if len(parts) > 1:
                 bus_writes = [BusWrite(0, PROGRAM, self.core.number), *bus_writes]
         counts = [
-            (len(p.program.streamed), len(p.program.outputs), p.schedule.interval) for p in parts
+            (len(p.program.inputs), len(p.program.outputs), p.schedule.interval) for p in parts
         ]
         n_in, n_out, intervals = np.array(counts)[numbers].T
         cycles = (len(inputs) + 4) * int(intervals.max()) * (16 if stall else 1)

@@ -17,7 +17,7 @@ from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.replay import BusWrite, RtlRun, RtlSimulation
 
-__all__ = ["Rounds", "Turn", "completed", "random_turns", "run_in_turns"]
+__all__ = ["Turn", "random_turns", "run_in_turns"]
 
 
 @dataclass(frozen=True)
@@ -42,36 +42,6 @@ def random_turns(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> 
     return turns
 
 
-class Rounds:
-    """Turns of one record: record k of every stream, in a random order, before record k + 1 of any.
-
-    The order of the first records does not depend on the number of those that follow.
-    """
-
-    def __init__(self, seed: int = 0) -> None:
-        self._rng = random.Random(seed)
-
-    def piece(self, counts: Sequence[int]) -> list[Turn]:
-        """Turns of the next records of each stream: as many of all, but of those that end."""
-        turns = []
-        for k in range(max(counts)):
-            order = list(range(len(counts)))
-            self._rng.shuffle(order)
-            turns += [Turn(number, k, k + 1) for number in order if k < counts[number]]
-        return turns
-
-
-def completed(turns: Sequence[Turn], streams: int, number: int) -> list[IntArray]:
-    """Number of completed records of each stream when each record of stream ``number`` begins."""
-    done = [0] * streams
-    rows = []
-    for turn in turns:
-        if turn.number == number:
-            rows.append(tuple(done))
-        done[turn.number] += 1
-    return list(np.array(rows, dtype=np.int64).reshape(len(rows), streams).T)
-
-
 def run_in_turns(
     simulation: RtlSimulation,
     streams: Sequence[IntArray],
@@ -79,7 +49,6 @@ def run_in_turns(
     seed: int = 0,
     stall: int = 0,
     longest: int = 40,
-    turns: Sequence[Turn] | None = None,
     replay: Callable[..., RtlRun] | None = None,
 ) -> list[RtlRun]:
     """Run every program of a core on its own stream, in turns.
@@ -94,8 +63,6 @@ def run_in_turns(
         Input records of each program.
     seed, longest : int
         See `random_turns`.
-    turns : sequence of Turn, optional
-        Turns; by default those of `random_turns`.
     stall : int
         See `RtlSimulation.run`.
     replay : callable, optional
@@ -110,7 +77,7 @@ def run_in_turns(
     widest = max(s.shape[1] for s in streams)
     rows, writes = [], []
     numbers: list[int] = []
-    for turn in turns or random_turns([len(s) for s in streams], seed=seed, longest=longest):
+    for turn in random_turns([len(s) for s in streams], seed=seed, longest=longest):
         writes.append(BusWrite(len(numbers), PROGRAM, turn.number))
         if rng.random() < 0.25:
             writes.append(BusWrite(len(numbers), PROGRAM, rng.choice((len(parts), -1))))

@@ -195,7 +195,7 @@ class _View:
                 row_texts[f"value{lane}"] = "" if value is None else names[value]
                 row_texts[f"line{lane}"] = "" if value is None else _source(lines.get(value, ""))
             self.at_work.append({f"machine.{name}": text for name, text in row_texts.items()})
-        gets = zip(schedule.gets, program.streamed, strict=True)
+        gets = zip(schedule.gets, program.inputs, strict=True)
         self.writes = {(0, cycle): value for cycle, value in gets} | {
             (schedule.ends[k].lane, schedule.write_cycle(k)): op.dest
             for k, op in enumerate(program.ops)

@@ -3,9 +3,7 @@
 States, motion, measurements and noise are those of the published derivation of PX4-Autopilot
 (`src/modules/ekf2/EKF/python/ekf_derivation`, of 2024, with terrain as the 24th state), in its
 frames: navigation axes north, east, down; body axes forward, right, down; the attitude's error is a
-small turn about navigation axes. The filter asks for ``--config small-2048``. `Ekf2Motion` and
-`Ekf2Row` are its two parts as programs of one core, for any number of measurements between two
-predictions.
+small turn about navigation axes. The filter asks for ``--config small-2048``.
 """
 
 from __future__ import annotations
@@ -19,7 +17,7 @@ from boresight import Input, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, vector
 from boresight.model.declarations import GRAVITY
 
-__all__ = ["DT", "GRAVITY_NED", "KINDS", "UNITS", "Ekf2", "Ekf2Motion", "Ekf2Row"]
+__all__ = ["DT", "GRAVITY_NED", "KINDS", "UNITS", "Ekf2"]
 
 DT = 0.01  #: s
 GRAVITY_NED = np.array([0.0, 0.0, GRAVITY])  #: m/s^2, north, east, down.
@@ -162,18 +160,3 @@ class Ekf2(Kalman):
         across = ops.where(declination, 256.0 * x.me, along)
         ahead = ops.where(declination, 256.0 * x.mn, forward)
         return ops.atan2_ht(across, ops.clip(ahead, SLOWEST, 256.0))
-
-
-class Ekf2Motion(Ekf2):
-    """PX4's EKF2: the prediction alone, whose states `Ekf2Row` corrects."""
-
-    name, part = "ekf2_motion", "predict"
-    inputs, params = Ekf2.inputs[:6], Ekf2.params[:8]
-
-
-class Ekf2Row(Ekf2):
-    """PX4's EKF2: one measurement alone, of the states of `Ekf2Motion`."""
-
-    name, part, shares = "ekf2_row", "update", "ekf2_motion"
-    inputs, params = Ekf2.inputs[6:], Ekf2.params[8:]
-    prior = False

@@ -6,9 +6,9 @@ fit its own sum). A beam along the unit vector e of the reference axes needs the
 
     phi_k = k (d/lambda) (C^T e)_y   turns        C = C(q), body to reference
 
-so the program turns e into the array's axis with the attitude that `mls_attitude` keeps in the same
-core, and multiplies. Phases are turns modulo one, the word read as an unsigned number: products by
-integers are exact there, and phi_2k = 2 phi_k costs one slot that also lets phi_k out.
+so the program turns e into the array's axis with the attitude of `mls_attitude`, which is in its
+record, and multiplies. Phases are turns modulo one, the word read as an unsigned number: products
+by integers are exact there, and phi_2k = 2 phi_k costs one slot that also lets phi_k out.
 
 The scan is an input: e of the beam that is due, as a scan generator's table of the law holds it.
 """
@@ -37,13 +37,7 @@ class ArrayPhases(Estimator):
     summary = "phases of a linear array for a beam in reference axes, turned by an attitude"
     inputs = (
         *(
-            Input(
-                f"q{a}",
-                -1.0,
-                1.0,
-                source=f"mls_attitude.q{a}",
-                meaning=f"attitude of the deck, component {a}",
-            )
+            Input(f"q{a}", -1.0, 1.0, meaning=f"attitude of the deck, component {a}")
             for a in "wxyz"
         ),
         *(

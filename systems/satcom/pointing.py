@@ -1,6 +1,6 @@
 """Where a satellite is in a vehicle's axes: azimuth, elevation, polarisation, and their rates.
 
-North-east-down and front-right-down, as in `satcom`, whose attitude and rate it reads in one core.
+North-east-down and front-right-down, as in `satcom`, whose attitude and rate are its inputs.
 With the place's geodetic latitude phi, height h, the satellite's longitude less the place's L, all
 lengths over the radius of the geostationary orbit::
 
@@ -65,19 +65,9 @@ class SatcomPointing(Estimator):
     name = "satcom_pointing"
     summary = "azimuth, elevation, polarisation of a satellite in a vehicle's axes, and their rates"
     inputs = (
+        *(Input(f"q{a}", -1.0, 1.0, "", meaning=f"attitude, component {a}") for a in "wxyz"),
         *(
-            Input(f"q{a}", -1.0, 1.0, "", source=f"satcom.q{a}", meaning=f"attitude, component {a}")
-            for a in "wxyz"
-        ),
-        *(
-            Input(
-                f"rate_{a}",
-                -8.0,
-                8.0,
-                "rad/s",
-                source=f"satcom.rate_{a}",
-                meaning=f"body rate less its bias, axis {a}",
-            )
+            Input(f"rate_{a}", -8.0, 8.0, "rad/s", meaning=f"body rate less its bias, axis {a}")
             for a in "xyz"
         ),
         Input("latitude", -0.5, 0.5, "ht", missing="hold", meaning="geodetic, north positive"),

@@ -1,8 +1,8 @@
 """Random programs through interpreter, C, symbolic proofs, emulator and RTL.
 
-A case draws programs that share a core, its machine and width, the outputs that come first, whether
-programs read each other's outputs or update the same states, and a sequence of updates, parameter
-writes and changes of the program, with pauses of both streams and resets of the RTL.
+A case draws programs that share a core, its machine and width, the outputs that come first, and a
+sequence of updates, parameter writes and changes of the program, with pauses of both streams and
+resets of the RTL.
 """
 
 from __future__ import annotations
@@ -20,15 +20,14 @@ from boresight.firmware.validation import validate_c
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import MACHINES
 from boresight.gateware.microcode.emulator import Emulator
-from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
 from boresight.model.words.terms import Refuted
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
 from boresight.sim.rtl.simulators import SimulationFailed
-from tests.support.linked import Models
 from tests.support.random_program import random_inputs, random_programs
 
 __all__ = ["Case", "check", "drawn"]
@@ -58,8 +57,6 @@ class Case:
         Seed of the pauses of both streams in the RTL; 0: none.
     rtl : bool
         Whether the RTL runs, too.
-    tie : str
-        What programs have of each other: "links", "states", or empty (`random_programs`).
     resets : int
         Of 8 updates so many are followed or interrupted by a reset, in the RTL.
     """
@@ -73,14 +70,12 @@ class Case:
     updates: int
     stall: int
     rtl: bool
-    tie: str = ""
     resets: int = 0
 
     def __str__(self) -> str:
         rtl = f", RTL with pauses {self.stall}, {self.resets}/8 resets" if self.rtl else ""
-        tie = f" with {self.tie}" if self.tie else ""
         return (
-            f"seed {self.seed}: {self.programs} programs{tie} of up to {2 * self.n_ops} operations "
+            f"seed {self.seed}: {self.programs} programs of up to {2 * self.n_ops} operations "
             f"on {self.config}, W = {self.word}, {self.updates} updates{rtl}"
         )
 
@@ -92,8 +87,6 @@ def drawn(seed: int, *, rtl: bool = False) -> Case:
     if rtl:
         config, word = rng.choice(RTL)
     programs = rng.choice((1, 2, 3))
-    # States are shared on machines with one lane alone.
-    ties = ("", "links", "states") if MACHINES[config].lanes == 1 else ("", "links")
     return Case(
         seed,
         config,
@@ -104,16 +97,13 @@ def drawn(seed: int, *, rtl: bool = False) -> Case:
         updates=rng.choice((3, 20, 60)),
         stall=rng.choice((0, rng.randrange(1, 1 << 16))),
         rtl=rtl,
-        tie=rng.choice(ties) if programs > 1 else "",
         resets=rng.choice((0, 1, 4)) if rtl else 0,
     )
 
 
 def check(case: Case) -> str:
     """What is wrong; empty: all forms agree. A case that does not fit its machine is good."""
-    programs = random_programs(
-        case.seed, case.programs, word=case.word, n_ops=case.n_ops, tie=case.tie
-    )
+    programs = random_programs(case.seed, case.programs, word=case.word, n_ops=case.n_ops)
     urgents = [min(case.urgent, len(p.outputs)) or None for p in programs]
     try:
         core = build_shared_core(programs, case.config, urgents=urgents)
@@ -121,8 +111,6 @@ def check(case: Case) -> str:
         return ""
     parts = [part.program for part in core.parts]
     try:
-        registers = [part.allocation.addresses() for part in core.parts]
-        validate_microcode(core.machine, core.image, parts, registers)
         for program in parts:
             validate_c(program, program.name, emit_c(program))
     except Refuted as error:
@@ -134,7 +122,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     """Of the forms of a core that run the same events."""
     rng = random.Random(case.seed + 1)
     parts = [part.program for part in core.parts]
-    models = Models(core)
+    models = [Interpreter(p) for p in parts]
     c = [CModel(p, cflags=("-O0",)) for p in parts]
     emulator = Emulator(core.machine, core.image)
     streams = [iter(random_inputs(p, case.seed + k, case.updates)) for k, p in enumerate(parts)]
@@ -151,33 +139,30 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             name = program.values[value].name
             word = random_inputs(program, rng.randrange(1 << 30), 1)[0][0]
             address = core.machine.parameter_address(where[value])
-            models.interpreters[number].params[value] = word
+            models[number].params[value] = word
             c[number].set_param(name, word)
             emulator.poke(address, word)
             bus.append(BusWrite(k, address, word))
-        drawn_words = dict(zip(program.inputs, next(streams[number]), strict=True))
-        row = [drawn_words[n] for n in program.streamed]
+        row = next(streams[number])
         numbers.append(number)
         rows.append(row)
         if case.rtl and rng.randrange(8) < case.resets:
             bus.append(reset := _reset(rng, k, core.parts[number].schedule.interval, case))
             if reset.cycle < core.parts[number].schedule.interval - 1:
-                lost = copy.deepcopy(models)
-                wanted.append(_Update(lost.update(number, row), abandoned=True))
+                lost = copy.deepcopy(models[number])
+                wanted.append(_Update(_updated(lost, row)[0], abandoned=True))
                 continue
-        record = models.record(number, row)
-        c[number].states[:] = models.states(number)
-        words = models.update(number, row)
-        c_out, c_saturated = c[number].update([record])
-        if c_out[0].tolist() != words or bool(c_saturated[0]) != models.saturated:
+        words, saturated = _updated(models[number], row)
+        c_out, c_saturated = c[number].update([row])
+        if c_out[0].tolist() != words or bool(c_saturated[0]) != saturated:
             yield f"C: update {k} of {program.name}: {c_out[0].tolist()}, not {words}"
         emulator.saturated = False
         if (got := emulator.update(row).outputs) != words:
             yield f"emulator: update {k} of {program.name}: {got}, not {words}"
-        if emulator.saturated != models.saturated:
+        if emulator.saturated != saturated:
             yield f"emulator: saturation of update {k} of {program.name}"
         whole = bool(bus) and bus[-1] == Reset(k, core.parts[number].schedule.interval - 1)
-        wanted.append(_Update(words, models.saturated, in_last_cycle=whole))
+        wanted.append(_Update(words, saturated, in_last_cycle=whole))
     if case.rtl:
         width = max(map(len, rows))
         inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
@@ -190,6 +175,12 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             yield f"RTL: {error}"
             return
         yield from _beside(run, wanted)
+
+
+def _updated(model: Interpreter, row: list[int]) -> tuple[list[int], bool]:
+    """Output words of an update, and whether a result saturated."""
+    words, flags = model.update([[word] for word in row])
+    return words[:, 0].tolist(), bool(flags[0])
 
 
 @dataclass(frozen=True)

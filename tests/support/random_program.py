@@ -5,18 +5,15 @@ The same seed gives the same program. Used to compare interpreter, C and core wo
 
 from __future__ import annotations
 
-import math
 import random
 from dataclasses import dataclass, field, replace
 
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
     Kind,
-    Link,
     Negate,
     Op,
     Overflow,
-    Port,
     Program,
     Scale,
     Term,
@@ -62,23 +59,11 @@ def random_program(
 
 
 def random_programs(
-    seed: int,
-    count: int,
-    *,
-    word: int = 32,
-    n_ops: int = 20,
-    n_states: int | None = None,
-    tie: str = "",
+    seed: int, count: int, *, word: int = 32, n_ops: int = 20, n_states: int | None = None
 ) -> list[Program]:
-    """Random programs for one core: the same function tables, as many inputs and outputs.
-
-    ``tie`` is "links" if programs read outputs of others instead of inputs of their records, or
-    "states" if all update the states of the first.
-    """
+    """Random programs for one core: the same function tables, as many inputs and outputs."""
     rng = random.Random(seed)
     n_inputs, n_outputs = rng.randint(1, 6), rng.randint(1, 4)
-    if tie == "states" and n_states is None:
-        n_states = rng.randint(1, 6)
     programs = [
         random_program(
             rng.getrandbits(32),
@@ -94,44 +79,7 @@ def random_programs(
         replace(p, name=f"random{k}", table_memory=programs[0].table_memory)
         for k, p in enumerate(programs)
     ]
-    if tie == "links":
-        programs = _linked(programs, rng)
-    if tie == "states":
-        programs = [programs[0], *(_sharing(p, programs[0]) for p in programs[1:])]
     return programs
-
-
-def _linked(programs: list[Program], rng: random.Random) -> list[Program]:
-    """Programs that read outputs of others, in no circle; each has an input from its record."""
-    order = rng.sample(range(len(programs)), len(programs))
-    results = {k: replace(p, ports=_ports(p)) for k, p in enumerate(programs)}
-    for place, reader in enumerate(order):
-        sources = [programs[k] for k in order[:place]]
-        inputs = programs[reader].inputs
-        chosen = rng.sample(inputs, rng.randint(0, len(inputs) - 1)) if sources else []
-        links = []
-        for value in chosen:
-            source = rng.choice(sources)
-            links.append(Link(value, source.name, rng.choice(source.output_names)))
-        results[reader] = replace(results[reader], links=tuple(links))
-    return [results[k] for k in range(len(programs))]
-
-
-def _ports(program: Program) -> tuple[Port, ...]:
-    """Outputs that begin as the states do whose next values they are."""
-    initial = {after: program.values[state] for state, after in reversed(program.states)}
-    return tuple(
-        Port(name, first=math.ldexp(initial[n].initial, -initial[n].frac) if n in initial else 0.0)
-        for name, n in zip(program.output_names, program.outputs, strict=True)
-    )
-
-
-def _sharing(program: Program, owner: Program) -> Program:
-    """The program with the states of another one."""
-    values = list(program.values)
-    for (mine, _), (theirs, _) in zip(program.states, owner.states, strict=True):
-        values[mine] = replace(values[mine], initial=owner.values[theirs].initial)
-    return replace(program, values=tuple(values), shares=owner.name)
 
 
 def random_inputs(program: Program, seed: int, steps: int) -> list[list[int]]:

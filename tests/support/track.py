@@ -1,4 +1,4 @@
-"""A small estimator for tests of what is around a core: two states, one parameter."""
+"""Small estimators for tests of what is around a core."""
 
 from __future__ import annotations
 

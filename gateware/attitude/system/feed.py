@@ -78,7 +78,7 @@ def feed_of(programs: Sequence[Program]) -> Feed:
     """
     builder = _FeedBuilder()
     records = tuple(
-        tuple(builder.fed(program, number) for number in program.streamed) for program in programs
+        tuple(builder.fed(program, number) for number in program.inputs) for program in programs
     )
     return Feed(records, tuple(builder.constants), builder.registers, builder.holds)
 

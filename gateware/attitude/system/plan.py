@@ -90,15 +90,6 @@ class Plan:
         return self.filters + 2
 
 
-def chain_of(programs: Sequence[Program], number: int) -> tuple[int, ...]:
-    """Programs of an estimator's update: those that it reads, each once, then itself."""
-    numbers = {p.name: k for k, p in enumerate(programs)}
-    chain: list[int] = []
-    for link in programs[number].linked.values():
-        chain += [k for k in chain_of(programs, numbers[link.program]) if k not in chain]
-    return (*chain, number)
-
-
 def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
     """The plan of a system's core: estimators first, then `FRONT_NAMES`.
 
@@ -135,7 +126,7 @@ def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
         filters=filters,
         lengths=tuple(s.length for s in schedules),
         outputs=tuple(len(p.outputs) for p in programs[:filters]),
-        chains=tuple(chain_of(programs, k) for k in range(filters)),
+        chains=tuple((k,) for k in range(filters)),
         feed=feed_of(programs[:filters]),
         count_bits=counts.pop(),
         early=any(early),
@@ -156,7 +147,7 @@ def _check_front(front: Sequence[Program]) -> None:
 
 def _check_estimator(program: Program, front: Sequence[Program]) -> None:
     """Check that an estimator's inputs have the formats of the calibrations."""
-    for number in program.streamed:
+    for number in program.inputs:
         name, form = program.values[number].name, program.format(number)
         if name not in PLACES:
             continue

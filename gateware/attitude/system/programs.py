@@ -14,7 +14,6 @@ from boresight.model.attitude.front.sensed import SENSED, Sensed, board_params
 from boresight.model.declarations import Input, SourceFormat
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, with_params
-from boresight.model.linking import linked_estimators
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
@@ -26,8 +25,8 @@ _MOST_WORDS, _MOST = 16, 8
 def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estimator]:
     """Estimators, then the programs before them: in the order of their numbers in the core.
 
-    Inputs with a sensor, by name, have the format of its words; linked inputs that of their source;
-    inputs of one name without a sensor share a register.
+    Inputs with a sensor, by name, have the format of its words; inputs of one name without a sensor
+    share a register.
 
     Raises
     ------
@@ -37,14 +36,6 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
     """
     chosen = [estimator_of(f) for f in filters]
     front = [FRONT[name]() for name in FRONT_NAMES]
-    names = {e.name for e in chosen}
-    for sharing in (e for e in chosen if e.shares in names - {e.name}):
-        raise InputError.at(
-            f"estimator {sharing.name}",
-            wanted="states of its own on a board, which runs one estimator for each sample",
-            found=f"those of {sharing.shares}",
-            fix="take the core alone (no --board) and select programs by its register",
-        )
     if len(chosen) > _MOST:
         raise InputError.at(
             "estimators",
@@ -54,7 +45,7 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
         )
     formats = _formats([e.compile(word=word) for e in front])
     registers: dict[str, Input] = {}
-    fed = [_fed(e, names, formats, registers, word) for e in chosen]
+    fed = [_fed(e, formats, registers, word) for e in chosen]
     if len(registers) > MOST_REGISTERS:
         raise InputError.at(
             "estimators",
@@ -62,7 +53,7 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
             found=f"{len(registers)}: {', '.join(registers)}",
             fix="give them fewer, or the names of what the sensors give",
         )
-    return [*linked_estimators(fed, word=word), *front]
+    return [*fed, *front]
 
 
 def _formats(front: Sequence[Program]) -> dict[str, int]:
@@ -75,17 +66,13 @@ def _formats(front: Sequence[Program]) -> dict[str, int]:
 
 
 def _fed(
-    estimator: Estimator,
-    names: set[str],
-    formats: Mapping[str, int],
-    registers: dict[str, Input],
-    word: int,
+    estimator: Estimator, formats: Mapping[str, int], registers: dict[str, Input], word: int
 ) -> Estimator:
     """The estimator with its inputs in the formats that they come in."""
     where = f"estimator {estimator.name}"
     inputs = []
     for i in estimator.inputs:
-        if i.source.partition(".")[0] in names or i.flags:
+        if i.flags:
             inputs.append(i)
         elif i.name in SENSED:
             inputs.append(_sensed(i, SENSED[i.name], formats[i.name], word, where))
@@ -95,8 +82,7 @@ def _fed(
             words = SourceFormat(form.frac, first.low, first.high)
             source = f"the input register {i.name}"
             inputs.append(i.with_source(words, word, of=source, unit=first.unit, where=where))
-    streamed = [i for i in inputs if i.source.partition(".")[0] not in names]
-    for kind, count in (("inputs", len(streamed)), ("outputs", len(estimator.outputs))):
+    for kind, count in (("inputs", len(inputs)), ("outputs", len(estimator.outputs))):
         if count > _MOST_WORDS:
             raise InputError.at(
                 where,

@@ -22,7 +22,7 @@ from boresight.gateware.attitude.system.feed import (
     feed_of,
     reset_word,
 )
-from boresight.gateware.attitude.system.plan import FRONT_NAMES, chain_of
+from boresight.gateware.attitude.system.plan import FRONT_NAMES
 from boresight.model.arrays import BoolArray
 from boresight.model.attitude.front.inertial import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
@@ -107,30 +107,20 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
         Data of the sensor readers.
     """
     filters, n = len(programs) - len(FRONT_NAMES), len(samples)
-    chains = [chain_of(programs, k) for k in range(filters)]
     feed = feed_of(programs[:filters])
     memory = _memory(programs[filters:], feed, samples)
-    words: dict[str, IntArray] = {}  # outputs of programs by name, for updates in which they ran
     clamped = np.zeros(n, dtype=np.bool_)
-    records = np.zeros((n, max(len(p.streamed) for p in programs[:filters])), dtype=np.int64)
+    records = np.zeros((n, max(len(p.inputs) for p in programs[:filters])), dtype=np.int64)
     outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
-    for number in sorted(range(filters), key=lambda k: len(chains[k])):
-        program, selected = programs[number], samples.filter == number
-        rows = np.flatnonzero([number in chains[k] for k in samples.filter])
-        columns = dict(zip(program.streamed, memory.record(feed.records[number]), strict=True))
-        for value, link in program.linked.items():
-            columns[value] = words[f"{link.program}.{link.output}"]
+    for number, program in enumerate(programs[:filters]):
+        rows = np.flatnonzero(samples.filter == number)
+        columns = dict(zip(program.inputs, memory.record(feed.records[number]), strict=True))
         if len(rows):
             inputs = np.column_stack([columns[v] for v in program.inputs])[rows]
             out, saturated, _, _ = interpret(program, inputs)
             clamped[rows] |= saturated
-        for k, name in enumerate(program.output_names):
-            words[f"{program.name}.{name}"] = column = np.zeros(n, dtype=np.int64)
-            if len(rows):
-                column[rows] = out[:, k]
-            outputs[selected, k] = column[selected]
-        for k, value in enumerate(program.streamed):
-            records[selected, k] = columns[value][selected]
+            outputs[rows, : out.shape[1]] = out
+            records[rows, : inputs.shape[1]] = inputs
     return Chain(records, outputs, clamped, memory.dt < 0)
 
 

@@ -105,6 +105,6 @@ def words_as_record(program: Program, chain: Chain, name: str = "words") -> Reco
     """
     real = {
         program.values[n].name: program.format(n).real(chain.records[:, k])
-        for k, n in enumerate(program.streamed)
+        for k, n in enumerate(program.inputs)
     }
     return Record(name, {n: Column(v) for n, v in real.items()})

@@ -45,7 +45,7 @@ def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) ->
     """
     board = make_board(SCALED, filters=filters, wishbone=True)
     system, program = board.system, board.core.parts[0].program
-    outputs, inputs = len(program.outputs), len(program.streamed)
+    outputs, inputs = len(program.outputs), len(program.inputs)
     sizes = {
         "RECORD_OUTPUTS": outputs,
         "RECORD_INPUTS": inputs,

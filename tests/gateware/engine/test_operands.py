@@ -9,9 +9,8 @@ from amaranth.back import rtlil
 from amaranth.hdl import Module
 
 from boresight.gateware.engine.operands import Operands
-from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, Machine
 from boresight.gateware.microcode.image import Image
-from boresight.gateware.schedule.links import Window
 from tests.support.bench import Pins, run_bench
 
 
@@ -21,47 +20,28 @@ def physical(machine: Machine, address: int, parity: int) -> int:
     return address ^ (half // 2 if address & half and parity else 0)
 
 
-def read_of(machine: Machine, address: int, parity: int, window: Window | None, others: int) -> int:
-    """As `physical`; a state of the window goes by the parity of its owner."""
-    slots = machine.bank_depth // 4
-    owner = None if window is None else window.owner(address % slots, slots)
-    if owner is not None:
-        parity = others >> window.owners.index(owner) & 1
-    return physical(machine, address, parity)
-
-
-WINDOWS = [None, Window(4, (2,)), Window(16, (0, 1, 3, 2)), Window(2, (1, 0))]
-CASES = [(config, w) for config in sorted(CONFIGS) for w in WINDOWS]
-CASES += [("small-1024", Window(16, (0, 1, 3, 2))), ("fast-1024", Window(128, (1, 0)))]
-CASES += [("small-2048", Window(256, (1, 0))), ("fast-2048", None)]
-
-
-@pytest.mark.parametrize(("config", "window"), CASES)
-def test_random_traffic(config: str, window: Window | None) -> None:
+@pytest.mark.parametrize("config", ["small", "fast", "small-1024", "fast-2048"])
+def test_random_traffic(config: str) -> None:
     machine = ALL_CONFIGS[config]
     rng = random.Random(3)
     lanes, depth = machine.lanes, machine.bank_depth
     registers = [rng.getrandbits(32) for _ in range(machine.register_words)]
     tables = [rng.getrandbits(32) for _ in range(1536)]
-    image = Image(rom=[], registers=registers, tables=tables, lengths=(3,), window=window)
+    image = Image(rom=[], registers=registers, tables=tables, lengths=(3,))
     top, dut = Module(), Operands(machine=machine, image=image)
     top.submodules.dut = dut
     memory = list(registers)
     of_lanes = ("a_addr", "b_addr", "table", "index", "w_en", "w_addr", "w_data")
     signals: dict[Any, Any] = {(n, k): getattr(dut, n)[k] for n in of_lanes for k in range(lanes)}
     signals |= {"parity": dut.parity, "en": dut.en}
-    if window is not None:
-        signals["others"] = dut.others
     pins = Pins(top, signals, driven=True)
 
     async def bench(ctx):
         expected: list[tuple[int, int] | None] = [None] * lanes
         for _ in range(900):
-            parity, others, reads = rng.getrandbits(1), 0, set()
-            if window is not None:
-                others = rng.getrandbits(len(window.owners))
+            parity, reads = rng.getrandbits(1), set()
             running = rng.random() < 0.8
-            values: dict[Any, int] = {"parity": parity, "en": running, "others": others}
+            values: dict[Any, int] = {"parity": parity, "en": running}
             for k in range(lanes):
                 a, b = rng.randrange(len(registers)), rng.randrange(len(registers))
                 index = rng.randrange(128)
@@ -71,13 +51,13 @@ def test_random_traffic(config: str, window: Window | None) -> None:
                 values |= {("a_addr", k): a, ("b_addr", k): b, ("table", k): table}
                 values["index", k] = index
                 # Never written at the end of the cycle: nothing relies on what is then read.
-                reads |= {read_of(machine, at, parity, window, others) for at in (a, b)}
+                reads |= {physical(machine, at, parity) for at in (a, b)}
                 if running:
                     expected[k] = (
-                        memory[read_of(machine, a, parity, window, others)],
+                        memory[physical(machine, a, parity)],
                         tables[512 * (b >> 2) + 4 * index + (b & 3)]
                         if table
-                        else memory[read_of(machine, b, parity, window, others)],
+                        else memory[physical(machine, b, parity)],
                     )
             for k in range(lanes):
                 offset, word = rng.randrange(depth), rng.getrandbits(32)

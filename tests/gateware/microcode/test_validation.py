@@ -19,9 +19,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
 from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
-from tests.support.linked import linked_core
 from tests.support.random_program import random_inputs, random_program, random_programs
-from tests.support.shared import shared_core
 
 CONFIG = pytest.mark.parametrize("config", ALL_CONFIGS)
 
@@ -43,30 +41,6 @@ def test_shipped_programs(name: str, lanes: int) -> None:
         (larger,) = re.findall(rf"config ({config}-\d+) has more", str(error))
         core = build_core(program, larger)
     assert prove(core) == len(program.ops)
-
-
-@CONFIG
-def test_linked_programs(config: str) -> None:
-    """Either copy of each state, of the program that runs and of those that it reads."""
-    core = linked_core(config)
-    assert prove(core) == sum(len(part.program.ops) for part in core.parts)
-
-
-def test_programs_that_share_states() -> None:
-    """From either copy, whichever program was the last; with another owner it is refused."""
-    core = shared_core()
-    assert prove(core) == sum(len(part.program.ops) for part in core.parts)
-    with pytest.raises(ValueError, match="shorter"):  # registers of each program
-        validate_microcode(
-            core.machine,
-            core.image,
-            [part.program for part in core.parts],
-            [part.allocation.addresses() for part in core.parts[:-1]],
-        )
-    with pytest.raises(Refuted, match=r"^row: place is not shared$"):
-        prove(core, replace(core.image, families=(2, 1, 2)))
-    with pytest.raises(Refuted, match=r"^row: cycle \d+ writes motion\.(place|pace|weight), "):
-        prove(core, replace(core.image, families=()))
 
 
 @CONFIG
@@ -98,7 +72,7 @@ def test_a_constant_in_a_register_that_is_written() -> None:
         plan, where, half = core.schedule, core.allocation.addresses(), core.machine.bank_depth // 2
         program, slots = plan.program, plan.slots
         written = {op.dest: plan.write_cycle(k) for k, op in enumerate(program.ops)}
-        written |= dict(zip(program.streamed, plan.gets, strict=True))
+        written |= dict(zip(program.inputs, plan.gets, strict=True))
         for n in program.of_kind(Kind.CONST):
             reads = [s.cycle for s in slots if n in (s.a, s.b)]
             firsts: dict[int, int] = {}
@@ -123,7 +97,7 @@ def test_a_constant_in_a_register_that_is_written() -> None:
 
 def test_words_of_other_programs() -> None:
     """A program that writes what another one needs later is refused, whichever copy it is."""
-    core = linked_core()
+    core = build_shared_core(random_programs(1, 3, n_states=2), "small")
     machine, image = core.machine, core.image
     for number, base in enumerate(image.bases):
         at = base + machine.stages.write + 3

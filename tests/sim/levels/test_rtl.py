@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.model.attitude import estimator
-from boresight.model.estimator import Estimator, State
+from boresight.model.estimator import State
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
@@ -23,8 +23,6 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.estimators import Leaky
-from tests.support.linked import Inner, Middle, Models
-from tests.support.shared import Beside, Motion, Row
 from tests.support.track import Track
 
 # -- the core's Verilog as a level: records, closed loops, and every word of an update ------------
@@ -177,7 +175,7 @@ def test_wandering() -> None:
     (run,) = recorded(build)
     program = build.programs[0]
     assert run.inputs.shape == (60, 4) and run.outputs.shape == (60, 3)
-    for words, number in zip(run.inputs.T, program.streamed, strict=True):
+    for words, number in zip(run.inputs.T, program.inputs, strict=True):
         low, high = (program.format(number).quantise(x) for x in (
             program.values[number].low, program.values[number].high))  # fmt: skip
         assert ((low <= words) & (words <= high)).all() and len(set(words)) > 1
@@ -203,18 +201,6 @@ def test_from_the_log() -> None:
     assert (run.inputs == columns.words(build.programs[0])[4000 : 4000 + count]).all()
     assert count == 10_000 // build.core.schedule.interval
     assert np.ptp(run.inputs[:, 1]) > 0 and (run.inputs[:, 4] != 0).any()
-
-
-@pytest.mark.parametrize("made", [(Middle, Inner), (Row, Beside, Motion)])
-def test_programs_that_have_something_of_each_other(made: tuple[type[Estimator], ...]) -> None:
-    """Linked, or with shared states: the bench runs them one after the other."""
-    build = Build(*(of() for of in made))
-    runs = recorded(build)
-    assert [run.number for run in runs] == build.order
-    models = Models(build.core)
-    for run in runs:
-        for words, wanted in zip(run.inputs, run.outputs, strict=True):
-            assert models.update(run.number, words.tolist()) == wanted.tolist()
 
 
 # --------------------------------------------------------------------------------------------------

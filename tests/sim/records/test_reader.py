@@ -374,11 +374,6 @@ def test_nothing_to_hold() -> None:
         reader(fix="mend it").take({**GOOD, "z": NAN})
 
 
-def test_inputs_that_others_give() -> None:
-    result, _ = reader(linked={1}).take({"c": 1.0, "plain": 2.0})
-    assert result[0, 0].tolist() == [1.0, 0.0, 1.0, 2.0, 1.0]
-
-
 # -- time steps -----------------------------------------------------------------------------------
 
 

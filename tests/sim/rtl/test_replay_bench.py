@@ -203,12 +203,12 @@ def test_the_selected_program(simulation: CompiledSimulation) -> None:
     (first, second), inputs = simulation.core.parts, np.zeros((3, 9), dtype=np.int64)
     batch = simulation.batch(inputs, bus_writes=[BusWrite(1, 3, 5)])
     assert batch.bus_writes == [BusWrite(0, PROGRAM, 1), BusWrite(1, 3, 5)]
-    assert batch.n_in.tolist() == 3 * [len(second.program.streamed)]
+    assert batch.n_in.tolist() == 3 * [len(second.program.inputs)]
     assert batch.n_out.tolist() == 3 * [len(second.program.outputs)]
     assert (batch.stall, batch.trace) == (0, -1)
     assert batch.limit == (3 + 4) * second.schedule.interval + 2 * 64 + 1000
     batch = simulation.batch(inputs, np.array([0, 1, 0]), stall=7, trace=2)
-    assert batch.n_in.tolist() == [len(p.program.streamed) for p in (first, second, first)]
+    assert batch.n_in.tolist() == [len(p.program.inputs) for p in (first, second, first)]
     assert batch.n_out.tolist() == [len(p.program.outputs) for p in (first, second, first)]
     assert (list(batch.bus_writes), batch.stall, batch.trace) == ([], 7, 2)
     longest = max(first.schedule.interval, second.schedule.interval)

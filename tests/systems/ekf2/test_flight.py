@@ -8,23 +8,10 @@ import pytest
 from boresight.gateware.synthesis.blocks import core_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
-from boresight.model.step import Values
-from boresight.sim.compare.check import Check
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
-from boresight.sim.records.feed import feed
 from boresight.sim.rotations.rotation import rotate
-from boresight.sim.worlds.loop import close_loop
-from boresight.systems.ekf2.estimator import (
-    DT,
-    GRAVITY_NED,
-    KINDS,
-    UNITS,
-    Ekf2,
-    Ekf2Motion,
-    Ekf2Row,
-)
+from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, UNITS, Ekf2
 from boresight.systems.ekf2.runs import CONFIG, run
 from boresight.systems.ekf2.world import NOISE, Flight
 
@@ -84,24 +71,3 @@ def test_it_fits_the_smallest_part() -> None:
     assert core.schedule.interval <= 3300 and data == 11 and microcode + data <= 26
 
 
-def test_its_parts_are_the_filter() -> None:
-    """A prediction and a row: the same float64; two programs of one core that share P."""
-    whole, motion, row = Ekf2(), Ekf2Motion(), Ekf2Row()
-    world = Flight(steps=12)
-    with make_level("c", Build(whole, config=CONFIG)) as level:
-        record = close_loop(world, level).record(whole, "begin")
-    rows = feed(whole, record).inputs
-    together = whole.run_float(rows[:, :, None])
-    state = {s.name: np.float64(s.initial) for s in whole.states}
-    for k in range(12):
-        u = Values("input", {i.name: v for i, v in zip(whole.inputs, rows[k], strict=True)})
-        for of in (motion, row):
-            p = Values("parameter", of.param_values())
-            state, out = of.step(Values("state", state), u, p)
-            if of is motion:  # the filter shows what it predicts
-                wanted = {name: values[k, 0] for name, values in together.outputs.items()}
-                assert out == pytest.approx(wanted, rel=1e-12, abs=1e-12)
-    build = Build(motion, row, config=CONFIG)
-    assert sum(part.schedule.interval for part in build.core.parts) <= 3300
-    results = Check(build, levels=("fixed", "c")).run(record)
-    assert all(result.exact for result in results), results

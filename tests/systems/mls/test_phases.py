@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import boresight
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.mls import estimator, phases
-from boresight.systems.mls.deck import deck, records
-from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.phases import STATUS_BITS, ArrayPhases
 
 FILE, OTHER = phases.__file__, estimator.__file__
@@ -66,41 +63,6 @@ def test_a_beam_that_is_none_gives_bounded_phases() -> None:
     fixed, real = run(u, "c"), run(u)
     assert not fixed.saturated.any()
     assert apart(phases(fixed.outputs), phases(real.outputs)) < 2.0**-20
-
-
-def both(steps: int, config: str) -> None:
-    """The filter and its reader in random turns on one core: every word as the integer model."""
-    u = records(deck("rolling", steps / 1000.0, 5, 30.0), 5)
-    names = [i.name for i in MlsAttitude.inputs]
-    angle = np.linspace(-1.0, 1.0, steps)
-    beams = {"beam_x": np.cos(angle), "beam_y": np.sin(angle), "beam_z": 0.0 * angle}
-    log = dict(zip(names, u.T, strict=True)) | beams
-    checked = boresight.check(
-        "mls_attitude,array_phases",
-        log,
-        config=config,
-        levels=("fixed", "c", "rtl"),
-        simulator="verilator",
-    )
-    for result in checked["results"]:
-        assert [(x.n_total, x.n_mismatch) for x in result.levels] == [(steps, 0)] * 3
-    outputs = checked["results"][1].fixed.outputs
-    q = Rotation.from_quat(
-        np.stack([checked["results"][0].fixed.outputs[f"q{a}"] for a in "xyzw"], axis=1)
-    )
-    beam = np.stack(list(beams.values()), axis=1)
-    # Each beam is turned by an attitude that the filter had at that time, or a record before.
-    best = np.minimum(
-        np.abs((outputs["phase_1"] - 0.5 * q.inv().apply(beam)[:, 1] + 0.5) % 1.0 - 0.5),
-        np.abs(
-            (outputs["phase_1"][1:] - 0.5 * q[:-1].inv().apply(beam[1:])[:, 1] + 0.5) % 1.0 - 0.5
-        )[np.r_[0, : steps - 1]],
-    )
-    assert best[200:].max() < 1e-6
-
-
-def test_in_turns_with_the_filter() -> None:
-    both(260, "small")
 
 
 def test_at_the_ends_of_the_scan() -> None:

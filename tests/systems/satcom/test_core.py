@@ -44,10 +44,12 @@ def records(mode: str, steps: int, rng: np.random.Generator) -> Any:
 
 
 def places(steps: int, rng: np.random.Generator) -> Any:
-    """Inputs (steps, 10) of `SatcomPointing`, the whole earth; links fill the attitude."""
+    """Inputs (steps, 10) of `SatcomPointing`: turning attitudes, the whole earth."""
     u = rng.uniform([-0.5, -1.0, -500.0], [0.5, 1.0, 20e3], (steps, 3))
     u[::17] = [0.0, 110.5 / 180.0, 0.0]  # below the satellite
-    return np.concatenate([np.zeros((steps, 7)), u], axis=1)
+    q = rng.normal(size=(steps, 4))
+    attitude = q / np.linalg.norm(q, axis=1, keepdims=True)
+    return np.concatenate([attitude, rng.uniform(-7.9, 7.9, (steps, 3)), u], axis=1)
 
 
 SOAK = pytest.mark.soak

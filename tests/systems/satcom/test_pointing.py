@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.gateware.core import build_shared_core
 from boresight.model.errors import InputError
-from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Column, Record
-from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.pointing import SatcomPointing, direction
 
 A, F = 6378137.0, 1.0 / 298.257223563
@@ -120,19 +117,6 @@ def test_horizon_and_keyhole() -> None:
     out = run(records(Rotation.identity(3), np.ones((3, 3)), place))
     assert out[:, -1].tolist() == [0.0, 1.0, 2.0]
     assert np.abs(out[:, 3:6]).max() <= 16.0
-
-
-def test_reads_the_attitude_of_the_filter() -> None:
-    """Linked in one core, no format changes on the way; the place comes with the record."""
-    attitude, pointing = linked_estimators([Satcom(), SatcomPointing()])
-    program = attitude.compile()
-    for i in pointing.inputs[:7]:
-        output = program.outputs[program.output_names.index(i.source.removeprefix("satcom."))]
-        frac = i.source_format.frac if i.source_format else None
-        assert frac in (None, program.format(output).frac)
-    assert not any(i.source for i in pointing.inputs[7:])
-    core = build_shared_core([attitude.compile(), pointing.compile()], "small")
-    assert [part.program.name for part in core.parts] == ["satcom", "satcom_pointing"]
 
 
 @pytest.mark.parametrize(

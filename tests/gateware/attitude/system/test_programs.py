@@ -18,7 +18,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from tests.support.random_program import random_inputs
-from tests.support.shared import Motion, Row
 
 CONFIG = pytest.mark.parametrize("config", ["small", "fast"])
 
@@ -152,7 +151,6 @@ def test_filters_stay_as_they_are() -> None:
             [estimator(Input("x", -1.0, 1.0), outputs=17)],
             "estimator sums: wanted 16 or fewer outputs on a board, found 17",
         ),
-        ([Row(), Motion()], "estimator row: wanted states of its own on a board, which runs one"),
         (["mekf"] * 9, "estimators: wanted 8 or fewer on a board, found 9"),
     ],
 )

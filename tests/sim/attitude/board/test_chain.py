@@ -59,7 +59,7 @@ def samples(n: int, **more) -> Samples:
 def test_a_set_of_registers_comes_with_an_update(board) -> None:
     programs = [part.program for part in board.core.parts]
     chain = run_chain(programs, samples(10, feed={"target": 1 << 28}, new_feed=4))
-    names = [programs[0].values[n].name for n in programs[0].streamed]
+    names = [programs[0].values[n].name for n in programs[0].inputs]
     assert chain.records[:, names.index("target")].tolist() == [0] * 4 + [1 << 28] * 6
     assert np.flatnonzero(chain.records[:, names.index("set_new")]).tolist() == [4]
     assert np.flatnonzero(chain.records[:, names.index("mx_new")]).tolist() == [3, 7]
