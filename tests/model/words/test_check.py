@@ -184,8 +184,6 @@ def test_incomplete_program(program: Program, message: str) -> None:
     [
         (("name", "a*/b"), "the name"),
         (("name", 5), "a name that is not a text"),
-        (("shares", "a*/b"), "the name"),
-        (("shares", 5), "a name that is not a text"),
         (("arithmetic", "headroom", 3), "an arithmetic without a core"),
         (("arithmetic", "word", 40), "word must be 18 to 32"),
         (("values", 0, "frac", "1"), "value with frac '1'"),
@@ -207,14 +205,6 @@ def test_incomplete_program(program: Program, message: str) -> None:
         (("ports", 0, "tolerance", "1"), "port with tolerance '1'"),
         (("ports", [{"name": "a"}]), "ports that are not those of its inputs and outputs"),
         (("in_ports", 0, "missing", [1]), r"port with missing '\[1\]'"),
-        (
-            ("links", [{"value": 10**6, "program": "a", "output": "b", "state": None}]),
-            "a link that is not",
-        ),
-        (
-            ("links", [{"value": 0, "program": 7, "output": "b", "state": None}]),
-            "link with program",
-        ),
         (("states", 0, [0, 0]), "states must list every value of kind state once"),
     ],
 )

@@ -69,5 +69,3 @@ def test_it_fits_the_smallest_part() -> None:
     core = Build(Ekf2(), config=CONFIG).core
     microcode, data = core_blocks(core.machine, core.image, TARGETS["xc6slx9"].family.memory_shapes)
     assert core.schedule.interval <= 3300 and data == 11 and microcode + data <= 26
-
-
