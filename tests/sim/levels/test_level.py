@@ -167,5 +167,3 @@ def test_bad_parameters_are_refused_before_any_work(params, message) -> None:
 
 #: Records of estimators that read each other.
 N = 300
-
-
