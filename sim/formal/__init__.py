@@ -15,6 +15,6 @@ is not; ``python -m boresight.sim.formal`` runs the proofs::
 
     PROOFS = (Proof(name="counter.range", depth=20, harness=Counts, dut=Counter),)
 
-A harness reads ports. Only that of a proof by induction (`inside.InductiveHarness`) reads registers,
-since induction begins in any state.
+A harness reads ports. Only that of a proof by induction (`inside.InductiveHarness`) reads
+registers, since induction begins in any state.
 """

@@ -85,14 +85,6 @@ class Inside:
         )
         return word
 
-    def state(self, *names: str) -> Value:
-        """1 while the state machine is in one of these states."""
-        machine = self.module.find_generated("fsm")
-        is_in: Value = Value.cast(0)
-        for name in names:
-            is_in = is_in | (machine.state == machine.encoding[name])
-        return is_in
-
 
 class InductiveHarness(Harness[T]):
     """A harness whose claims relate the registers of the component to those of a model."""

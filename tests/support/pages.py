@@ -216,7 +216,7 @@ def call_tests(folder: Path) -> None:
 def same_text(shown: str, said: str) -> bool:
     """Whether output is what a page shows: ``...`` is any lines, decimals may differ by `NEAR`."""
     wanted, got = (
-        [_VARIES.sub("", line) for line in text.splitlines() if " icarus " not in line]
+        [_VARIES.sub("", line) for line in text.splitlines()]
         for text in (shown.rstrip("\n"), said.rstrip("\n"))
     )
     if "..." not in wanted:
