@@ -38,6 +38,7 @@ def test_all_pages_of_the_site_are_here():
 def test_every_verb_is_on_a_page():
     text = "".join((pages.ROOT / page).read_text(encoding="utf-8") for page in pages.PAGES)
     assert not [verb for verb in VERBS if f"boresight {verb}" not in text]
+<<<<<<< HEAD
 
 
 # -- the runner itself, on pages made up -----------------------------------------------------------
@@ -120,3 +121,5 @@ def test_a_fault_on_a_page_is_told(good, bad, message, page):
 )
 def test_what_counts_as_the_same(shown, said, same):
     assert pages.same_text(shown, said) is same
+=======
+>>>>>>> 595fe360 (docs: commands and results as they are; tests.docs: the pages, not their runner)
