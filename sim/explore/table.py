@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 import shlex
@@ -23,16 +21,7 @@ from boresight.sim.explore.measure import ANGLE_NAMES, Plan
 from boresight.sim.records.selection import selection
 from boresight.sim.result import Result, Row
 
-__all__ = [
-    "OF_AREA",
-    "Demand",
-    "Quantity",
-    "csv_of",
-    "demands_of",
-    "quantities",
-    "quantity_of",
-    "result_of",
-]
+__all__ = ["OF_AREA", "Demand", "Quantity", "demands_of", "quantities", "quantity_of", "result_of"]
 
 
 @dataclass(frozen=True)
@@ -218,16 +207,6 @@ def result_of(
         "\n".join(lines),
         failures=failures,
     )
-
-
-def csv_of(rows: Sequence[Row]) -> str:
-    """Rows as CSV, without their command lines."""
-    columns = [*dict.fromkeys(name for row in rows for name in row if name != "commands")]
-    file = io.StringIO()
-    writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return file.getvalue()
 
 
 def _row(

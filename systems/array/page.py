@@ -1,10 +1,8 @@
-"""The page of the array experiment: targets, errors over hours, the paper's tables, words."""
+"""The page of the array experiment: targets, errors over hours, words, cases."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-
-import numpy as np
 
 from boresight import Target
 from boresight.sim.experiments.page import Section, numbers
@@ -12,7 +10,6 @@ from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, band, figure_and_axes, legend, settings, svg
 from boresight.systems.array.cases import CASES, RATES
-from boresight.systems.array.printed import BUDGET, HOURLY, SIGMA, statistics
 from boresight.systems.array.runs import EVERY
 from boresight.systems.array.words import FORTY, WORDS
 from boresight.systems.array.world import ANGLES, DT
@@ -32,21 +29,6 @@ _OVER = (
     "First run, least and most of each 240th of the time. The heading is worst before the filter "
     "has seen some turns."
 )
-_FLOOR = (
-    "Our errors are constant: gyro misalignments m = 20e-6 look like a tilt of m (cos^2 66 - "
-    "sin^2 66) = -2.8 arcsec in pitch and m (sin 66 + cos 66)/cos 66 = 13.4 in roll where all are "
-    "plus, and no state of the filter can tell them from the tilt."
-)
-_SIGMA = (
-    'The last rows of Tables 4 and 5, "1 sigma", are the deviations (n - 1) of the eight hourly '
-    "values from their own mean: without that mean, and without what happens between the hours. An "
-    "hour is 3.5 turns at 0.35 deg/s, so odd hours are half a turn away from the mark: hence the "
-    "alternation of Table 4. It is 360 whole turns at 36 deg/s: hours 1 to 7 of Table 5 are read "
-    "where the heading was just set, the eighth (52.03) is not, and without that one value the "
-    '{all:.2f} is {seven:.2f}. "All below 40" holds of these deviations; single values reach 60.82 '
-    "and 52.03. Our root mean squares are over all the time, with the mean."
-)
-_OLD = "A chain of parts, each with its share; Tables 2 and 3 are lost."
 _WORDS = (
     "The strapdown alone, perfect sensors that count in words of the same length: worst angle "
     "while it turns, root mean square. Carried: remainders in a second word; plain: none. Grey: "
@@ -65,53 +47,14 @@ _COLUMNS = {
 
 def render(flown: Mapping[str, Runs], words: Mapping[str, Runs], targets: Sequence[Target]) -> str:
     """HTML text: no script, nothing outside."""
-    heading, parts = HOURLY["b"][:, 2], np.array([*BUDGET.values()])
-    sigma = _SIGMA.format(all=heading.std(ddof=1), seven=heading[:7].std(ddof=1))
-    old: list[list[str | float]] = [[name, *row] for name, row in BUDGET.items()]
-    old.append(["root of the sum of squares", *np.sqrt((parts[:-1] ** 2).sum(axis=0)).tolist()])
     rates = [f"{deg_s:g} deg/s" for deg_s in RATES.values()]
     bands = [(rate, _bands(flown, key)) for key, rate in zip(RATES, rates, strict=True)]
-    hourly = [f"{rate}, {column}" for rate in rates for column in ("paper", "plus", "draws, rms")]
-    three = "arcsec: pitch, roll, heading"
-    contents = (
-        ("Errors over the hours", _OVER, (), (), bands),
-        ("Tables 4 and 5: errors after each hour", _FLOOR, (three, *hourly), _hours(flown), ()),
-        ('What "1 sigma" means', sigma, (three, *rates), _meaning(flown), ()),
-        ("Table 1: heading by the old method", _OLD, ("arcsec", "allocated", "real"), old, ()),
-        ("How long words must be", _WORDS, (), (), [("", _lengths(words))]),
-        ("Cases", _CASES, ("", "runs", *_COLUMNS), _cases(flown), ()),
-    )
-    names = ("title", "text", "columns", "rows", "figures")
-    sections = [Section(**dict(zip(names, texts, strict=True))) for texts in contents]  # type: ignore[arg-type]
+    sections = [
+        Section(title="Errors over the hours", text=_OVER, figures=bands),
+        Section(title="How long words must be", text=_WORDS, figures=[("", _lengths(words))]),
+        Section(title="Cases", text=_CASES, columns=("", "runs", *_COLUMNS), rows=_cases(flown)),
+    ]
     return page("array", _INTRO, targets, sections)
-
-
-def _hours(flown: Mapping[str, Runs]) -> list[list[str | float]]:
-    """Hourly errors: of the paper, of the run with all errors plus, and over the draws."""
-    rows: list[list[str | float]] = []
-    for hour in range(len(flown["a_plus"].each[0].hourly)):
-        row: list[str | float] = [str(hour + 1)]
-        for key, printed in HOURLY.items():
-            drawn = np.array([result.hourly[hour] for result in flown[f"{key}_index"].each])
-            row.append(numbers(printed[hour]) if hour < len(printed) else "")
-            row.append(numbers(flown[f"{key}_plus"].each[0].hourly[hour]))
-            row.append(numbers(np.sqrt(np.mean(drawn**2, axis=0))))
-        rows.append(row)
-    return rows
-
-
-def _meaning(flown: Mapping[str, Runs]) -> list[list[str | float]]:
-    """Statistics of the paper's hourly values, and of ours."""
-    printed = {key: statistics(hourly) for key, hourly in HOURLY.items()}
-    results = {key: flown[f"{key}_index"].pooled() for key in RATES}
-    kinds = {"sigma": "deviation of the hours", "rms": "root mean square", "max": "most"}
-    rows: list[list[str | float]] = [["printed as 1 sigma", *map(numbers, SIGMA.values())]]
-    for kind, name in kinds.items():
-        rows.append([f"printed, {name}", *(numbers(printed[k][kind]) for k in RATES)])
-    for kind, name in kinds.items():
-        figures = [[results[key][f"{axis}_{kind}"] for axis in ANGLES] for key in RATES]
-        rows.append([f"ours, {name}", *map(numbers, figures)])
-    return rows
 
 
 def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:

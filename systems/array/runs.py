@@ -19,7 +19,6 @@ from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import drive
 from boresight.systems.array.cases import Case
 from boresight.systems.array.estimator import ArrayAttitude
-from boresight.systems.array.printed import statistics
 from boresight.systems.array.world import ANGLES, DT, ERECTED, TurningArray
 
 __all__ = ["EVERY", "Turned", "errors_of", "figures_of", "run_array", "turned"]
@@ -143,3 +142,12 @@ def figures_of(runs: Sequence[Turned]) -> Runs:
         figures["scale_up_ppm"].append(1e6 * result.outputs["scale_up"][-1])
     arrays = {n: np.array(v, dtype=np.float64) for n, v in figures.items()}
     return Runs(arrays, {}, list(runs), {f"{axis}_sigma": "rms" for axis in ANGLES})
+
+
+def statistics(hourly: FloatArray) -> dict[str, FloatArray]:
+    """Deviation from their mean (n - 1), rms and most of hourly errors (hours, 3); (3,) each."""
+    return {
+        "sigma": hourly.std(axis=0, ddof=1) if len(hourly) > 1 else np.zeros(3),
+        "rms": np.sqrt(np.mean(hourly**2, axis=0)),
+        "max": np.abs(hourly).max(axis=0),
+    }

@@ -49,10 +49,6 @@ _BIASES = (
 )
 _FREE = "Figures 5 to 10 without noise: reported less true position, corrected from 80 s on."
 _NOISY = "Figures 5 to 10 with the printed noise, which is in both curves."
-_WEAK = (
-    "The direction that the tracks tell least of after 170 s, in units of the noise: both ranges "
-    "together, which shifts both tracks alike."
-)
 
 
 def render(
@@ -70,7 +66,6 @@ def render(
             (_BIASES, _biases(noiseless, noisy, theory, share)),
             (_FREE, _tracks(noiseless, "free")),
             (_NOISY, _tracks(noisy, "noisy")),
-            (_WEAK, _weak(theory)),
         ]
     rows: list[list[str | float]] = []
     for k, b in enumerate(BIASES):
@@ -135,12 +130,3 @@ def _tracks(run: Watched, salt: str) -> str:
         plot.set_xlabel("time, s")
     legend(axes[0, 0], 2)
     return svg(figure, f"tracks-{salt}")
-
-
-def _weak(theory: Predicted) -> str:
-    """The least observed direction."""
-    figure, plot = figure_and_axes(2.4)
-    names = [b.replace("_", " ") for b in BIASES]
-    plot.bar(names, theory.weak, color=[_RADARS[0]] * 3 + [_RADARS[1]] * 3)
-    plot.set_ylabel("share")
-    return svg(figure, "weak")

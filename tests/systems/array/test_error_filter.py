@@ -8,15 +8,13 @@ import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from boresight.model.algebra.scalar_update import Update
 from boresight.model.algebra.strapdown import Angles, angles
 from boresight.systems.array import error_filter as errors
 from boresight.systems.array import index
-from boresight.systems.array.error_filter import PHI, SCALE
+from boresight.systems.array.error_filter import PHI
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.interface import KINDS, UNITS
-from boresight.systems.array.words import run_width
-from tests.support.rotating_array import ARCSEC, EARTH, LATITUDE
+from tests.support.rotating_array import EARTH, LATITUDE
 
 # -- propagation against matrices in SI units; what grows, and what stops growing -----------------
 
@@ -66,38 +64,6 @@ def test_propagation(seconds: float) -> None:
     c = start.as_matrix()
     exact = np.diag(1.0 / SCALES) @ expm(dynamics(c, 0.0)) @ np.diag(SCALES)
     assert np.array(still) == pytest.approx(exact @ p @ exact.T, abs=1e-3)
-
-
-def test_earth_and_scale_factor_come_in_with_their_signs() -> None:
-    """One element after the other, in a P that has only that one."""
-    q = np.array([1.0, 0.0, 0.0, 0.0])
-    z = np.array([np.cos(0.1), 0.0, 0.0, np.sin(0.1)])
-    p = 0.25 * np.eye(13)
-    values = np.array(errors.propagated(p, q, z, 1.0, (6e-5, 4e-5)))
-    tilt, heading = UNITS["tilt"], UNITS["heading"]
-    assert values[6, 3] == pytest.approx(-0.25 * 2.0 * np.sin(0.1) * UNITS["scale"] / heading)
-    assert values[4, 5] == pytest.approx(0.25 * (4e-5 - 4e-5), abs=1e-9)
-    assert values[4, 6] == pytest.approx(0.25 * 6e-5 * (tilt / heading - heading / tilt), rel=1e-3)
-    back = np.array(errors.propagated(p, z, q, 1.0, (0.0, 0.0)))
-    assert back[6, 3] == -values[6, 3]
-    nothing = errors.propagated(p, q, z, 0.0, (0.0, 0.0))
-    assert np.array(nothing) == pytest.approx(p, abs=0.0)
-
-
-@pytest.mark.parametrize("k", [0, 1, 2, *PHI])
-def test_a_state_at_its_limit_waits(k: int) -> None:
-    """Its row stays as it was, but for what others bring; the others move as before."""
-    q, z = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.995, 0.0, 0.0, 0.0998])
-    p = 0.1 * np.eye(13) + 0.01
-    moved = np.array(errors.propagated(p, q, z, 1.0, (6e-5, 4e-5)))
-    limit = errors.LIMITS[KINDS[k]]
-    p[k, k] = limit - 1e-9
-    below = np.array(errors.propagated(p, q, z, 1.0, (6e-5, 4e-5)))
-    p[k, k] = limit
-    at = np.array(errors.propagated(p, q, z, 1.0, (6e-5, 4e-5)))
-    assert below[k, k] != pytest.approx(limit, abs=1e-7) and at[k, k] == limit
-    others = [i for i in range(13) if i != k and i not in (0, 1, *PHI)]
-    assert at[np.ix_(others, others)] == pytest.approx(moved[np.ix_(others, others)])
 
 
 def test_noise_and_what_stops_it() -> None:
@@ -165,46 +131,7 @@ def test_the_heading_is_that_of_the_index(at: float) -> None:
     assert off == pytest.approx(0.3, abs=1e-4 * (1.0 - at) + 1e-12)
 
 
-def test_a_fix_is_in_arc_seconds_at_any_pitch() -> None:
-    p = SimpleNamespace(index_sd=2.0 * ARCSEC)
-    result = index.fix(p, seen_of(C), 100.0 / 648000.0)
-    cosine = np.cos(np.radians(66.0))
-    assert result.innovation == pytest.approx(100.0 / 304.0 * cosine)
-    assert result.variance == pytest.approx((2.0 / 304.0 * cosine) ** 2)
-
-
-def test_the_change_over_a_turn_is_the_scale_factor() -> None:
-    p = SimpleNamespace(index_sd=2.0 * ARCSEC)
-    k = 2e-5  # of 360 deg: the heading is ahead by so much after one turn, behind after one back
-    for turned, off in ((2.0, 2.0 * k), (-2.0, -2.0 * k)):
-        x = SimpleNamespace(last_off=0.7)
-        result = index.change(x, p, 0.7 + off, turned)
-        assert result.row == {SCALE: 1.0}
-        assert result.innovation == pytest.approx(k / UNITS["scale"])
-    sd = np.sqrt(2.0) * 2.0 * ARCSEC / (2.0 * np.pi) / UNITS["scale"]
-    assert result.variance == pytest.approx(sd**2)
-    for turned in (3.5, -3.5):
-        result = index.change(x, p, -0.7, turned)
-        assert result.row == {SCALE: 0.0} and result.innovation == 0.0
-    assert index.change(x, SimpleNamespace(index_sd=1e-3), 0.7, 2.0).variance == 1.0
-
-
-def test_a_correction_moves_the_last_offset_too() -> None:
-    rng = np.random.default_rng(1)
-    gain = list(0.2 * rng.normal(size=13))
-    phi = SHARE * 0.5 * np.array([gain[k] for k in PHI])
-    result = index.corrected(0.2, seen_of(C), Update(gain, 0.5, False))
-    wanted = 0.2 + (heading(Rotation.from_rotvec(phi) * C) - heading(C)) / np.pi
-    assert result == pytest.approx(wanted, abs=1e-9) and abs(result - 0.2) > 1e-7
-
-
 # -- the strapdown in short words: carried remainders are what keeps it ---------------------------
-
-
-def test_carried_remainders_keep_the_attitude() -> None:
-    """Words of 24 bits, slowly: without remainders the error is many times as large."""
-    f = run_width((24, 0.35, 0.05), range(1, 2)).pooled()
-    assert 0.0 < 10.0 * f["carried_rms"] < f["plain_rms"]
 
 
 # -- what `array_attitude` declares: names that others rely on, states that fit their units -------

@@ -173,20 +173,6 @@ def test_is_the_kalman_filter() -> None:
     assert np.count_nonzero(status(result) & 64) == 1
 
 
-def test_index_and_what_it_is_worth() -> None:
-    """After a minute of turns; fixed point as float64."""
-    u, blind = records(60.0), records(60.0, index=False)
-    result, c, free = run(u), run(u, "c"), run(blind)
-    assert not c.saturated.any()
-    assert np.abs(errors(result) - errors(c)).max() < 0.05
-    assert (status(result) == status(c)).all()
-    late = slice(-1000, None)
-    assert np.abs(errors(result)[late, 2]).max() < 4.0 < np.abs(errors(free)[late, 2]).max()
-    assert np.abs(errors(result)[:, :2]).max() < 40.0
-    assert (status(free)[:2000] & 1).all() and (status(free)[2000:3320] & 2).all()
-    assert not (status(free) & 64).any() and (status(free) & 128).all()
-
-
 @pytest.fixture(scope="module")
 def faulty() -> Any:
     """Faults of the index, and the runs without and with them."""
@@ -222,20 +208,6 @@ def test_a_heading_that_did_jump_is_believed_in_the_end() -> None:
     assert np.abs(errors(result)[-1, 2] - 1000.0) < 20.0
 
 
-def test_the_literal_reading_measures_the_scale_factor() -> None:
-    u = records(60.0)
-    result, c, free = run(u, "float", "literal"), run(u, "c", "literal"), run(records(60.0, False))
-    true = 1e-5 + 2.0 * 20e-6 * np.sin(np.radians(67.0)) * np.cos(np.radians(67.0))
-    true += 20e-6 * np.sin(np.radians(2.0)) * 2.0
-    assert result.outputs["scale_up"][-1] == pytest.approx(true, abs=6e-6)
-    assert abs(free.outputs["scale_up"][-1] - true) > 1e-5
-    # the rate is right, the angle is not
-    assert np.abs(np.diff(errors(result)[-2000::1000, 2])).max() < 12.0
-    assert not c.saturated.any() and np.abs(errors(result) - errors(c)).max() < 0.05
-    bits = status(result)
-    assert np.count_nonzero(bits & 64) == np.count_nonzero(u[:, 9])
-
-
 def test_a_restart_is_a_start() -> None:
     u = records(16.0)[:4500]
     again = np.concatenate([u[:4000], u[:1], u])
@@ -248,19 +220,6 @@ def test_a_restart_is_a_start() -> None:
     program = level("c").program
     p, wanted = (covariances(program, s) for s in (second.states[4001:], first.states))
     assert np.abs(p - wanted).max() < 1e-7
-
-
-def test_other_parameters_at_a_restart() -> None:
-    """Site and attitude in registers do what arguments do."""
-    other = ArrayAttitude(-40.0, 2000.0, (5.0, -3.0, 170.0))
-    values = {n: v for n, v in other.param_values().items() if n[:5] in ("latit", "heigh", "start")}
-    u = np.concatenate([np.zeros((1, 10)), records(16.0)[:300]])
-    u[0, 6] = -1.0
-    level_object = make_level("c", Build(ArrayAttitude(attitude=START)))
-    level_object.set_params(ArrayAttitude().param_values(values))
-    words = level_object.run(u).words[1:]
-    wanted = make_level("c", Build(other)).run(u).words[1:]
-    assert (words == wanted).all()
 
 
 def test_full_scale_is_flagged_and_bounded() -> None:
@@ -277,14 +236,3 @@ def test_full_scale_is_flagged_and_bounded() -> None:
 
 LOUD = {"gyro_noise": 3e-5, "force_noise": 2e-3, "index_turn": 0.0, "index_gate": 1.0}
 LOUD |= {"gyro_walk": 1e-9, "force_walk": 1e-4, "zupt_sd": 0.0078125}
-
-
-def test_an_unseen_heading_is_cut_before_its_word_is_full() -> None:
-    """A minute of turns with a scale factor hardly known: its variance grows with the square."""
-    u = records(60.0, index=False).copy()
-    u[0, 6] = -1.0
-    result = run(u, "c", **LOUD, p0_heading=1.02e-3, p0_scale=2.1e-5)
-    p = covariances(level("c").program, result.states)[:, 6, 6]
-    cut = status(result) & 32 > 0
-    assert cut.any() and not result.saturated.any() and p.max() < 0.75
-    assert (p[np.flatnonzero(cut) + 5] < 0.6).all() and p[1] > 0.45

@@ -91,18 +91,6 @@ def test_exact_sensors_give_the_exact_attitude() -> None:
         assert turned(what.q, quaternions(out))[ALIGN_STEPS:].max() < 1e-3
 
 
-def test_what_was_printed_fails(rows: Any, corrected: Any) -> None:
-    late = slice(1500, None)
-    q = quaternions(corrected)[late]
-    for option, least in (("process", 3.0), ("measurement", 20.0)):
-        out = run(rows, **{option: "printed"}).outputs
-        assert np.median(turned(quaternions(out)[late], q)) > least, option
-    same = run(rows, innovation="printed").outputs
-    assert turned(quaternions(same)[late], q).max() < 1e-4
-    free = run(rows, innovation="printed", norm="free").outputs
-    assert free["norm"][-1] == pytest.approx(math.sqrt(0.5), abs=0.01)
-
-
 def test_a_missing_field_only_counts_as_missing(rows: Any) -> None:
     u = rows.copy()
     u[:60, 7:] = 0.0
@@ -117,25 +105,6 @@ def test_restart_forgets(rows: Any) -> None:
     twice = run(np.concatenate([rows[900:1200], rows[:400]])).outputs
     for name, value in once.items():
         assert (twice[name][301:] == value[1:]).all(), name
-
-
-def hostile(mode: str, steps: int) -> Any:
-    rng = np.random.default_rng(6)
-    u = np.zeros((steps, 10))
-    u[:, 0] = rng.choice([1e-3, 5e-3, 0.2, 0.0], steps, p=[0.7, 0.1, 0.1, 0.1])
-    u[:, 1:4] = (np.cumsum(rng.normal(0.0, 0.05, (steps, 3)), axis=0) + 8.0) % 15.99 - 8.0
-    u[:, 4:7] = rng.normal(0.0, 20.0, (steps, 3)).clip(-160.0, 159.9)
-    u[:, 7:] = rng.normal(0.0, 60.0, (steps, 3)).clip(-256.0, 255.9)
-    if mode == "spin":
-        u[:, :4] = [0.2, 39.9, -40.0, 39.9]
-    elif mode == "nothing":
-        u[:, 4:] = 0.0
-    elif mode == "restarts":
-        u[rng.random(steps) < 0.01, 0] = -0.1
-    elif mode == "parallel":  # the field along the force: the heading is not observed
-        u[:, 4:7], u[:, 7:] = [0.0, 0.0, 9.8], [0.0, 0.0, -50.0]
-    u[0, 0] = -0.1
-    return u
 
 
 def test_one_step_by_hand() -> None:

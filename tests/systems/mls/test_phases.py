@@ -1,6 +1,5 @@
 """`array_phases` against scipy's rotations; exact integers; linked to the filter in one core."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -44,33 +43,3 @@ def test_phases_of_the_turned_beam(elements: int, spacing: float) -> None:
     assert apart(phases(out, elements), wanted) < 1e-12
     assert out["status"].tolist() == (inside[:, 0] < 0.25).astype(float).tolist()
     assert set(STATUS_BITS) == {0}
-
-
-def test_phases_are_unsigned_turns_and_exact_multiples() -> None:
-    """Words: phase k is k times phase 1, modulo 2^32; told from 0 to 1."""
-    outcome = run(draws(2), "c")
-    assert not outcome.saturated.any()
-    words = outcome.words[:, :64]
-    assert ((words - words[:, 1:2] * np.arange(64)) % 2**32 == 0).all()
-    outputs = phases(outcome.outputs)
-    assert (outputs >= 0.0).all() and (outputs < 1.0).all() and outputs.max() > 0.99
-    assert (outputs == (words % 2**32) / 2.0**32).all()
-
-
-def test_a_beam_that_is_none_gives_bounded_phases() -> None:
-    u = draws(3)
-    u[:, 4:] = np.sign(u[:, 4:])  # each component as large as it goes
-    fixed, real = run(u, "c"), run(u)
-    assert not fixed.saturated.any()
-    assert apart(phases(fixed.outputs), phases(real.outputs)) < 2.0**-20
-
-
-def test_at_the_ends_of_the_scan() -> None:
-    """62 deg to both sides, level: a pi more for each half wavelength times the sine."""
-    level = [1.0, 0.0, 0.0, 0.0]
-    for sign in (-1.0, 1.0):
-        angle = sign * math.radians(62.0)
-        u = np.array([[*level, math.cos(angle), math.sin(angle), 0.0]])
-        out = run(u, "c").outputs
-        assert apart(out["phase_63"], 63 * 0.5 * math.sin(angle)) < 1e-7
-        assert out["status"] == 0.0

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop
-from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.phases import ArrayPhases
-from boresight.systems.mls.world import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, angle_of, scan_times
+from boresight.systems.mls.world import Landing
 
 
 def fly(world: Landing, name: str = "c", config: str = "small", steps: int | None = None) -> Loop:
@@ -45,30 +43,3 @@ def test_beams_go_where_the_pulse_was() -> None:
         record = lost.record(outputs)
         outputs = {f"phase_{k}": (k * k % 7) / 7.0 for k in range(16)}
     assert record is not None and abs(lost._half) > 3.0 and not lost.angles
-
-
-def test_on_deck() -> None:
-    """Truths beside the records; after its start the filter is near them."""
-    world = OnDeck("rolling", 4, 0.6, 170.0)
-    loop = close_loop(world, make_level("c", Build(MlsAttitude())))
-    assert len(loop.inputs) == 600
-    for name in ("roll", "pitch", "heading"):
-        error = 180.0 * ((loop.outputs[name] - loop.truth[name] + 1.0) % 2.0 - 1.0)
-        assert np.abs(error[130:]).max() < 1.5
-    assert (loop.inputs[0, 0], loop.inputs[1, 0]) == (-1e-3, 1e-3)
-
-
-def test_more_elements_than_the_estimator_has_outputs() -> None:
-    world = Landing("sea_5", seconds=1.1, beams=8)
-    message = r"^landing, elements: wanted as many as the estimator has phases, 16, found 64"
-    with pytest.raises(InputError, match=message):
-        close_loop(world, make_level("c", Build(ArrayPhases(16))))
-
-
-def test_angle_from_times() -> None:
-    """To and fro: a microsecond is a hundredth of a degree, later pulses are further left."""
-    angles = np.array([-62.0, -10.0, 0.0, 33.3, 62.0])
-    to, fro = scan_times(angles)
-    assert (to >= 0.0).all() and (fro > to).all() and fro.max() < 2 * 2 * SCAN_DEG / SCAN_DEG_S + 1
-    assert angle_of(to, fro) == pytest.approx(angles)
-    assert angle_of(to, fro - 1e-6) - angles == pytest.approx(0.01)

@@ -156,30 +156,6 @@ def test_a_radar_that_misses_is_waited_for() -> None:
     assert (before == after).all()  # nothing is learnt meanwhile
 
 
-def test_tracks_that_never_meet_tell_nothing() -> None:
-    u = records(noise=0.0, steps=100)
-    u[:50, 8], u[50:, 7] = 0.0, 0.0
-    out = compiled(u).outputs
-    assert (out["status"].astype(int)[1:] & 3 == 3).all()
-    assert all((out[n] == 0.0).all() for n in NAMES)
-
-
-def test_below_ground_overhead_and_apart() -> None:
-    low = records(noise=0.0, steps=60)
-    for k, radar in enumerate(RADARS):  # both point 2 deg below their horizons
-        down = ecef(np.array([9e4, -0.035, 1.0]), radar)
-        low[:, 1 + 3 * k : 4 + 3 * k] = down
-    assert (status(low)[10:] & 4).all()
-    above = records(noise=0.0, steps=60)
-    above[:, 1:4] = ecef(np.array([2e4, math.radians(89.0), 1.0]), RADARS[0])
-    above[:, 4:7] = above[:, 1:4]
-    assert (status(above)[10:] & 4).all()
-    wrong = records(noise=0.0, steps=60)
-    wrong[30:, 4] += 1.2e5
-    s = status(wrong)
-    assert not (s[10:30] & 8).any() and (s[30:] & 8).all()
-
-
 def test_restart_forgets() -> None:
     u = records(noise=1.0, steps=120)
     once, twice = (
@@ -187,20 +163,6 @@ def test_restart_forgets() -> None:
     )
     for name in [*NAMES, "nis", "status"]:
         assert (once.outputs[name] == twice.outputs[name][90:]).all(), name
-
-
-def hostile(steps: int, seed: int) -> Any:
-    """Records of targets that jump, of radars that miss and disagree, with restarts."""
-    rng = np.random.default_rng(seed)
-    u = records(noise=3.0, steps=min(steps, 1000), seed=seed)
-    u = np.tile(u, (-(-steps // len(u)), 1))[:steps]
-    u[:, 0] = rng.choice([0.1, 0.02, 0.9, 0.0], steps, p=[0.7, 0.1, 0.1, 0.1])
-    jump = rng.random(steps) < 0.05
-    u[jump, 1:7] = rng.uniform(-8.3e6, 8.3e6, (int(jump.sum()), 6))
-    u[:, 7:] = rng.random((steps, 2)) < 0.8
-    u[rng.random(steps) < 0.005, 0] = -0.1
-    u[0, 0] = -0.1
-    return u
 
 
 def test_sites_are_those_of_another_package() -> None:

@@ -68,16 +68,4 @@ def test_bound_is_the_inverse_of_the_sum() -> None:
     )
 
 
-def test_without_a_prior_ranges_are_hardly_determined() -> None:
-    """At 80 s 1,545 and 1,200 m, at 170 s 202 and 182 m; nothing at all at first."""
-    outcome = deviations(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf)))
-    assert np.isinf(outcome[0]).all()
-    assert outcome[800, [0, 3]] == pytest.approx([1545.0, 1200.0], rel=0.01)
-    assert outcome[1700, [0, 3]] == pytest.approx([202.0, 182.0], rel=0.01)
-    assert outcome[800, [1, 2, 4, 5]] / DEG == pytest.approx([0.33, 0.085, 0.27, 0.043], rel=0.03)
-    assert (np.diff(outcome[1:][np.isfinite(outcome[1:, 0])], axis=0) <= 1e-9).all()
-    weak = np.linalg.eigh(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf))[800])
-    assert weak.eigenvalues[-1] > 30.0 * weak.eigenvalues[-2]
-
-
 # -- the page: every bias, every verdict, four plots, nothing from outside ------------------------

@@ -8,13 +8,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.firmware.build import CModel
-from boresight.model.errors import InputError
-from boresight.model.estimator import input_words, with_params
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
-from boresight.sim.records.feed import feed
-from boresight.sim.records.record import Column, Record
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.interface import BIAS_UNIT
 from tests.support.compiled_float import compiled_float
@@ -198,18 +191,6 @@ def test_is_the_seven_state_filter(params: Any) -> None:
     assert math.pi * x["drift"] == pytest.approx(book.drift, abs=1e-9)
 
 
-def test_jacobians_are_unit_vectors() -> None:
-    """cos(theta) dphi = d_1, dtheta = d_2, cos(theta) dpsi = cos(theta) d_3 + sin(theta) d_1."""
-    rng = np.random.default_rng(2)
-    for phi, theta, psi in rng.uniform(-1.4, 1.4, (20, 3)):
-        r = Rotation.from_euler("ZYX", [psi, theta, phi])
-        d = 1e-6 * rng.normal(size=3)  # in axes turned by the heading
-        moved = Rotation.from_euler("Z", psi).apply(d)
-        after = (Rotation.from_rotvec(moved) * r).as_euler("ZYX")[::-1] - [phi, theta, psi]
-        wanted = [d[0] / math.cos(theta), d[1], d[2] + math.tan(theta) * d[0]]
-        assert after == pytest.approx(wanted, rel=1e-3, abs=1e-9)
-
-
 def still(roll: float, pitch: float, heading: float, steps: int = 400, e: float = 0.0) -> Any:
     """Exact sensors at rest [deg]; the beam on the satellite but for ``e`` [rad]."""
     attitude = Rotation.from_euler("ZYX", [heading, pitch, roll], degrees=True)
@@ -256,111 +237,8 @@ def test_external_acceleration(axis: int, level: float, flagged: bool) -> None:
     assert (status[-1] & 1, status[-2] & 1) == (int(flagged), 0)
 
 
-def test_what_was_printed_fails() -> None:
-    """The sign of the roll; the test of the vertical, which finds acceleration in rest."""
-    u = still(5.0, 2.0, 0.0)
-    roll = np.degrees(float_run(u, estimator=Satcom(roll="printed"))["angles"][-1, 0])
-    assert roll == pytest.approx(-5.0, abs=0.1)
-    out = float_run(u, {"tilt_known_sd": 1.0}, estimator=Satcom(detector="printed"))
-    assert (out["status"][2:].astype(int) & 1).all()
-
-
-def test_status_of_tracking_samples() -> None:
-    u = motion(1, 300)
-    status = float_run(u, PARAMS)["status"].astype(int)
-    assert [status[1] & 6, status[10] & 6, status[155] & 6, status[260] & 6] == [2, 0, 2, 4]
-
-
-def test_a_sample_beyond_the_gate_changes_nothing() -> None:
-    u = motion(1, 300)
-    without = u.copy()
-    without[260, 9] = 0.0
-    a, b = float_run(u, PARAMS), float_run(without, PARAMS)
-    assert (a["angles"] == b["angles"]).all()
-
-
-def test_a_tracking_error_beyond_the_beam_is_refused() -> None:
-    columns = {i.name: Column(np.zeros(3)) for i in Satcom.inputs if not i.flags}
-    columns["e_psi"] = Column(np.array([0.0, 0.6, 0.0]))
-    with pytest.raises(
-        InputError, match=r"e_psi\[1\]: wanted -0.5 to 0.5 rad, .* found 0.6"
-    ) as caught:
-        feed(Satcom(), Record("log", columns))
-    assert "\n" not in str(caught.value)
-
-
 def test_restart_forgets() -> None:
     u = motion(1, 300)[:200]
     once, twice = float_run(u, PARAMS), float_run(np.concatenate([motion(2, 300)[:100], u]), PARAMS)
     assert (once["angles"][1:] == twice["angles"][101:]).all()
     assert (once["heading_pi"][1:] == twice["heading_pi"][101:]).all()
-
-
-def compiled(u: Any, level: str, params: Any) -> Any:
-    return make_level(level, Build(Satcom(), params=[params])).run(u)
-
-
-def hostile(mode: str, steps: int) -> Any:
-    """Records of a kind that no vehicle gives."""
-    rng = np.random.default_rng(5)
-    u = np.zeros((steps, 10))
-    u[:, 0] = rng.choice([0.02, 0.005, 0.2, 0.0], steps, p=[0.7, 0.1, 0.1, 0.1])
-    u[:, 1:4] = (np.cumsum(rng.normal(0.0, 0.05, (steps, 3)), axis=0) + 8.0) % 15.99 - 8.0
-    u[:, 4:7] = rng.normal(0.0, 20.0, (steps, 3)).clip(-64.0, 63.9)
-    u[:, 7] = rng.normal(0.0, 0.06, steps).clip(-0.5, 0.5)
-    u[:, 8] = rng.uniform(-1.0, 1.0, steps)
-    u[:, 9] = rng.random(steps) < 0.1
-    if mode == "spin":
-        u[:, 1:4] = [7.99, -8.0, 7.99]
-    elif mode == "fall":
-        u[:, 4:7] = 0.0
-    elif mode == "blind":  # at rest without tracking: the heading is not observed
-        u[:, 0], u[:, 9] = 0.02, 0.0
-        u[:, 1:4] = rng.normal(0.0, 1e-3, (steps, 3))
-        u[:, 4:7] = [0.0, 0.0, -GRAVITY] + rng.normal(0.0, 0.05, (steps, 3))
-    elif mode == "restarts":
-        u[rng.random(steps) < 0.02, 0] = -0.1
-    u[0, 0] = -0.1
-    return u
-
-
-#: All noises at their most, and no doubt of an external acceleration: what can grow does.
-NOTHING_KNOWN = {
-    **{"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0, "tilt_known_sd": 1.0},
-    **{"gyro_sd": 0.1, "bias_density": 0.01, "bias_p0_sd": 0.1, "delta_x": 0.01},
-}
-
-
-def test_without_tracking_the_tilt_is_kept_for_ever() -> None:
-    """The heading's variance comes to its limit again and again; roll and pitch live on."""
-    u = hostile("blind", 15000)
-    u[:, 0] = 0.2
-    u[:, 1:4] += [0.01, -0.01, 0.02]
-    fixed = compiled(u, "c", {"gyro_sd": 0.05, "bias_density": 1e-3})
-    full = (fixed.outputs["status"].astype(int) & 8) != 0
-    assert 2 < full.sum() < 0.9 * len(u)
-    for name in ("roll", "pitch"):
-        assert np.sqrt(np.mean((180.0 * fixed.outputs[name][100:]) ** 2)) < 0.4
-
-
-def test_a_heading_at_its_limit_is_cut_by_half() -> None:
-    """Not by the noise of a sample that there was not: it would be believed."""
-    u = hostile("blind", 3000)
-    params = {"gyro_sd": 0.05, "bias_density": 1e-3}
-    program = with_params(Satcom().compile(), Satcom(), params)
-    words = CModel(program).trajectory(input_words(program, u[:, :, None])[:, :, 0])[2]
-    heading = [program.values[s].name for s, _ in program.states].index("p22")
-    variance = words[:, heading] / 2.0**31
-    reached = np.argmax(variance > 0.45)
-    assert 0 < reached < 2500 and variance[reached:].min() > 0.1
-
-
-def test_at_its_limit_the_covariance_does_not_grow() -> None:
-    u = hostile("blind", 2000)
-    u[1:, 0] = 0.2499
-    params = {**NOTHING_KNOWN, "scale": 64.0}
-    program = with_params(Satcom().compile(), Satcom(), params)
-    words = CModel(program).trajectory(input_words(program, u[:, :, None])[:, :, 0])[2]
-    names = [program.values[s].name for s, _ in program.states]
-    rotation = sum(words[:, names.index(f"p{k}{k}")] for k in range(3)) / 2.0**31
-    assert 0.45 < rotation[500:].max() < 0.6

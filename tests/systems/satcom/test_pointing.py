@@ -12,7 +12,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Column, Record
-from boresight.systems.satcom.pointing import SatcomPointing, direction
+from boresight.systems.satcom.pointing import SatcomPointing
 
 A, F = 6378137.0, 1.0 / 298.257223563
 ORBIT = 42164.17e3
@@ -87,27 +87,6 @@ def test_rates_are_those_of_the_angles() -> None:
     result = run(records(attitude, rate, place))[:, 3:6]
     assert far.sum() > 400
     assert np.abs(result - numerical)[far].max() < 1e-4
-
-
-def test_skew_on_level_ground() -> None:
-    """atan(sin L / tan phi) of the textbooks, a satellite at infinity; to the left in the east."""
-    place = np.array(
-        [[phi, SATELLITE - east, 0.0] for phi in (20, 45, -35) for east in (-40, 0, 30)]
-    )
-    out = run(records(Rotation.identity(len(place)), np.zeros_like(place), place))
-    phi, east = np.radians(place[:, 0]), np.radians(SATELLITE - place[:, 1])
-    result = 180.0 * out[:, 2] + np.degrees(np.arctan2(np.sin(east), np.tan(phi)))
-    assert np.abs((result + 180.0) % 360.0 - 180.0).max() < 1.0
-
-
-def test_direction_at_known_places() -> None:
-    """Overhead below it; due south at a known elevation; symmetric in longitude."""
-    (north, east, down), *_ = direction(0.0, 0.5, 0.0, 0.5)
-    assert (north, east, ORBIT * down) == pytest.approx((0.0, 0.0, A - ORBIT))
-    (north, east, down), *_ = direction(0.25, 0.5, 0.0, 0.5)
-    assert east == 0.0 and math.degrees(math.atan2(-down, -north)) == pytest.approx(38.2, abs=0.1)
-    a, b = (np.array(direction(0.2, 0.5 + k, 500.0, 0.5)[0]) for k in (-0.1, 0.1))
-    assert a == pytest.approx(b * [1.0, -1.0, 1.0]) and a[1] > 0.0
 
 
 def test_horizon_and_keyhole() -> None:

@@ -14,11 +14,10 @@ from boresight.systems.worlds.turning import (
     Turn,
     Turning,
     Vibration,
-    drawn,
     earth_rate,
     normal_gravity,
 )
-from boresight.systems.worlds.turntable import STEP, Mark, Pulses, pulses
+from boresight.systems.worlds.turntable import Mark, Pulses, pulses
 
 # -- errors of triads that report increments ------------------------------------------------------
 
@@ -35,30 +34,6 @@ def test_white_noise_walks_as_declared() -> None:
     result = triad(Noise(white=0.5)).read(np.zeros((40_000, 3))) - 3e-5
     np.testing.assert_allclose(result.var(axis=0), 0.5**2 * DT, rtol=0.04)
     assert np.abs(np.corrcoef(result.T) - np.eye(3)).max() < 0.02
-
-
-def test_bias_walks_as_declared() -> None:
-    """Variance of the bias after a second, over many seconds."""
-    result = (triad(Noise(walk=0.5)).read(np.zeros((200_000, 3))) - 3e-5) / DT
-    steps = result[100::100] - result[:-100:100]
-    np.testing.assert_allclose(steps.var(axis=0), 0.5**2, rtol=0.12)
-
-
-def test_counts_lose_nothing() -> None:
-    true = np.full((1000, 3), 0.26)
-    result = Triad(np.zeros(3), np.eye(3), Noise(lsb=1.0), (1,), DT).read(true)
-    assert set(result.ravel()) == {0.0, 1.0}
-    np.testing.assert_allclose(result.sum(axis=0), 260.0)
-
-
-@pytest.mark.parametrize("noise", [Noise(white=1.0), Noise(walk=1.0), Noise(0.1, 0.2, 0.03)])
-def test_pieces_make_no_difference(noise: Noise) -> None:
-    true = np.linspace(0.0, 1.0, 300).reshape(100, 3)
-    whole, pieces = triad(noise).read(true), triad(noise)
-    values = np.concatenate(
-        [pieces.read(true[:33]), pieces.read(true[33:34]), pieces.read(true[34:])]
-    )
-    np.testing.assert_allclose(values, whole, rtol=0.0, atol=1e-12)
 
 
 # --------------------------------------------------------------------------------------------------
@@ -132,23 +107,6 @@ def test_increments_and_attitudes(vibration) -> None:
     np.testing.assert_array_equal(of.velocity(3, 53, 10), of.velocity(3, 53)[9::10])
 
 
-def test_nothing_drifts_in_eight_hours() -> None:
-    """At 36 deg/s, 80 turns per 800 s: the end is where it began."""
-    of = Turning(
-        START, (Turn(2_880_000, (0.0, 0.0, math.pi / 5)),), TURNING_DT, earth=0.0 * EARTH, gravity=G
-    )
-    np.testing.assert_allclose(of.matrix(2_879_000, 2_880_000)[-1], START, rtol=0.0, atol=1e-10)
-    late, early = of.increments(2_879_000, 2_880_000), of.increments(0, 1000)
-    np.testing.assert_allclose(late, early, rtol=0.0, atol=1e-11)
-
-
-def test_earth_rate_is_once_in_a_sidereal_day() -> None:
-    """Along the pole as an independent package has it."""
-    pole = np.array(pymap3d.uvw2enu(0.0, 0.0, 1.0, 31.9521, 118.6591))
-    np.testing.assert_allclose(earth_rate(31.9521), EARTH_RATE * pole, rtol=1e-12)
-    assert 2.0 * math.pi / EARTH_RATE == pytest.approx(86164.1, abs=0.05)
-
-
 @pytest.mark.parametrize("latitude", [0.0, 31.9521, 60.0, 90.0])
 @pytest.mark.parametrize("height", [0.0, 45.0, 3000.0])
 def test_normal_gravity(latitude: float, height: float) -> None:
@@ -159,19 +117,6 @@ def test_normal_gravity(latitude: float, height: float) -> None:
     s = (place[2] / np.linalg.norm(place)) ** 2
     fourth = 5.0 * 2.3709e-6 * 9.81 * (35.0 * s * s - 30.0 * s + 3.0) / 8.0
     assert normal_gravity(latitude, height) == pytest.approx(fourth - float(up @ whole), abs=3e-6)
-
-
-def test_a_vibration_is_as_large_as_asked_for() -> None:
-    """Within its band; another draw is another one; none is none."""
-    rng = np.random.default_rng(2)
-    first, other = (drawn(0.02, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) for _ in "ab")
-    assert first is not None and other is not None
-    t = np.arange(100_000) * TURNING_DT
-    assert first.at(t).std() == pytest.approx(0.02, rel=0.02)
-    assert first.hertz.min() >= 3.0 and first.hertz.max() <= 12.0 and np.ptp(first.hertz) > 2.0
-    assert (first.hertz != other.hertz).all() and (first.phase != other.phase).all()
-    assert first.side.tolist() == [0.0, -1.0, 0.0]
-    assert drawn(0.0, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) is None
 
 
 # -- pulses of the mark: when they come, what they tell, and faults by their share ----------------
@@ -205,18 +150,6 @@ def test_a_pulse_comes_where_the_mark_is() -> None:
     assert (result.azimuth == math.radians(200.0)).all()
     assert (result.share >= 0.0).all() and (result.share <= 1.0).all()
     assert np.ptp(result.share) > 0.9 and (np.diff(result.sample) > 0).all()
-
-
-def test_an_encoder_is_read_with_the_samples() -> None:
-    """At their ends, in steps: the error is that of rounding, the angle less than a sample on."""
-    result = turntable_drawn(Mark(at_deg=200.0, index="encoder"))
-    assert result.share == pytest.approx(np.ones(len(result.share)))
-    assert np.abs(off(result)).max() <= 0.5 * STEP / ARCSEC + 1e-3
-    assert off(result).std() == pytest.approx(STEP / ARCSEC / math.sqrt(12.0), rel=0.06)
-    steps = (result.azimuth - math.radians(200.0)) / STEP
-    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-6)
-    assert steps.min() >= 0.0 and steps.max() <= math.radians(37.3) * TURNTABLE_DT / STEP + 1.0
-    assert pytest.approx(4.944, abs=1e-3) == STEP / ARCSEC
 
 
 def test_faults_by_their_shares() -> None:
