@@ -16,7 +16,7 @@ from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import IntArray
-from boresight.sim.compare.claims import claim_results
+from boresight.sim.compare.claims import FoldedClaims, claim_results
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
@@ -29,6 +29,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.levels.registry import LEVELS
+from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.examine import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.log import Log
@@ -137,6 +138,7 @@ class _Case:
 
     judge: Judge
     truth: TrueErrors
+    folded: FoldedClaims
     rows: int = 0
     #: The interpreter's states before the piece at hand; None before the first.
     before: IntArray | None = None
@@ -251,7 +253,15 @@ class Check:
         """
         sources = [Log.of(log) for log in logs]
         cases = [
-            _Case(Judge(self.build, k, curves=keep_all), TrueErrors(estimator.outputs))
+            _Case(
+                Judge(self.build, k, curves=keep_all),
+                TrueErrors(estimator.outputs),
+                FoldedClaims(
+                    estimator,
+                    claims_of(self.build.programs[k], self.build.nodes[k]),
+                    self.build.params[k],
+                ),
+            )
             for k, estimator in enumerate(self.build.estimators)
         ]
         attempts = [
@@ -411,6 +421,7 @@ class Check:
                         case.differs(n, place + row, records, wanted)
             states = case.judge.add(records, wanted, floating[k])
             case.latest = wanted
+            case.folded.add(records)
             case.before, case.rows = states[-1], case.rows + len(records)
             if keep_all or case.rows - len(records) < KEPT:
                 case.pieces.append((records, wanted, floating[k]))
@@ -512,7 +523,10 @@ class Check:
             book,
             case.truth.result(),
             sources[number % len(sources)].comparison,
-            claim_results(examined, accuracy.reached, broken) if examined else (),
+            (
+                *(claim_results(examined, accuracy.reached, broken) if examined else ()),
+                *case.folded.result(),
+            ),
             case.rows,
             None if case.complete else partial(self._parts, number, sources),
         )

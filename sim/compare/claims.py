@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from boresight.sim.ranges.claims import Claim
+from boresight.model.arrays import FloatArray
+from boresight.model.estimator import Estimator
+from boresight.sim.fit.observe import Observer
+from boresight.sim.ranges.claims import TOLERANCE, Claim
 from boresight.sim.ranges.examine import Examined
 from boresight.sim.ranges.search import Witness
 
-__all__ = ["ClaimResult", "claim_lines", "claim_results"]
+__all__ = ["ClaimResult", "FoldedClaims", "claim_lines", "claim_results"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,9 @@ class ClaimResult:
         Inputs of the search that leave the range.
     on_covariances : bool
         Whether the claim also holds for random covariances.
+    folded : bool
+        Whether no word holds the value, since the compiler decided with the claim all that the
+        value enters; then ``log`` is of float64.
     """
 
     reason: str
@@ -54,6 +60,7 @@ class ClaimResult:
     updates: int = 0
     witness: Witness | None = field(default=None, repr=False)
     on_covariances: bool = False
+    folded: bool = False
 
     @property
     def text(self) -> str:
@@ -62,7 +69,13 @@ class ClaimResult:
 
     @property
     def failure(self) -> str:
-        """What is wrong, where the search breaks the claim; else empty."""
+        """What is wrong, where the search or float64 breaks the claim; else empty."""
+        if self.status == "broken" and self.folded and self.log is not None:
+            reached = max(self.log, key=lambda x: max(self.low - x, x - self.high))
+            return (
+                f"{self.line}: {reached:.6g} in float64 is BEYOND the claim [{self.low:g}, "
+                f"{self.high:g}], {self.reason}, with which comparisons are decided: widen it"
+            )
         if self.status != "broken" or self.witness is None:
             return ""
         return (
@@ -130,6 +143,55 @@ def _result(examined: Examined, log: tuple[float, float] | None, broken: bool) -
         None if broken else examined.witness,
         examined.on_covariances,
     )
+
+
+class FoldedClaims:
+    """Claims whose values no word holds: the compiler decided with them all that they enter.
+
+    They are compared with float64 on the log.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    claims : sequence of Claim
+        Those whose values the program holds.
+    params : mapping, optional
+        Parameter values of the run.
+    """
+
+    def __init__(
+        self, estimator: Estimator, claims: Sequence[Claim], params: Mapping[str, float] | None
+    ) -> None:
+        trace = estimator.record()
+        held = {(c.line, c.low, c.high) for c in claims}
+        self._claims = [
+            e
+            for e in trace.needed
+            if e.kind == "bounded"
+            and not any(e.data[3:])  # an exception
+            and (str(e.line), *map(float, e.data[:2])) not in held
+        ]
+        self._observer = Observer(trace, estimator, params) if self._claims else None
+
+    def add(self, inputs: FloatArray) -> None:
+        """Take the next rows."""
+        if self._observer is not None and len(inputs):
+            self._observer.add(inputs)
+
+    def result(self) -> list[ClaimResult]:
+        """Return the claims that float64 breaks."""
+        reached = {} if self._observer is None else self._observer.reached
+        broken = []
+        for e in self._claims:
+            low, high, reason, *_ = e.data
+            seen, slack = reached.get(e.args[0].number), TOLERANCE * max(abs(low), abs(high))
+            if seen is not None and not low - slack <= seen[0] <= seen[1] <= high + slack:
+                broken.append(
+                    ClaimResult(
+                        reason, str(e.line), low, high, "", "broken", seen, None, 1.0, folded=True
+                    )
+                )
+        return broken
 
 
 def claim_lines(results: Sequence[ClaimResult]) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,13 +13,12 @@ from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import OutputFile
-from boresight.sim.compare.check import Check, _Attempt
+from boresight.sim.compare.check import Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import CModel, Emitted
+from boresight.sim.levels.integer import CModel
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
@@ -142,18 +140,6 @@ def test_a_c_model_wrong_in_an_operation_is_found_by_name(log, monkeypatch):
     )
 
 
-def test_a_c_model_wrong_in_a_state_alone_fails(log, monkeypatch):
-    """Its outputs and its flag are right; a later update would show it, or none."""
-
-    def change(outputs, saturated, states):
-        states[19] ^= 1  # in the last update
-
-    wrong_c(monkeypatch, change)
-    (result,) = checked(log, 20, levels=("c",))
-    assert not result.good
-    assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 19)
-
-
 def test_a_c_model_wrong_in_its_flag_alone_fails(log, monkeypatch):
     def change(outputs, saturated, states):
         saturated[5] ^= True
@@ -203,15 +189,6 @@ def test_missing_simulator_fails(log, monkeypatch):
 def test_bad_options_are_refused(options, message):
     with pytest.raises(InputError, match=message):
         Check(Build(estimator("complementary")), **options)
-
-
-@pytest.mark.parametrize("word", [18, 24])
-def test_other_widths(log, word):
-    build = Build(estimator("complementary"), word=word)
-    (result,) = checked(log, 300, build=build, levels=("fixed", "c"))
-    assert result.exact
-    assert result.accuracy.good == (word > 18)
-    assert ("rounding" in result.accuracy.culprit) == (word == 18)
 
 
 # -- several estimators ---------------------------------------------------------------------------
@@ -274,58 +251,6 @@ def test_records_of_any_lengths_take_turns(monkeypatch):
         assert [r.levels[-1].n_total for r in results] == [n, m]
         assert all(r.good for r in results), [r.lines() for r in results]
         assert [r.fixed.words.shape for r in results] == [(n, 1), (m, 3)]
-
-
-def test_each_estimator_has_a_record():
-    """Or one is for all of them."""
-    record = Record.of({"z": np.zeros(3), "k": np.zeros(3)})
-    with pytest.raises(ValueError, match="longer"):
-        Check(Build(Gain(), Count()), levels=()).run(record, record, record)
-
-
-def sliced(rows, length, build=None):
-    """Slices of levels that go on from given states, or do not, and what is said of them."""
-    kinds = ((True, "verilator"), (True, "icarus"), (False, "gcc"))
-    attempts = [
-        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], slice_text="")
-        for goes_on, tool in kinds
-    ]
-    Check(build or Build(Gain()), levels=())._slice(attempts, [range(length)], rows)
-    assert not any(x.slices or x.slice_text for x in attempts[1:])
-    return attempts[0].slices, attempts[0].slice_text
-
-
-def test_slices_are_spread_over_the_log():
-    slices, said = sliced(64, 1000)
-    assert [len(part) for part in slices] == [4] * 16
-    assert (slices[0].start, slices[-1].stop) == (0, 1000)
-    assert {b.start - a.start for a, b in zip(slices, slices[1:], strict=False)} == {66, 67}
-    assert said == (
-        "16 slices of 4 rows spread over 1000, each from the states of the integer model"
-    )
-    assert sliced(3, 9)[0] == [range(1), range(4, 5), range(8, 9)]
-    assert sliced(2, 9)[0] == [range(1), range(8, 9)]
-    assert sliced(1, 9)[0] == [range(1)]
-    assert sliced(1000, 993)[0][-1] == range(931, 993)
-    assert sliced(1000, 992) == ([], "")  # all of them
-    with pytest.raises(InputError, match=r"^--rtl-rows: wanted one estimator, found 2, which take"):
-        sliced(3, 9, Build(Gain(), Count()))
-
-
-def test_a_tool_that_fails_says_why_in_a_line():
-    def fails():
-        raise ToolFailed("\n  it broke\nhere")
-
-    attempt = _Attempt(Emitted, "gcc", fails)
-    attempt.begin([np.zeros((3, 1))], lambda *_: None)
-    assert attempt.error == "it broke" and 0.0 < attempt.seconds < 60.0
-    assert attempt.advance([np.zeros((3, 1))]) == []
-    ran = []
-    attempt = _Attempt(Emitted, "gcc", None)
-    level = SimpleNamespace(reset=lambda: None, run=lambda rows: ran.append(len(rows)) or fails())
-    attempt.levels, attempt.slices = [level], [range(2), range(2, 4)]
-    wanted = SimpleNamespace(states=np.zeros((4, 1)))
-    assert [*attempt.sliced(np.zeros((4, 1)), 0, wanted, None)] == [] and ran == [2]
 
 
 def test_programs_that_share_states_fail(log, both):

@@ -11,21 +11,9 @@ import pytest
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.compare import twin as module
-from boresight.sim.compare.culprit import Culprit, _first_leaving, find_culprit
+from boresight.sim.compare.culprit import _first_leaving
 from boresight.sim.levels.build import Build
-from tests.support.faulty import (
-    HERE,
-    All,
-    Base,
-    Bounded,
-    NegativeRoot,
-    Root,
-    Sine,
-    Slow,
-    Sums,
-    look,
-    words_and_states,
-)
+from tests.support.faulty import HERE, All, Bounded, NegativeRoot, Root, Sine, Slow, Sums, look
 
 
 @pytest.mark.parametrize("word", [18, 32])
@@ -124,105 +112,3 @@ def test_rounding_alone_has_no_culprit(word: int) -> None:
     inputs = np.random.default_rng(5).uniform(-4.0, 4.0, 300).tolist()
     assert look(All(), inputs, word) is None
     assert look(Slow(), inputs, word) is None
-
-
-def test_nothing_times_the_root_of_nothing_is_nothing() -> None:
-    class Direction(Base):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            return {"y": x.y}, {"y": ops.bounded(u.u * ops.rsqrt(u.u * u.u), -2.0, 2.0, "")}
-
-    assert look(Direction(), [1.0, 0.0, -1.0]) is None
-
-
-@pytest.mark.parametrize("chunk", [1, 2, 3, 4096])
-def test_all_updates_are_looked_at(chunk: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """However long ago it was, and with the states that were there."""
-    monkeypatch.setattr(module, "CHUNK", chunk)
-    assert getattr(look(Bounded(), [4.0, 0.0, 0.0, 0.0, 4.0]), "step", None) == 0
-    result = look(Sums(), [1.0, 0.0, 0.0, 2.0, 0.0])
-    assert result is not None and (result.step, result.value) == (3, "state y")
-    assert look(Sums(), [1.0, 0.0, 0.0, 0.5]) is None
-    result = look(Root(), [1.0, 0.5, 0.25, 0.01])
-    assert result is not None and result.step == 3 and "has only 12 significant bits" in result.why
-    assert look(Root(), [1.0, 0.5, 0.01, 0.0145]) is None  # 13 bits, in the last update
-
-
-@pytest.mark.parametrize("size", [1, 2, 3, 4096])
-@pytest.mark.parametrize(
-    ("estimator", "inputs", "wrong", "step", "read"),
-    [
-        (Root(), [1.0, 0.01, 0.5, 0.01, 0.25, 1.0], [1], 1, 2),  # few significant bits
-        (Root(), [1.0, 0.01, 0.5, 0.01, 0.25, 1.0], [0, 2, 3, 5], 3, 4),
-        (Root(), [1.0, 0.01, 0.5, 0.01, 0.25, 1.0], [0, 2], None, 3),
-        (Root(), [1.0, 0.01, 0.5, 0.01, 0.25, 1.0], [], None, 1),
-        (Sums(), [1.0, 0.0, 0.0, 2.0, 0.0, 0.0], [1, 4], 3, 4),  # beyond its range
-        (Sums(), [1.0, 0.0, 0.0, 2.0, 0.0, 0.0], [1, 2], None, 3),
-    ],
-)
-def test_no_further_than_the_last_update_that_is_wrong(
-    estimator: Estimator,
-    inputs: list[float],
-    wrong: list[int],
-    step: int | None,
-    read: int,
-    size: int,
-) -> None:
-    """In pieces of any size; at each that is wrong, a root that has few bits in it is to blame."""
-    build = Build(estimator)
-    words, states = words_and_states(build, inputs)
-    pieces = iter([(words[k : k + size], states[k : k + size]) for k in range(0, 6, size)])
-    result = find_culprit(build.programs[0], build.nodes[0], pieces, wrong)
-    assert (None if result is None else result.step) == step
-    assert len(list(pieces)) == len(range(0, 6, size)) - len(range(0, read, size))
-
-
-def test_of_two_roots_the_one_with_fewer_bits() -> None:
-    class Roots(Base):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            first = ops.named("first", u.u * u.u)
-            second = ops.named("second", (u.u - 0.015) * (u.u - 0.015))
-            root = ops.bounded(ops.rsqrt(first), 0.0, 4096.0, "")
-            return {"y": x.y}, {"y": root + ops.bounded(ops.rsqrt(second), 0.0, 4096.0, "")}
-
-    for u, name in ((0.005, "first"), (0.01, "second")):
-        assert f"scale {name} up" in str(look(Roots(), [1.0, u]))
-
-
-def test_the_line_of_the_function_and_of_its_argument() -> None:
-    class Lines(Base):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            power = u.u * u.u
-            root = ops.rsqrt(power)
-            return {"y": x.y}, {"y": ops.bounded(root, 0.0, 4096.0, "")}
-
-    for u in (1e-3, 0.01):  # below the floor, and above it with few bits
-        result = look(Lines(), [1.0, u])
-        assert result is not None
-        where, at = result.line.rsplit(" ", 1)
-        assert f"scale the argument ({where} {int(at) - 1}) up, or declare" in result.cure
-
-
-def test_an_argument_is_called_what_its_author_calls_it() -> None:
-    class Named(Base):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            share = ops.named("share", ops.saturated(u.u, 4.0))
-            return {"y": x.y}, {"y": ops.asin_ht(share)}
-
-    assert str(look(Named(), [0.1, 0.8])).endswith("outside 0 to 0.7188; limit share")
-
-
-def test_of_several_in_one_update_the_first_of_the_program() -> None:
-    class Two(Base):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            first = ops.named("first", ops.bounded(1.0 * u.u, -1.0, 1.0, "hope"))
-            return {"y": x.y}, {"y": ops.named("then", ops.bounded(4.0 * first, -2.0, 2.0, ""))}
-
-    assert getattr(look(Two(), [0.25, 3.0]), "value", "") == "first"
-    assert getattr(look(Two(), [0.25, 0.75, 3.0]), "value", "") == "then"
-
-
-def test_texts_of_culprits() -> None:
-    assert str(Culprit(3, "v", "f.py, line 2", "why", "cure")) == (
-        "step 3, value v (f.py, line 2): why; cure"
-    )
-    assert str(Culprit(3, "v", "", "why", "cure")) == "step 3, value v: why; cure"

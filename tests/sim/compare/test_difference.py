@@ -8,8 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from boresight.model.estimator import Output
 from boresight.sim.compare import difference as module
@@ -45,20 +43,6 @@ def test_figures() -> None:
     }  # fmt: skip
 
 
-def test_what_is_not_judged() -> None:
-    assert apart(Output("y"), [9.0], [0.0]) == Difference("y", "", 1, 9.0, 9.0, 0, None)
-    assert apart(Output("y"), [9.0], [0.0]).good
-    shown = apart(Output("y", "", tolerance=1.0), [9.0], [0.0], judged=False)
-    assert shown.tolerance is None and shown.good
-    assert apart(Output("s", "flags"), [9.0], [0.0], judged=False).tolerance is None
-
-
-def test_only_outputs_with_a_reference_in_order() -> None:
-    values = {n: np.zeros(2) for n in "abc"}
-    made = differences([Output(n) for n in "abc"], values, {"c": np.ones(2), "a": np.zeros(2)})
-    assert [(d.output, d.largest) for d in made] == [("a", 0.0), ("c", 1.0)]
-
-
 @pytest.mark.parametrize(
     "reason, reference, wanted",
     [
@@ -73,15 +57,6 @@ def test_only_outputs_with_a_reference_in_order() -> None:
 def test_half_turns_are_modulo_two(reason: float, reference: float, wanted: float) -> None:
     assert apart(Output("h", "ht"), [reason], [reference]).largest == wanted
     assert apart(Output("h", "deg"), [reason], [reference]).largest == abs(reason - reference)
-
-
-@settings(max_examples=100)
-@given(st.integers(-4096, 4096), st.integers(-4096, 4096), st.integers(-3, 3))
-def test_half_turns_as_angles(a: int, b: int, turns: int) -> None:
-    result = apart(Output("h", "ht"), [a / 1024 + 2 * turns], [b / 1024]).largest
-    wanted = math.acos(max(-1.0, min(1.0, math.cos(math.pi * (a - b) / 1024)))) / math.pi
-    assert result == pytest.approx(wanted, abs=1e-7)
-    assert 0.0 <= result <= 1.0
 
 
 @pytest.mark.parametrize("unit", ["flags", "bits"])
@@ -120,18 +95,6 @@ def test_a_share_of_decisions_may_differ_and_so_many_in_a_row() -> None:
     }  # fmt: skip
 
 
-def test_decisions_in_a_row_go_on_in_the_next_piece() -> None:
-    """Only those that differ up to its end do; a piece may have no rows."""
-    for pieces, longest in (([[1, 0], [1]], 1), ([[0, 1], [], [1]], 1), ([[0, 1], [1, 0]], 2)):
-        made = Differences([Output("s", "bits")], ["s"])
-        for rows in pieces:
-            made.add({"s": np.array(rows, dtype=float)}, {"s": np.zeros(len(rows))})
-        (decided,) = (d.decided for d in made.result())
-        assert decided is not None and decided.longest == longest
-    none = apart(Output("s", "bits"), [1.0, 2.0], [1.0, 2.0]).decided
-    assert none == Decided(0, 2, 0, 1e-5, 10)
-
-
 def test_values_are_judged_up_to_the_first_decision_that_differs_and_behind_it_by_rms() -> None:
     assert not decisions([])[1].good and not decisions([150_001])[1].good
     made = decisions([150_000, 160_000])[1]
@@ -163,11 +126,6 @@ def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
         assert math.isnan(none.largest) and not none.good
 
 
-def test_the_first_that_is_no_number_is_shown() -> None:
-    made = apart(Output("y", tolerance=1.0), [0.0, NAN, NAN, 9.0], [0.0, 0.0, 0.0, 0.0])
-    assert made.at_step == 1 and not made.good
-
-
 def test_turns_are_modulo_one() -> None:
     result = apart(Output("t", "turn"), [0.99, 0.5, 0.25], [0.02, 0.0, 1.5])
     assert result.apart.tolist() == pytest.approx([0.03, 0.5, 0.25])
@@ -179,47 +137,6 @@ def test_infinite_references_are_beyond(unit: str, tolerance: float | None) -> N
         output = Output("y", unit, tolerance=tolerance)
         assert not apart(output, [0.0, 0.0], [0.0, reference]).good
         assert apart(output, [0.0, 0.0], [0.0, reference]).first_beyond == 1
-
-
-def test_no_reference_at_all() -> None:
-    made = apart(Output("y", "m"), [1.0], [NAN], judged=False)
-    assert (made.samples, made.at_step) == (0, None) and math.isnan(made.largest)
-    assert made.good and made.to_json()["max"] is None
-    assert not Difference("y", "m", 0, 0.0, 0.0, None, 1.0).good
-
-
-@pytest.mark.parametrize(
-    "made, text",
-    [
-        (Difference("y", "m", 4, 2.0, 1.5, 1, 2.0), "y            max 2 m in step 1, rms 1.5: "
-         "within 2"),
-        (Difference("y", "", 4, 2.0, 1.5, 1, 1.0), "y            max 2 in step 1, rms 1.5: BEYOND "
-         "1"),
-        (Difference("y", "", 0, NAN, NAN, None, None), "y            max nan, rms nan: not judged"),
-        (Difference("y", "m", 4, 2.0, 1.5, 1, 1.0,
-                    after=Difference("y", "m", 3, 9.0, 0.5, 6, None)),
-         "y            max 2 m in step 1, rms 1.5; in 3 updates after a decision that differs, max "
-         "9 in step 6, rms 0.5: BEYOND 1"),
-        (Difference("s", "words", 4, 0.0, 0.0, 0, 0.0, decided=Decided(0, 4, 0, 1e-5, 10)),
-         "s            max 0 words in step 0, rms 0: within 0"),
-        (Difference("s", "words", 4, INF, INF, 3, 0.0, decided=Decided(1, 4, 1, 1e-5, 10)),
-         "s            max inf words in step 3, rms inf: BEYOND 0"),
-        (Difference("yaw", "deg", 4, 180.0, 1.5, 1, 2.0), "yaw          max 180 deg in step 1, rms "
-         "1.5: BEYOND 2"),
-        (Difference(ATTITUDE, "deg", 4, 90.0, 1.5, 1, 2.0), "attitude     max 90 deg in step 1, "
-         "rms 1.5: BEYOND 2"),
-        (Difference(ATTITUDE, "deg", 4, 180.0, 1.5, 1, 2.0), "attitude     max 180 deg in step 1, "
-         "rms 1.5: BEYOND 2, as one has a norm beyond 0.5 to 2, or is half a turn off"),
-    ],
-)  # fmt: skip
-def test_lines(made: Difference, text: str) -> None:
-    assert made.line() == text
-
-
-def test_a_mean_square_as_large_as_the_tolerance_is_within() -> None:
-    for rms, good in ((1.0, True), (1.001, False)):
-        after = Difference("y", "m", 3, 9.0, rms, 6, None)
-        assert Difference("y", "m", 4, 1.0, 0.5, 1, 1.0, after=after).good == good
 
 
 def test_parts_that_follow_each_other() -> None:
@@ -284,57 +201,6 @@ def test_a_quaternion_that_is_no_attitude_is_half_a_turn_off(norm, angle, both) 
     whole = np.array([[1.0, 0.0, 0.0, 0.0]])
     assert differences(ATTITUDES, columns(whole), columns(2.0 * whole))[4].largest == 0.0
     assert not angle or (made.at_step == 1 and not made.good and "norm beyond" in made.line())
-
-
-def test_attitudes_are_judged_where_every_component_is() -> None:
-    some = (*ATTITUDES[:3], Output("qz"))
-    q = turned(10.0)[None, :]
-    assert differences(some, columns(q), columns(q))[4].tolerance is None
-    wider = (*ATTITUDES[:3], Output("qz", tolerance=0.1))
-    assert differences(wider, columns(q), columns(q))[4].tolerance == pytest.approx(
-        math.degrees(0.4)
-    )
-    free = differences(ATTITUDES, columns(q), columns(q), judged=False)[4]
-    assert (free.tolerance, free.samples) == (None, len(q))
-
-
-def test_attitudes_need_all_four() -> None:
-    q = columns(turned(10.0)[None, :])
-    less = {n: v for n, v in q.items() if n != "qy"}
-    assert len(differences(ATTITUDES, q, less)) == 3
-    assert len(differences(ATTITUDES[:3], {n: q[n] for n in QUATERNION[:3]}, q)) == 3
-    gap = {n: np.array([NAN if n == "qz" else v[0]]) for n, v in q.items()}
-    assert differences(ATTITUDES, q, gap, judged=False)[4].samples == 0
-    assert not differences(ATTITUDES, q, gap)[4].good
-
-
-@pytest.mark.parametrize(
-    "reason, wanted",
-    [
-        ({"a": [0.0, 2.0, 9.0], "b": [0.0, 0.0, 0.0]}, 2),
-        ({"a": [0.0, 2.0, 0.0], "b": [0.0, 0.0, 0.0]}, None),
-        ({"a": [0.0, 0.0, 9.0], "b": [0.0, 1.0, 0.0]}, 1),
-        ({"a": [0.0, NAN, 9.0], "b": [0.0, 0.0, 0.0]}, 1),
-        ({"a": [-3.0, NAN, 9.0], "b": [0.0, 0.0, 0.0]}, 0),
-    ],
-)
-def test_first_beyond(reason: dict[str, list[float]], wanted: int | None) -> None:
-    outputs = (Output("a", "m", tolerance=2.0), Output("b", "flags"), Output("shown"))
-    values = {n: np.array(v) for n, v in reason.items()} | {"shown": np.full(3, 99.0)}
-    reference = {n: np.zeros(3) for n in values}
-    made = differences(outputs, values, reference)
-    steps = [d.first_beyond for d in made if d.first_beyond is not None]
-    assert min(steps, default=None) == wanted
-    assert made[2].first_beyond is None and made[2].beyond == 0
-
-
-def test_distances_of_every_sample() -> None:
-    made = apart(Output("y", "m", tolerance=2.0), [1.0, 5.0, 0.0], [1.0, 3.0, 1.0])
-    assert made.apart.tolist() == [0.0, 2.0, 1.0]
-    gap = apart(Output("y", "m"), [1.0, 5.0, 0.0], [1.0, NAN, 1.0], judged=False)
-    assert np.array_equal(gap.apart, [0.0, NAN, 1.0], equal_nan=True)
-    none = apart(Output("y", "m"), [1.0], [NAN], judged=False)
-    assert np.isnan(none.apart).tolist() == [True]
 
 
 @pytest.mark.parametrize("rows", [1, 7, 1000])

@@ -60,12 +60,3 @@ def test_the_first_that_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result == Divergence("c", 5, name, 12, wanted, 7)
     monkeypatch.setattr(Wrong, "changes", {third: None})
     assert first_divergence(level, pieces, before, 5) == Divergence("c", 5, name, 12, wanted, None)
-
-
-def test_texts() -> None:
-    assert str(Divergence("c", 3, "v", None, 5, 6)) == (
-        "c: first difference in value v, step 3: wanted 5, found 6"
-    )
-    assert str(Divergence("rtl", 3, "v", 9, 5, None)) == (
-        "rtl: first difference in value v, step 3, cycle 9: wanted 5, found X"
-    )

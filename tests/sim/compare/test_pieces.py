@@ -99,11 +99,6 @@ def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None
     assert len(seen) == 10
 
 
-def test_every_simulator() -> None:
-    """Icarus has a few leading rows."""
-    build = Build(estimator("complementary"))
-    texts = of_pieces(build, WALK.head(60), (7, 1000), levels=("rtl",))
-    assert len(texts) == 1 and "'n_total': 60" in texts.pop()
 
 
 def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,14 +159,6 @@ def test_slices(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert lost.levels[1].first_wrong == 26 and lost.levels[1].n_mismatch == 45  # the second slice
     assert lost.levels[1].divergence.startswith("rtl: first difference in value ")
     assert ", step 26, cycle " in lost.levels[1].divergence
-
-
-def test_slices_of_a_core_with_tables_beside_its_registers() -> None:
-    check = Check(Build(fitted(estimator("ekf_quaternion"), WALK)), levels=("rtl",))
-    (result,) = check.run(WALK.head(400), rtl_rows=48)
-    assert [(x.n_total, x.n_mismatch) for x in result.levels if x.simulator == "verilator"] == [
-        (48, 0)
-    ]
 
 
 def said_levels(result: CheckResult) -> Any:

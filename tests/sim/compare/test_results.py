@@ -11,7 +11,7 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.difference import Difference
-from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part, verdict
+from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, verdict
 from boresight.sim.compare.textbook import Book, textbook_line
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
@@ -112,56 +112,6 @@ def test_every_interval_is_the_predicted_one(
     assert compare(level, other, wanted).failure.startswith("interval predicted ")
 
 
-def test_a_level_that_proves_nothing_fails() -> None:
-    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12, 12)
-    assert good.good
-    for wrong, failure in (
-        ({"cycles_max": 10}, "cycles predicted 9, counted 9..10"),
-        ({"cycles_min": 8}, "cycles predicted 9, counted 8..9"),
-        ({"interval_max": 13}, "interval predicted 12, counted 12..13"),
-        ({"interval_min": 11}, "interval predicted 12, counted 11..12"),
-        ({"n_total": 0}, "no update was compared"),
-        ({"n_mismatch": 1}, "1 of 5 updates differ"),
-        ({"error": "why", "n_total": None, "n_mismatch": None}, "why"),
-    ):
-        result = dataclasses.replace(good, **wrong)
-        assert not result.good and result.failure == failure
-
-
-def test_lines() -> None:
-    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12, 12)
-    said = "rtl      icarus       [0/5] mismatches   cycles predicted 9, counted 9; interval "
-    assert good.line() == said + "predicted 12, counted 12   1.0 s"
-    late = dataclasses.replace(good, cycles_max=10, divergence="c: first").line()
-    assert "counted 9..10;" in late and late.endswith("1.0 s\n         c: first")
-    assert (
-        LevelResult("c", "gcc", 5, 2, 0.0).line()
-        == "c        gcc          [2/5] mismatches   0.0 s"
-    )
-    slices = LevelResult("c", "gcc", 5, 2, 0.0, slices="two slices")
-    assert slices.line() == "c        gcc          [2/5] mismatches; two slices   0.0 s"
-    assert slices.to_json()["slices"] == "two slices" and "slices" not in good.to_json()
-    assert good.to_json()["cycles_min"] == 9
-
-
-def test_rows_of_a_slice_are_counted_from_its_first(core: Core, wanted: Run) -> None:
-    made = Agreement(Emitted(Build(Complementary())))
-    words = wanted.words.copy()  # type: ignore[union-attr]
-    words[[2, 4]] += 1
-    assert made.add(wanted, wanted, 10) is None
-    assert made.add(dataclasses.replace(wanted, words=words), wanted, 40) == 2
-    assert made.add(dataclasses.replace(wanted, words=words), wanted, 60) is None
-    result = made.result(2.0, "why", "where")
-    assert (result.n_total, result.n_mismatch, result.first_wrong) == (21, 4, 42)
-    assert (result.seconds, result.divergence, result.slices) == (2.0, "why", "where")
-    assert made.add(wanted.rows(0, 0), wanted) is None
-    other = Agreement(made.level)
-    assert other.result().failure == "no update was compared"
-    other.add(dataclasses.replace(wanted, fault="why"), wanted)
-    other.add(wanted, wanted)  # makes up for nothing
-    assert other.result().error == "why"
-
-
 def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> None:
     """Both count, and neither makes a level less exact."""
     far = Difference("roll", "", 4, 2.0, 1.5, 1, 1.0)
@@ -201,14 +151,6 @@ def test_verdict(checked: CheckResult) -> None:
     )
     none = dataclasses.replace(checked, levels=())
     assert verdict([none]) == "FAILED: no level was run"
-
-
-def test_parts_of_a_log(checked: CheckResult) -> None:
-    """All rows at once where they are kept."""
-    whole = Part(checked.given, checked.fixed, checked.floating)
-    assert [*checked.parts()] == [whole]
-    again = dataclasses.replace(checked, again=lambda: iter([whole, whole]))
-    assert [*again.parts()] == [whole, whole]
 
 
 def test_no_level_is_no_proof(checked: CheckResult) -> None:

@@ -13,10 +13,8 @@ from boresight.model import ops
 from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Difference
-from boresight.sim.compare.verdict import Accuracy, Judge
+from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.fit.fitting import fitted
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
 from tests.support.faulty import (
     HERE,
     Bounded,
@@ -29,22 +27,6 @@ from tests.support.faulty import (
     Unnamed,
     judge,
 )
-
-
-def test_good() -> None:
-    made = judge(Slow(), [1.0] * 5, clamped={"u": 2})
-    assert made.good and made.culprit == "" and made.saturated == {}
-    assert made.largest("y") == made.differences[0].largest < 1e-7
-    assert made.largest("z") is None
-    assert made.lines() == [
-        f"fixed against float64: {made.differences[0].line()}",
-        "inputs clamped, as declared: u (2)",
-    ]
-    judging, records = Judge(build := Build(Slow()), 0), np.zeros((3, 1))
-    nothing = judging.result({"u": 0}, list)
-    assert not nothing.good and nothing.clamped == {"u": 0}
-    real = CompiledFloat(build).run(records)
-    assert judging.add(records, real, real).shape == (3, 0) and judging.result({}, list).good
 
 
 def test_saturation_is_no_success_though_it_be_near() -> None:
@@ -67,23 +49,6 @@ def test_a_value_without_a_name_is_called_by_the_nearest_that_has_one() -> None:
     made = judge(Unnamed(), [4.0, 0.0, 2.0])
     ((name, count),) = made.saturated.items()
     assert count == 2 and re.fullmatch(r"bounded in sum_of_squares, faulty\.py, line \d+", name)
-
-
-def test_those_that_saturate_most_are_named_first() -> None:
-    """Five of them."""
-    counts = {name: n for n, name in enumerate("abcdefg", 1)}
-    most = "g (7), f (6), e (5), d (4), c (3)"
-    near = Difference("y", "", 1, 0.0, 0.0, 0, 1.0)
-    for few, said in ((5, "e (5), d (4), c (3), b (2), a (1)"), (7, f"{most}, and 2 more values")):
-        some = {name: n for name, n in counts.items() if n <= few}
-        made = Accuracy((near,), 9, some, ("it left",), {"u": 2, "v": 1}, "x")
-        assert made.causes() == [f"9 updates SATURATED: {said}", "it left", "first wrong: x"]
-        assert made.faults() == made.causes() and not made.good
-        assert made.lines()[1] == "inputs clamped, as declared: u (2), v (1)"
-    assert not Accuracy((near,), 0, {}, ("it left",), {}, "").good
-    far = Difference("y", "", 1, 2.0, 2.0, 0, 1.0)
-    made = Accuracy((near, far), 0, {}, (), {}, "")
-    assert made.faults() == [far.line()] and not made.good
 
 
 def test_saturated_values_have_lines() -> None:

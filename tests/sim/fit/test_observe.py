@@ -8,7 +8,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.sim.fit.observe import CHUNK, Observer, joined
+from boresight.sim.fit.observe import CHUNK, Observer
 
 
 class Sum(Estimator):
@@ -63,10 +63,6 @@ def test_a_claim_holds_what_is_beyond_it_as_its_word_does() -> None:
     assert result["bounded"] == (2.0, 3.0)
 
 
-def test_parameters_count_as_they_are_given() -> None:
-    assert seen([1.0], gain=4.0)["add"] == (6.0, 6.0)
-
-
 def test_chunks_are_joined() -> None:
     inputs = np.zeros(CHUNK + 2)
     inputs[0], inputs[-1] = 1.0, -1.0
@@ -90,10 +86,3 @@ def test_what_is_no_number_does_not_count() -> None:
     observer.add(columns)
     root = next(e for e in trace.needed if e.kind == "sqrt")
     assert observer.reached[root.number] == (0.5, 0.5)
-
-
-def test_joined_ranges_hold_both() -> None:
-    assert joined({1: (0.0, 1.0)}, {1: (-1.0, 0.5), 2: (3.0, 3.0)}) == {
-        1: (-1.0, 1.0),
-        2: (3.0, 3.0),
-    }

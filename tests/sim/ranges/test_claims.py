@@ -176,6 +176,24 @@ def test_check_fails_where_the_log_breaks_a_claim_whose_word_has_room() -> None:
     assert not result.good and "1.5 in step 0 is BEYOND" in result.failures[0]
 
 
+class Alarm(Estimator):
+    """A claim with which the compiler decides a comparison, so that no word holds the value."""
+
+    inputs = (Input("a", -1.0, 1.0), Input("b", -1.0, 1.0))
+    outputs = (Output("alarm"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        power = ops.bounded(u.a * u.b, -0.5, 0.5, "never that large")
+        return {}, {"alarm": ops.where(power > 0.7, 1.0, 0.0)}
+
+
+def test_check_fails_where_a_claim_that_decides_a_comparison_is_false() -> None:
+    assert checked(Alarm(), a=[0.1, 0.5], b=[0.9, 0.9]).good
+    result = checked(Alarm(), a=[0.1, 0.9], b=[0.9, 0.9])
+    (text,) = result.failures
+    assert "0.81 in float64 is BEYOND the claim [-0.5, 0.5], never that large" in text
+
+
 def test_check_fails_where_the_search_breaks_a_claim() -> None:
     quiet = claiming(lambda x, u, p: 0.99 * u.a, -0.6, 0.6)
     result = checked(quiet, a=[0.0, 0.1], b=np.zeros(2))
