@@ -99,8 +99,6 @@ def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None
     assert len(seen) == 10
 
 
-
-
 def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     """Row and states before it are those of the whole log."""
     build, record = Build(estimator("complementary")), WALK.head(300)
