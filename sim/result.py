@@ -8,6 +8,7 @@ notebook shows the same tables. ``pandas.DataFrame(result.tables["name"])`` is o
 from __future__ import annotations
 
 import shutil
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from html import escape
@@ -26,7 +27,7 @@ JsonObject: TypeAlias = dict[str, Json]
 Row: TypeAlias = Mapping[str, Any]
 
 #: Width of a text that is not printed in a terminal, characters.
-_WIDTH = 120
+_WIDTH = 160
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +151,7 @@ def table_text(rows: Sequence[Row], title: str = "") -> str:
     for row in rows:
         table.add_row(*(Text(_cell(row.get(head))) for head in heads))
     text = StringIO()
-    width = shutil.get_terminal_size((_WIDTH, 24)).columns
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else _WIDTH
     Console(file=text, width=width, color_system=None, highlight=False).print(table)
     lines = [line.rstrip() for line in text.getvalue().splitlines()]
     return "\n".join([title] * bool(title) + lines)

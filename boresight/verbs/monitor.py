@@ -27,7 +27,9 @@ def monitor(
     baud: int = 921_600,
     steps: int | None = None,
     output: Annotated[
-        Sequence[str | Path], Repeated, Parameter(name=["--output", "-o"], metavar="FILE")
+        Sequence[str | Path] | str | Path,
+        Repeated,
+        Parameter(name=["--output", "-o"], metavar="FILE"),
     ] = (),
     reads: Annotated[Sequence[str], Repeated, Parameter(name="--read", metavar="NAME")] = (),
     writes: Annotated[
@@ -75,6 +77,7 @@ def monitor(
     InputError
         Wrong argument, no such register, or a line that cannot be read.
     """
+    output = [output] if isinstance(output, str | Path) else output
     tables = [path for path in output if str(path).endswith(".csv")]
     plots = [path for path in output if path not in tables]
     if len(tables) > 1 or len(plots) > 1:

@@ -1,6 +1,7 @@
 """The complete board in simulation: figures, page, faults, and what it refuses."""
 
 import json
+from pathlib import Path
 from threading import Event
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ import boresight
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.sim.attitude import system as module
 from boresight.sim.attitude.board.faults import FaultTrial
+from boresight.sim.attitude.system import AttitudeBoard
 
 
 @pytest.fixture
@@ -24,12 +26,12 @@ def small(monkeypatch) -> None:
 
 
 def test_figures_and_page(small, tmp_path) -> None:
-    data = boresight.simulate("complementary", seconds=0.05, output=tmp_path)
+    data = boresight.run("complementary", "board(seconds=0.05)", output=tmp_path)
     assert data.good
     assert json.loads(json.dumps(data.to_json())) == json.loads(
         (tmp_path / "board.json").read_text()
     )
-    row = data.runs[0]
+    row = data["runs"][0]
     assert row.updates == row.frames == 51
     assert row.mismatches == row.lost_samples == row.timing_violations == 0
     assert row.beside_program_us <= 1.0
@@ -42,12 +44,22 @@ def test_figures_and_page(small, tmp_path) -> None:
 def test_data_in_memory_is_read() -> None:
     columns = {"t": np.arange(9.0), "gx": np.zeros(9)}
     with pytest.raises(boresight.InputError, match=r"^log 'record': wanted 51 rows or more, found"):
-        boresight.simulate("mekf", columns, seconds=0.05)
+        AttitudeBoard().simulate(
+            Path("build"),
+            "mekf",
+            columns,
+            config="small",
+            seconds=0.05,
+            source="heading",
+            feed=None,
+            core=None,
+            say=print,
+        )
 
 
 def test_unknown_fault_is_refused() -> None:
     with pytest.raises(boresight.InputError, match="found 'adis.gremlins'"):
-        boresight.simulate_faults("mekf", faults=["adis.gremlins"])
+        AttitudeBoard().simulate_faults("mekf", faults=["adis.gremlins"], jobs=None, progress=None)
 
 
 def test_faults_run_side_by_side(monkeypatch) -> None:
@@ -67,9 +79,9 @@ def test_faults_run_side_by_side(monkeypatch) -> None:
     monkeypatch.setattr(module, "fault_board", lambda filters: board)
     monkeypatch.setattr(module, "fault_trial", trial)
     names = ["adis.absent", "hmr.silence"]
-    result = boresight.simulate_faults(faults=names, jobs=2, progress=say)
-    assert [f"{t.device}.{t.fault}" for t in result.trials] == names
+    result = AttitudeBoard().simulate_faults(None, faults=names, jobs=2, progress=say)
+    assert [f"{t['device']}.{t['fault']}" for t in result["trials"]] == names
     assert [text.split()[1] for text in said] == ["silence", "absent"]
     assert said[1] in str(result)
     with pytest.raises(boresight.InputError, match="jobs: wanted"):
-        boresight.simulate_faults(jobs=0)
+        AttitudeBoard().simulate_faults(None, faults=None, jobs=0, progress=None)
