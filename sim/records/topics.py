@@ -193,6 +193,8 @@ class Clock:
         if not len(steps):
             return cls(1, None, 0.0, 0, 0.0)
         median = float(np.median(steps))
+        if median <= 0.0:  # times that are declared otherwise, such as restarts
+            return cls(len(steps) + 1, None, 0.0, 0, float(steps.max()))
         gaps = steps > GAP_STEPS * median
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
         return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
