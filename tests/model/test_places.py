@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model import ops
-from boresight.model.algebra.angles import acos_ht
 from boresight.model.declarations import Input, Param, State
-from boresight.model.lowering.trace import Tracer
-from boresight.model.places import author_line, place_of, place_of_function, placed
+from boresight.model.places import place_of, place_of_function
 
 pytestmark = pytest.mark.pythons
 
@@ -27,17 +24,6 @@ def line_of(mark: str) -> str:
         k for k, s in enumerate(HERE.read_text().splitlines(), 1) if s.endswith(f"# {mark}")
     )
     return f"test_places.py, line {number}"
-
-
-def test_the_line_at_work() -> None:
-    assert author_line() == line_of("own")  # own
-
-
-def test_helpers_of_ours_and_of_libraries_are_none() -> None:
-    x = Tracer("unit").leaf("input", "x", 0.0, 0.5)
-    assert acos_ht(x).line == line_of("angle")  # angle
-    assert np.cross([x, 1.0, 0.0], [0.0, x, 2.0])[0].line == line_of("cross")  # cross
-    assert ops.clip(x, 0.1, 0.2).line == line_of("clip")  # clip
 
 
 def test_declarations_know_their_lines() -> None:
@@ -63,10 +49,3 @@ def test_the_line_of_a_function() -> None:
 
     assert place_of_function(function) == line_of("function")
     assert place_of_function(partial(function, 1)) == ""
-
-
-def test_a_place_with_a_line_or_without() -> None:
-    assert (placed("f.py, line 3", "state x"), placed("", "state x")) == (
-        "f.py, line 3, state x",
-        "state x",
-    )

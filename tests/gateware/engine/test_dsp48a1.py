@@ -4,9 +4,8 @@ import random
 
 import pytest
 
-from boresight.gateware.engine.dsp48a1 import DSP48A1, X, Z, is_spartan6
+from boresight.gateware.engine.dsp48a1 import DSP48A1, X, Z
 from boresight.gateware.engine.multiplier import Multiplier
-from boresight.gateware.verilog import Device
 
 ALL = {
     "a0reg": True,
@@ -56,22 +55,3 @@ def test_sum_of_product(z: Z, subtract: bool, simulate) -> None:
             assert ctx.get(dut.p) == addend + (-a * b if subtract else a * b)
 
     simulate(dut, bench)
-
-
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
-        ({"mreg": 1}, r"^mreg must be a bool, not 1$"),
-        ({"x": 1}, r"^x must be an X, not 1$"),
-        ({"z": X.M}, r"^z must be a Z, not <X.M: 1>$"),
-        ({"z": Z.P}, r"^preg must be True when the post-adder reads P, not False$"),
-    ],
-)
-def test_parameters_are_checked(arguments, message) -> None:
-    with pytest.raises((TypeError, ValueError), match=message):
-        DSP48A1(**arguments)
-
-
-def test_which_device_has_it() -> None:
-    assert is_spartan6(Device("xc6slx9")) and is_spartan6(Device("XC6SLX45"))
-    assert not is_spartan6(Device("LFE5U-25F")) and not is_spartan6(None)

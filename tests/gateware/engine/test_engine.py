@@ -235,31 +235,6 @@ def test_results_under_stalls(config: str, gaps: float, blocked: float) -> None:
 
 
 @CONFIG
-def test_cycles(config: str) -> None:
-    bench = Bench(config)
-    length = bench.dut.image.lengths[0]
-    assert length == 9 + bench.machine.latency
-
-    async def test(ctx):
-        for x, y in random_records(3, 3):
-            await bench.put(ctx, x, y)
-        await bench.drain(ctx, 6)
-
-    bench.run(test)
-    start = bench.input_cycles[0]
-    for number in range(3):
-        assert [c - start for c in bench.input_cycles[2 * number : 2 * number + 2]] == [
-            number * length,
-            number * length + 2,
-        ]
-        first = number * length + 5 + bench.machine.latency
-        assert [c - start for c in bench.output_cycles[2 * number : 2 * number + 2]] == [
-            first,
-            first + 1,
-        ]
-
-
-@CONFIG
 @pytest.mark.parametrize("gaps", [0.0, 0.4])
 def test_early_last_abandons_the_update(config: str, gaps: float) -> None:
     bench, model = Bench(config, gaps=gaps), Model()
@@ -440,13 +415,6 @@ def test_parameter_written_after_a_fault(config: str, words: int) -> None:
     assert bench.outputs == model.update(1000, 5)[0]
 
 
-def test_words_from_outside_enter_lane_0_alone() -> None:
-    """Input words and parameters; the other lane has the parameters of its bank."""
-    machine = CONFIGS["fast"]
-    m = Engine(machine=machine, image=image(machine)).elaborate(None)
-    assert [len(lane.words) for lane in (m.submodules.lane0, m.submodules.lane1)] == [2, 1]
-
-
 @pytest.mark.parametrize("config", ["fast", "fast-1024"])
 def test_parameter_goes_to_one_bank_only(config: str) -> None:
     bench, model = Bench(config), Model()
@@ -565,21 +533,3 @@ def test_tables(config: str) -> None:
     ]
     assert [word for word, _ in bench.outputs] == expected
     assert [last for _, last in bench.outputs] == ([0] * (count - 1) + [1]) * len(inputs)
-
-
-@CONFIG
-def test_bad_images_are_refused(config: str) -> None:
-    from dataclasses import replace
-
-    machine = CONFIGS[config]
-    good = image(machine)
-    for change, message in (
-        ({"rom": good.rom * 1200}, r"^rom must have at most 16384 words, not \d+$"),
-        ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
-        ({"lengths": (9,)}, r"^rom\[8\] must have home = 1, not 0: only the last word"),
-        ({"registers": [0]}, r"^registers must have 512 words, not 1$"),
-        ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
-        ({"digest": -1}, r"^digest must not be negative, not -1$"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            Engine(machine=machine, image=replace(good, **change))

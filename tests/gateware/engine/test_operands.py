@@ -1,11 +1,9 @@
 """The operand memories against a dictionary."""
 
 import random
-import re
 from typing import Any
 
 import pytest
-from amaranth.back import rtlil
 from amaranth.hdl import Module
 
 from boresight.gateware.engine.operands import Operands
@@ -73,13 +71,3 @@ def test_random_traffic(config: str) -> None:
                     assert (ctx.get(dut.a[k]), ctx.get(dut.b[k])) == expected[k]
 
     run_bench(top, bench)
-
-
-@pytest.mark.parametrize("config", ["small-2048", "fast"])
-def test_no_memory_is_larger_than_what_it_holds(config) -> None:
-    machine = ALL_CONFIGS[config]
-    count = machine.register_words
-    image = Image(rom=[], registers=[0] * count, tables=[0] * 1536, lengths=(3,))
-    text = rtlil.convert(Operands(machine=machine, image=image))
-    depths = [int(words) for words in re.findall(r"memory width 32 size (\d+)", text)]
-    assert sum(depths) == 2 * machine.lanes * count + 1536

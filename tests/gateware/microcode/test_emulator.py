@@ -60,22 +60,6 @@ def test_other_depths(lanes: int, depth: int) -> None:
 
 
 @MACHINES
-def test_every_value(machine: Machine) -> None:
-    """Every result that is written equals the interpreter's, in the cycle the schedule says."""
-    p = random_program(11, n_ops=60)
-    s, core = build(p, machine)
-    model = Interpreter(p)
-    (words,) = random_inputs(p, 3, 1)
-    model.update(np.array(words)[:, None])
-    values = model.values_before_commit()
-    written = {
-        (w.cycle, w.address // machine.bank_depth): w.word for w in core.update(words).writes
-    }
-    for k, op in enumerate(p.ops):
-        assert written[s.write_cycle(k), s.ends[k].lane] == values[op.dest][0]
-
-
-@MACHINES
 def test_parameters(machine: Machine) -> None:
     seed = next(k for k in range(50) if random_program(k).of_kind(Kind.PARAM))
     p = random_program(seed)
@@ -107,23 +91,6 @@ def test_framing(machine: Machine, late: bool) -> None:
         assert record.outputs == out[:, 0].tolist()
 
 
-def test_poke_waits() -> None:
-    p = random_program(6, n_inputs=5)
-    _, core = build(p, CONFIGS["small"])
-    core.feed(iter([(1, False), (2, False)]))
-    with pytest.raises(ValueError, match=r"^parameters must be written between updates$"):
-        core.poke(0, 1)
-
-
-def test_the_host_writes_no_states() -> None:
-    core = build(random_program(6), CONFIGS["small"])[1]
-    last = core.machine.bank_depth // 2 - 1
-    before = list(core.registers)
-    core.poke(last, -5)
-    core.poke(last + 1, -5)
-    assert core.registers == [*before[:last], -5, *before[last + 1 :]]
-
-
 @MACHINES
 def test_a_record_in_two_parts(machine: Machine) -> None:
     """Cycles go on where the machine waited; it takes no other program meanwhile."""
@@ -139,15 +106,6 @@ def test_a_record_in_two_parts(machine: Machine) -> None:
     assert [*first.writes, *second.writes] == expected.writes
     assert (second.outputs, second.emitted) == (expected.outputs, expected.emitted)
     assert first.cycles < second.cycles == expected.cycles
-
-
-def test_records_in_a_row() -> None:
-    p = random_program(6, n_inputs=5, n_states=4)
-    one, other = (build(p, CONFIGS["fast"])[1] for _ in range(2))
-    records = random_inputs(p, 1, 3)
-    outputs = [word for words in records for word in one.update(words).outputs]
-    stream = ((word, k == 4) for words in records for k, word in enumerate(words))
-    assert other.feed(stream).outputs == outputs
 
 
 def test_what_random_words_rarely_meet() -> None:

@@ -64,37 +64,6 @@ def test_first_words() -> None:
             prove(core, replace(core.image, registers=words))
 
 
-def test_a_constant_in_a_register_that_is_written() -> None:
-    """Its first update is right, and none that follows."""
-    found = 0
-    for seed in range(12):
-        core = build_core(random_program(seed, n_ops=20, n_states=1), "small")
-        plan, where, half = core.schedule, core.allocation.addresses(), core.machine.bank_depth // 2
-        program, slots = plan.program, plan.slots
-        written = {op.dest: plan.write_cycle(k) for k, op in enumerate(program.ops)}
-        written |= dict(zip(program.inputs, plan.gets, strict=True))
-        for n in program.of_kind(Kind.CONST):
-            reads = [s.cycle for s in slots if n in (s.a, s.b)]
-            firsts: dict[int, int] = {}
-            for value, cycle in written.items():
-                firsts[where[value]] = min(cycle, firsts.get(where[value], cycle))
-            free = [r for r, cycle in firsts.items() if reads and r < half and cycle > max(reads)]
-            for register in free[:1]:
-                ranges = [
-                    replace(t, address=register) if t.value == n else t
-                    for t in core.allocation.live_ranges
-                ]
-                image = assemble(plan, replace(core.allocation, live_ranges=tuple(ranges)))
-                words = list(image.registers)
-                words[register] = core.image.registers[where[n]]
-                image, records = replace(image, registers=words), random_inputs(program, seed, 3)
-                assert computes(core, image, records[:1])
-                if not computes(core, image, records):
-                    found += 1
-                    assert refuted(core, image)
-    assert found > 3
-
-
 def test_words_of_other_programs() -> None:
     """A program that writes what another one needs later is refused, whichever copy it is."""
     core = build_shared_core(random_programs(1, 3, n_states=2), "small")
@@ -125,30 +94,6 @@ def test_message() -> None:
         Refuted, match=r"^\w+: (output|next) \S+ must be .*, not .*; operation \d+ \("
     ):
         prove(core, replace(core.image, rom=rom))
-
-
-def test_words_that_no_operation_computes() -> None:
-    """A parameter, or what another update left: the message says what leaves instead."""
-    program = random_program(3, n_ops=12)
-    core = build_core(program, "small")
-    fields = [decode(core.machine, word) for word in core.image.rom]
-    emit = next(k for k, f in enumerate(fields) if f["emit"])
-    late = {f["dest0"] for f in fields[emit:] if f["we0"]} - {
-        f["dest0"] for f in fields[:emit] if f["we0"] or f["get"]
-    }
-    left = next(address for address in late if address < core.machine.bank_depth // 2)
-    parameter = program.of_kind(Kind.PARAM)[0]
-    for address, text in (
-        (left, f"left in register {left}"),
-        (
-            core.allocation.addresses()[parameter],
-            f"{program.name}.{program.values[parameter].name}",
-        ),
-    ):
-        fields[emit - 1]["a_addr0"] = address
-        rom = [encode(core.machine, f) for f in fields]
-        with pytest.raises(Refuted, match=f": output out0 must be .*, not {re.escape(text)}"):
-            prove(core, replace(core.image, rom=rom))
 
 
 # Seeded faults: one place of an image, of the registers, of the schedule, or of the skew.
@@ -264,26 +209,6 @@ def test_faults(fault: Fault, seeds: int = 40) -> None:
             shown += 1
             assert refuted(*found[:2]), seed
     assert shown >= seeds // 8
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("fault", FAULTS)
-def test_many_faults(fault: Fault) -> None:
-    """Until an input has shown 125 of a kind; ``-s`` prints what the proof says of the others.
-
-    What it accepts of them is equal: it proved that for all inputs.
-    """
-    wrong, others, seed = list[bool](), list[bool](), 0
-    while len(wrong) < 125:
-        if (found := seeded(fault, seed)) is not None:
-            core, image, shown = found
-            (wrong if shown else others).append(refuted(core, image))
-        seed += 1
-    print(
-        f"{fault.__name__}: {sum(wrong)} of {len(wrong)} that an input shows are refuted; of the"
-        f" others {sum(others)} are, {others.count(False)} are proven equal"
-    )
-    assert all(wrong)
 
 
 def test_exchanged_states() -> None:

@@ -92,23 +92,6 @@ def test_they_undo_each_other(trace: Any) -> None:
     assert np.abs(fixed[1] - x - 4.0).max() < 3e-8
 
 
-@pytest.mark.parametrize(
-    "function, span, products",
-    [
-        (ops.exp, (5.0, 5.5), 14),
-        (ops.exp, (-1.0, 1.0), 23),
-        (ops.exp, (-800.0, 0.0), 36),
-        (ops.log, (1.0, 1.9), 20),
-        (ops.log, (0.5, 1.5), 25),
-        (ops.log, (1e-6, 1.0), 49),
-    ],
-)
-def test_bits_that_the_range_does_not_need_are_left_out(
-    trace: Any, function: Any, span: Range, products: int
-) -> None:
-    assert sum(len(op.terms) for op in trace(function, [span]).program.ops) == products
-
-
 def test_a_largest_result_that_just_fits_its_word_does_not_saturate(trace: Any) -> None:
     most = 1.0 - 2.0**-31
     for function, end in ((ops.exp, math.log(most)), (ops.log, math.exp(most)),
@@ -168,20 +151,3 @@ def test_constants_are_correctly_rounded() -> None:
     assert [node_of(n).value for n in made] == plain
     assert plain == [rounded.exp(0.3), rounded.log(0.3), rounded.tanh(0.3)]
     assert np.allclose(plain, [math.exp(0.3), math.log(0.3), math.tanh(0.3)], rtol=3e-16)
-
-
-@pytest.mark.parametrize(
-    "low, high, unit, wrapped",
-    [
-        (-1.0, 0.99, "", False),
-        (-1.0, 1.0, "ht", False),
-        (-1.0, 1.0, "", True),
-        (-1.5, 0.0, "ht", True),
-        (0.0, 1.5, "ht", True),
-    ],
-)
-def test_only_what_is_no_binary_angle_is_wrapped(
-    low: float, high: float, unit: str, wrapped: bool
-) -> None:
-    x = Tracer("unit").leaf("input", "x", low, high, unit)
-    assert (node_of(ops.sincos_ht(x)[0]).args[0].kind == "wrap") == wrapped

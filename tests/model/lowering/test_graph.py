@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 
 from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.model.lowering.expand import expand
-from boresight.model.lowering.graph import Graph, Node, declared_name
+from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import node_of, nodes_of
 
@@ -34,125 +32,6 @@ def nodes(*x: Any) -> list[Node]:
     """Nodes of numbers or recorded expressions, of one graph."""
     g = next(e.tracer for e in x if isinstance(e, Scalar))
     return nodes_of(*(g.lift(e) for e in x))
-
-
-def same(*x: Any) -> bool:
-    """Whether all are one node."""
-    return len(set(nodes(*x))) == 1
-
-
-def test_constants_fold(g: Any) -> None:
-    two = g.const(2.0)
-    folded = [
-        (two + 3.0, 5.0),
-        (two - 3.0, -1.0),
-        (two * 3.0, 6.0),
-        (-two, -2.0),
-        (two / 4.0, 0.5),
-        (4.0 / two, 2.0),
-        (ops.wrap_ht(g.const(1.25)), -0.75),
-        (ops.sincos_ht(g.const(0.25))[0], math.sqrt(0.5)),
-        (ops.sincos_ht(g.const(1.0))[0], 0.0),
-        (ops.sincos_ht(g.const(0.0))[1], 1.0),
-        (ops.asin_ht(g.const(0.5)), 1.0 / 6.0),
-        (ops.asin_ht(g.const(7.0)), 0.5),
-        (ops.rsqrt(g.const(0.25)), 2.0),
-        (ops.sqrt(g.const(2.25)), 1.5),
-        (ops.bounded(g.const(1.0), -1.0, 1.0, "fits"), 1.0),
-        (ops.maximum(two, 3.0), 3.0),
-        (ops.minimum(two, 3.0), 2.0),
-        (1.0 / ops.named("two", two), 0.5),
-    ]
-    result = nodes(*(number for number, _ in folded))
-    assert [(n.kind, n.value) for n in result] == [("const", v) for _, v in folded]
-    graph, _ = expand(g)
-    assert all(n.kind == "const" for n in graph.nodes)
-    (beyond,) = nodes(ops.bounded(g.const(7.0), -1.0, 1.0, "which it is not"))
-    assert (beyond.kind, beyond.low, beyond.high) == ("bounded", -1.0, 1.0)
-    assert math.copysign(1.0, graph.const(-0.0).value) == 1.0
-
-
-def test_structural_zeros_and_ones_disappear(g: Any) -> None:
-    x = leaf(g)
-    zero, unit = g.const(0.0), g.const(1.0)
-    assert same(
-        x, x + 0.0, 0.0 + x, x - 0.0, x * 1.0, unit * x, -1.0 * (-x), ops.where(x < 0.0, x, x)
-    )
-    assert same(zero, x * 0.0, x - x)
-    assert nodes(-x)[0].high == 2.0
-    assert same(ops.absolute(x * x), x * x)
-    assert same(x + x, x * 2.0)
-
-
-def test_equal_expressions_are_one_node(g: Any) -> None:
-    x, y = leaf(g, "x"), leaf(g, "y")
-    assert same(x * y, y * x)
-    assert same(2.0 * (3.0 * x), x * 6.0)
-    assert same(ops.sincos_ht(x * y)[0], ops.sincos_ht(y * x)[0])
-    assert not same(*ops.sincos_ht(x))
-    assert not same(x - y, y - x)
-    ops.atan2_ht(x, y)
-    before = len(expand(g)[0].nodes)
-    ops.where(y * y < x * x, y, x)  # which the arc tangent computes too
-    assert len(expand(g)[0].nodes) == before
-
-
-def test_a_named_product_keeps_its_constant(g: Any) -> None:
-    x = leaf(g)
-    named = ops.named("double", x * 2.0)
-    node, product, again, plain = nodes(named, named * 3.0, ops.named("again", named), x * 2.0)
-    assert product.args[0] is node is again is plain and node.label == "double"
-    assert nodes(ops.named("leaf", x))[0].name == "x"
-
-
-def test_certain_conditions_choose_at_once(g: Any) -> None:
-    x, y = leaf(g, "x", 1.0, 2.0), leaf(g, "y")
-    assert same(x, ops.where(x < 0.0, y, x), ops.where(x > 0.0, x, y), ops.where(x >= 1.0, x, y))
-    assert same(x, ops.where(~(x < 0.0), x, y), ops.clip(x, 0.0, 5.0), ops.saturated(x, 4.0))
-    for z, yes, no in ((x, y, x), (leaf(g, "zero", 0.0, 2.0), y, x), (-x, x, y)):
-        plain = ops.where(y < 0.0, yes, no)
-        both = (z < 0.0) ^ (y < 0.0), (y < 0.0) ^ (z < 0.0)
-        assert same(plain, *(ops.where(c, y, x) for c in both))
-    assert nodes(ops.flip(x > 0.0, y))[0].signs == (-1,)
-    assert same(ops.flip(x < 0.0, y), ops.flip(leaf(g, "zero", 0.0, 2.0) < 0.0, y), y)
-    (turned,) = nodes(ops.flip(y >= 0.0, x))
-    assert turned.signs == (-1,) and same(ops.flip(y < 0.0, x), -ops.flip(y >= 0.0, x))
-    assert nodes(ops.absolute(leaf(g, "negative", -2.0, 0.0)))[0].signs == (-1,)
-    assert nodes(ops.saturated(x, 0.5))[0].value == 0.5
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "wanted"),
-    [(-4.0, 1.0, (-4.0, 4.0 * (1.0 - 2.0**-17))), (-1.0, 4.0, (-4.0, 4.0))],
-)
-def test_of_two_conditions_that_differ(g: Any, low: float, high: float, wanted: Any) -> None:
-    """One node, of as many integer bits as the word whose sign it takes or turns."""
-    x, y = leaf(g, "x"), leaf(g, "y", low, high)
-    ops.where((x < 0.0) ^ (y < 0.0), 1.0, 0.0)
-    found = [n for n in expand(g)[0].nodes if n.kind == "complement"]
-    assert [(n.low, n.high) for n in found] == [wanted]
-    assert [a.name for a in found[0].args] == ["x", "y"]
-
-
-def test_squares_are_not_negative(g: Any) -> None:
-    x, away = leaf(g), leaf(g, "a", -3.0, -2.0)
-    square, far = nodes(x * x, away * away)
-    assert (square.low, square.high, far.low) == (0.0, 9.0, 4.0)
-
-
-def test_zero_times_unbounded_is_zero(g: Any) -> None:
-    root = ops.rsqrt(leaf(g, "p", 0.0, 4.0))
-    product = root * leaf(g, "n", -1.0, 0.0)
-    scaled = product * leaf(g, "u", 0.0, 1.0)
-    results = [(n.low, n.high) for n in nodes(root, product, scaled)]
-    assert results == [(0.5, math.inf), (-math.inf, 0.0), (-math.inf, 0.0)]
-
-
-def test_the_larger_and_the_smaller_are_as_narrow_as_they_can_be(g: Any) -> None:
-    x, y = leaf(g, "x", -2.0, 3.0), leaf(g, "y", 0.5, 1.0)
-    result = nodes(ops.maximum(x, y), ops.minimum(x, y), ops.maximum(x, 0.25), ops.minimum(7.0, x))
-    assert [(n.low, n.high) for n in result] == [(0.5, 3.0), (-2.0, 1.0), (0.25, 3.0), (-2.0, 3.0)]
-    assert result[3].kind == "input"
 
 
 def test_a_larger_number_is_a_divisor(trace: Any) -> None:
@@ -245,28 +124,6 @@ def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: fl
         rf"\[{low:g}, {high:g}\]; divide by ops\.{'maximum' if high - low < 3.0 else 'clip'}\(",
     ):
         nodes(1.0 / leaf(g, "speed", low, high))
-
-
-def test_nodes_have_labels(g: Any) -> None:
-    assert [n.label for n in nodes(leaf(g, "speed"), leaf(g) * leaf(g, "y"))] == ["speed", "mul_3"]
-
-
-def test_a_state_that_bears_the_name_of_an_input() -> None:
-    """Its author's name is told; the program has another one for it."""
-
-    class Same(Estimator):
-        inputs = (Input("y", -1.0, 1.0),)
-        states = (State("y", -1.0, 1.0),)
-        outputs = (Output("z"),)
-
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            return {"y": 0.5 * (x.y + u.y)}, {"z": ops.named("w", 0.25 * x.y)}
-
-    program, nodes = Same().compile_traced()
-    (state, after), (output,) = program.states[0], program.outputs
-    assert program.values[state].name != "y"
-    said = [declared_name(program, nodes, n) for n in (program.inputs[0], state, output)]
-    assert said == ["y", "y", "w"] and declared_name(program, {}, after) == "y_next"
 
 
 # -- conditions, through fixed point --------------------------------------------------------------
@@ -415,71 +272,3 @@ def test_a_clip_of_a_narrow_range_far_from_zero(trace: Any, edges: Any) -> None:
     fixed, floats, saturated = trace(lambda v: ops.clip(v, *limits), [edges]).run(x)
     assert np.abs(fixed[0] - floats[0]).max() <= 2.0**-23 and not saturated.any()
     assert fixed[0].min() >= limits[0] and fixed[0].max() <= limits[1]
-
-
-@pytest.mark.parametrize("limits", [(-1.0, 1.0), (100.0, 100.0 + 2.0**-11)])
-@pytest.mark.parametrize("far", [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0), (9.0, 9.0)])
-def test_a_clip_has_a_clamp_or_a_choice_for_each_limit_that_is_passed(
-    g: Any, limits: tuple[float, float], far: tuple[float, float]
-) -> None:
-    ops.clip(leaf(g, "x", limits[0] - far[0], limits[1] + far[1]), *limits)
-    kinds = [n.kind for n in expand(g)[0].nodes]
-    assert kinds.count("saturated") + kinds.count("select") == sum(map(bool, far))
-
-
-@pytest.mark.parametrize(
-    ("ends", "limits", "kinds"),
-    [
-        ((-(2.0**16), 2.0**16), (-1.0, 1.0), (2, 0)),
-        ((-(2.0**18), 2.0**18), (-1.0, 1.0), (3, 0)),  # first by a word, in reach of the limits
-        ((0.0, 40000.0), (32767.5, 32768.0), (2, 0)),
-        ((0.0, 40000.0), (32768.0, 32768.5), (0, 2)),  # too far from 0 to be moved there
-    ],
-)
-def test_a_clip_moves_as_far_as_an_accumulator_holds(
-    g: Any, ends: tuple[float, float], limits: tuple[float, float], kinds: tuple[int, int]
-) -> None:
-    ops.clip(leaf(g, "x", *ends), *limits)
-    made = [n.kind for n in expand(g)[0].nodes]
-    assert (made.count("saturated"), made.count("select")) == kinds
-
-
-@pytest.mark.parametrize("limits", [(1.0, 2.0), (-3.0, 1.0), (0.5, 0.5)])
-def test_a_clip_to_one_number_is_that_number(g: Any, limits: tuple[float, float]) -> None:
-    x = leaf(g, "x", *((-1.0, 1.0) if limits[0] > 0.0 else (1.0, 4.0)))
-    (node,) = nodes(ops.clip(x, *limits))
-    assert node.kind == "const" and node.value in limits
-
-
-@pytest.mark.parametrize("limit", [0.25, 100.0])
-def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float) -> None:
-    x = leaf(g, "x", 0.0, 4.0)
-    node = node_of(ops.clip(x * ops.rsqrt(leaf(g, "y", 0.0, 4.0)), 0.0, limit))
-    assert (node.low, node.high) == (0.0, limit)
-    inside = node
-    while inside.kind != "saturated":
-        inside = next(a for a in inside.args if a.kind != "const")
-    assert limit < 2.0 * inside.value <= 4.0 * limit
-
-
-@pytest.mark.parametrize(
-    ("ends", "held", "wanted"),
-    [
-        ((-1.0, 4.0), (0.5, 3.0), (0.5, 4.0)),
-        ((-1.0, 4.0), (-3.0, -0.5), (-1.0, -0.5)),
-        ((-1e6, 1e6), (0.125, 4.0), (0.125, 8.0)),  # more than the word of a divisor spans
-        ((-1e6, 1e6), (-4.0, -0.125), (-8.0, -0.125)),
-        ((-5.0, 1e6), (-4.0, -0.125), (-5.0, -0.125)),
-        ((-8192.0, 8192.0), (0.125, 4.0), (0.125, 8192.0)),  # just as much
-        ((-32.0, 32.0), (2.0**-13, 31.0), (2.0**-13, 32.0)),  # no further than the limit
-        ((-1e6, 1e6), (0.0, 4.0), (0.0, 1e6)),
-        ((-math.inf, math.inf), (0.5, 3.0), (0.5, 4.0)),
-        ((0.25, math.inf), (0.5, 3.0), (0.5, 4.0)),
-        ((-math.inf, math.inf), (-3.0, -0.5), (-4.0, -0.5)),
-    ],
-)
-def test_what_is_held_off_zero(ends: Any, held: Any, wanted: Any) -> None:
-    """A divisor between the limits that runs came to; the other end is its own, or a word's."""
-    graph = Graph("unit")
-    node = graph.limited(graph.leaf("input", "x", *ends, ""), *held)
-    assert (node.low, node.high) == wanted

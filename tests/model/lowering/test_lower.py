@@ -271,67 +271,7 @@ def test_rounding_is_half_up(trace: Any) -> None:
     assert abs(units.mean()) < 0.04  # truncated guard bits: 2^-5
 
 
-@pytest.mark.parametrize("word", [18, 22, 32])
-def test_constants_are_as_fine_as_the_accumulator(trace: Any, word: int) -> None:
-    t = trace(
-        lambda a: (a + 0.1, ops.where(a < 0.0, a, a + 0.1), ops.flip(a < 0.0, a - 1 / 3)),
-        [(-40.0, 40.0)],
-        word,
-    )
-    fixed, floats, _ = t.run(np.random.default_rng(10).uniform(-39, 39, 500))
-    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
-        guard = 2.0**-t.program.arithmetic.guard
-        assert np.abs(y - want).max() <= (0.5 + 2 * guard) * fmt.lsb
-
-
 # -- structure ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("cls", [Complementary, ComplementaryAsPrinted])
-@pytest.mark.parametrize("word", range(18, 33))
-def test_structure(cls: Any, word: int) -> None:
-    program = cls().compile(word=word)
-    names = [v.name for v in program.values]
-    assert len(set(names)) == len(names)
-    # operations come in executable order, each value is written once
-    known = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
-    for op in program.ops:
-        assert op.terms
-        assert set(op.operands()) <= known and op.dest not in known
-        known.add(op.dest)
-    assert known == set(range(len(program.values)))
-    # nothing is computed in vain, nothing stored in vain
-    used = {n for op in program.ops for n in op.operands()}
-    used |= set(program.outputs) | {n for _, n in program.states}
-    leaves = {
-        n for n, v in enumerate(program.values) if v.kind in (Kind.INPUT, Kind.PARAM, Kind.STATE)
-    }
-    assert set(range(len(program.values))) - used <= leaves
-    for state, after in program.states:
-        assert program.values[state].frac == program.values[after].frac
-        assert program.values[state].kind is Kind.STATE
-    for v in program.values:
-        assert np.isfinite([v.low, v.high]).all() and v.low <= v.high
-        assert program.arithmetic.min_int <= v.initial <= program.arithmetic.max_int
-    for op in program.ops:
-        assert (op.flag is not None) == any(
-            t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in op.terms
-        )
-        assert (op.norm is not None) == any(t.scale is not Scale.NONE for t in op.terms)
-        assert (op.table is not None) == any(t.coefficient is not None for t in op.terms)
-
-
-def test_equal_names_become_distinct(trace: Any) -> None:
-    t = trace(
-        lambda a: (
-            ops.named("x0", a * a),
-            ops.named("twice", a + 0.5),
-            ops.named("twice", a - 0.5),
-        ),
-        [(-1.0, 1.0)],
-    )
-    names = [v.name for v in t.program.values if v.kind in (Kind.INPUT, Kind.OP)]
-    assert names == ["x0", "x0_2", "twice", "twice_2"]
 
 
 def test_a_constant_or_an_input_may_be_an_output(trace: Any) -> None:
@@ -466,31 +406,6 @@ def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace:
         )
 
 
-def test_a_root_that_varies_much_is_coarser_where_its_result_is(trace: Any) -> None:
-    """The product is not kept finer than the last bit of the sum, 1/2, allows."""
-    x = trace(lambda a, b, c: c + a * ops.rsqrt(b), [(-1.0, 1.0), (2.0**-21, 1.0), (-1e9, 1e9)])
-    rng = np.random.default_rng(5)
-    a, c = rng.uniform(-1.0, 1.0, (2, 1000)) * [[1.0], [1e9]]
-    fixed, floats, saturated = x.run(a, 4.0 ** -rng.integers(0, 11, 1000), c)
-    assert not saturated.any()
-    assert np.abs(fixed[0] - floats[0]).max() <= x.formats()[0].lsb
-
-
-def test_a_root_that_varies_much_keeps_its_bits(trace: Any) -> None:
-    """Beside a constant or another value, and in several sums, which share no coarser copy."""
-    low = 2.0**-21
-
-    def sums(b: Any, c: Any, *a: Any) -> tuple[Any, ...]:
-        return 1e9 + a[0] * ops.rsqrt(b), *(c + x * ops.rsqrt(b) for x in a[1:])
-
-    x = trace(sums, [(low, 1.0), (-1e9, 1e9), *[(-1.0, 1.0)] * 5])
-    rng = np.random.default_rng(5)
-    b, c = low * (1 + rng.integers(0, 999, 1000)), rng.uniform(-1e9, 1e9, 1000)
-    fixed, floats, _ = x.run(b, c, *rng.uniform(-1.0, 1.0, (5, 1000)))
-    for y, want, fmt in zip(fixed, floats, x.formats(), strict=True):
-        assert np.abs(y - want).max() <= 0.51 * fmt.lsb
-
-
 @pytest.mark.parametrize("power", [249, 250])
 def test_a_binary_point_has_an_end(trace: Any, power: int) -> None:
     def wrong(a: Any) -> Any:
@@ -501,33 +416,6 @@ def test_a_binary_point_has_an_end(trace: Any, power: int) -> None:
     else:
         with pytest.raises(InputError, match="bits too many"):
             trace(wrong, [(-1.0, 1.0)])
-
-
-def test_outputs_and_next_states_carry_their_names() -> None:
-    g = Tracer("named")
-    u = g.leaf("input", "u", -1.0, 1.0)
-    a, b, c = (g.leaf("state", name, -4.0, 4.0) for name in "abc")
-    own, after = ops.named("own", 0.5 * a + u), b - u
-    trace = Trace(
-        g,
-        [u],
-        {"b": 0.25 * b, "sum": own + b, "same": u, "again": own + b},
-        states=[(a, 0.0, own), (b, 0.0, after), (c, 0.0, after)],
-    )
-    program, nodes = lower(trace, Arithmetic())
-    names = [[program.values[n].name for n in numbers] for numbers in (
-        program.outputs, [after for _, after in program.states]
-    )]  # fmt: skip
-    assert names == [["b_out", "sum", "u", "sum"], ["own_aligned", "b_next", "b_next"]]
-    held = [nodes[number].label for number in (*program.outputs, program.states[0][1])]
-    assert held == ["b_out", "sum", "u", "sum", "own"]  # a copy, too
-    # A title keeps nothing from being part of another value, as a name would.
-    product = a * b
-    fused = lower(
-        Trace(g, [u], {"p": product, "q": product + u}, states=trace.states), Arithmetic()
-    )
-    p, q = (next(op for op in fused[0].ops if op.dest == n) for n in fused[0].outputs)
-    assert len(p.terms) == 1 and len(q.terms) == 2 and nodes[program.outputs[1]].label == "sum"
 
 
 def test_chains_of_thousands_of_operations() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
-from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.lowering.trace import Scalar, Tracer
 from boresight.model.nine_axis import INPUTS
 from boresight.model.recorded import evaluate
 from boresight.sim.records.bundled import bundled
@@ -36,53 +35,6 @@ def x(tracer: Tracer) -> Any:
 @pytest.fixture
 def y(tracer: Tracer) -> Any:
     return tracer.leaf("input", "y", -2.0, 3.0)
-
-
-def test_each_expression_once(tracer: Tracer, x: Any, y: Any) -> None:
-    assert x * y is x * y is not y * x and x + y is x + y
-    assert (x + y).args == (x, y) and (1.0 + x).args[1] is x
-    assert x + y is not y + x and x - y is not y - x
-    assert ops.sincos_ht(x) == ops.sincos_ht(x) and ops.sincos_ht(x)[0] is not ops.sincos_ht(x)[1]
-    assert ops.clip(x, 0.0, 1.0) is ops.clip(x, 0.0, 1.0) is not ops.clip(x, 0.0, 2.0)
-    assert tracer.leaf("input", "x", -2.0, 3.0) is x
-    assert [e.number for e in tracer.expressions] == list(range(len(tracer.expressions)))
-
-
-def test_what_disappears(tracer: Tracer, x: Any, y: Any) -> None:
-    assert x + 0.0 is x and 0.0 + x is x and x - 0.0 is x
-    assert 1.0 * x is x and (-1.0 * x) is -x and -1.0 * (-x) is x
-    assert 0.0 - x is -x and (0.0 - x).args == (x,)
-    assert ~~(x < y) is (x < y)
-    assert (x / 4.0).args[1].data == (0.25,)
-    assert x * 0.5 * 4.0 is 2.0 * x
-    two = tracer.const(2.0)
-    constants = (two + 3.0, two - 3.0, two * 3.0, -two, two / 4.0, 4.0 / two)
-    assert [(c.kind, *c.data) for c in constants] == [
-        ("const", v) for v in (5.0, -1.0, 6.0, -2.0, 0.5, 2.0)
-    ]
-    assert math.copysign(1.0, Tracer("unit").const(-0.0).data[0]) == 1.0
-    assert x**0 * y is y
-
-
-def test_nothing_more_disappears(x: Any, y: Any) -> None:
-    """The record is the reference: it does not believe in ranges, nor in finite numbers."""
-    assert (x * 0.0).kind == "mul"
-    assert (x - x).kind == "sub" and (x + x).kind == "add"
-    assert ops.clip(x, -9.0, 9.0).kind == "clip"
-    assert ops.where(x < 9.0, x, y).kind == "select"
-    assert ops.absolute(x * x).kind == "absolute"
-    assert (x / y).kind == "div"
-    assert (x * 0.5 * y).args == (x * 0.5, y) and (x * y * 0.5).args[0] is x * y
-
-
-def test_places(tracer: Tracer, x: Any, y: Any) -> None:
-    """The author's line, or what stands for it; in a message without either the record's name."""
-    assert (x + y).line.startswith("test_trace.py, line ")
-    tracer.place = "filter.py, line 41"
-    assert (x - y).line == "filter.py, line 41"
-    with ThreadPoolExecutor() as elsewhere:
-        error = elsewhere.submit(tracer.const, math.inf).exception()
-    assert str(error).startswith("unit: wanted finite constants")
 
 
 def test_functions_are_recorded(x: Any, y: Any) -> None:
@@ -192,13 +144,6 @@ def test_lines(x: Any, y: Any) -> None:
     assert x.line == "" and (x * y).line.startswith("test_trace.py, line ")
     turned = [ops.atan2_ht(x, y), ops.clip(x, 0.0, 1.0)]
     assert len({e.line for e in turned}) == 1
-
-
-def test_what_is_needed(tracer: Tracer, x: Any, y: Any) -> None:
-    state = tracer.leaf("state", "s", 0.0, 1.0)
-    _, after, out = x * y, x - state, ops.absolute(y)
-    trace = Trace(tracer, [x, y], {"out": out}, states=[(state, 0.0, after)])
-    assert [e.number for e in trace.needed] == [0, 1, 2, 4, 5] and trace.needed[3] is after
 
 
 # -- the record computes what the step computes ----------------------------------------------

@@ -111,30 +111,6 @@ def test_many_runs_equal_single_runs() -> None:
     assert out.shape == (30, 8, 20) and saturated.shape == (30, 20) and out.dtype == np.int64
 
 
-def test_run_is_update_in_a_loop() -> None:
-    words = np.array([[[3]], [[4]], [[-5]]])
-    a = machine()
-    b = machine()
-    heard: list[int] = []
-    out, _ = a.run(words, progress=heard.append)
-    assert heard == [0, 1, 2]
-    assert np.array_equal(out, np.stack([b.update(w)[0] for w in words]))
-    assert a.run(words[:0])[0].shape == (0, 2, 1)
-
-
-def test_the_callers_arrays_are_left_alone() -> None:
-    m = machine()
-    words = np.array([[3]], dtype=np.int64)
-    m.update(words)
-    words[:] = 99
-    assert m.values[0].tolist() == [3]
-
-
-def test_small_integer_types_do_not_overflow() -> None:
-    m = machine()
-    assert m.update(np.array([[100]], dtype=np.int8))[0].ravel().tolist() == [7, 207]
-
-
 def test_the_last_output_of_a_state_is_the_old_word() -> None:
     g = Tracer("old")
     s = g.leaf("state", "s", -1.0, 1.0)
@@ -142,28 +118,6 @@ def test_the_last_output_of_a_state_is_the_old_word() -> None:
     program = lower(Trace(g, [u], {"s": s}, states=[(s, 0.0, u)]), Arithmetic())[0]
     out, _ = Interpreter(program).run([[[5]], [[6]], [[7]]])
     assert out.ravel().tolist() == [0, 5, 6]
-
-
-def test_refusals() -> None:
-    m = machine(runs=2)
-    with pytest.raises(ValueError, match=r"^inputs must have shape \(1, 2\), not \(2, 1\)$"):
-        m.update([[1], [2]])
-    with pytest.raises(ValueError, match=r"^inputs must have shape \(1, 2\), not \(3,\)$"):
-        m.run(np.zeros((4, 3), dtype=np.int64))
-    with pytest.raises(ValueError, match=r"^input words must fit 18 bits$"):
-        m.update([[0, 1 << 17]])
-    with pytest.raises(ValueError, match=r"^input words must fit 18 bits$"):
-        m.update([[0, -(1 << 17) - 1]])
-    with pytest.raises(ValueError, match=r"^inputs must be integer words, not float64$"):
-        m.update([[0.5, 1.0]])
-    m.params[1] = 1 << 17
-    with pytest.raises(ValueError, match=r"^parameter gain must fit 18 bits, not 131072$"):
-        m.update([[1, 2]])
-    for limit in ((1 << 17) - 1, -(1 << 17)):  # the limits themselves are words
-        m.params[1] = limit
-        m.update([[limit, limit]])
-    with pytest.raises(ValueError, match=r"^runs must be at least 1, not 0$"):
-        Interpreter(m.program, 0)
 
 
 # -- programs as plain integers: the words that arrays give ---------------------------------------

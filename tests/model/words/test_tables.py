@@ -14,13 +14,9 @@ from numpy.polynomial import polynomial
 
 from boresight.model.words import rounded
 from boresight.model.words.fixed import Arithmetic, fraction, table_index
-from boresight.model.words.polynomials import exp2, interpolated, log
-from boresight.model.words.rounded import PRECISE
+from boresight.model.words.polynomials import exp2, log
 from boresight.model.words.tables import (
-    ASIN,
     BLOCK_WORDS,
-    RECIPROCAL,
-    RSQRT,
     SIN,
     TABLES,
     Table,
@@ -108,25 +104,6 @@ def test_coefficients_fit_their_formats_unsaturated(word: int) -> None:
         ):
             assert fmt.min <= column.min() and column.max() <= fmt.max + 2 * fmt.lsb
             assert fmt.frac <= table.result_format(arith).frac + arith.guard
-
-
-@pytest.mark.parametrize("word", [18, 24, 32])
-def test_unused_segments_hold_the_nearest_edge(word: int) -> None:
-    arith = Arithmetic(word=word)
-    memory = np.array(table_memory(arith)).reshape(3, BLOCK_WORDS // 4, 4)
-    assert len(table_memory(arith)) == 3 * BLOCK_WORDS
-    for block, unused, table, edge in (
-        (1, slice(0, RSQRT.first), RSQRT, 2.0),
-        (2, slice(ASIN.last + 1, RECIPROCAL.first), ASIN, 0.25),
-    ):
-        c0 = coefficient_formats(table, arith)[0]
-        assert np.all(memory[block, unused, 1:] == 0)
-        assert np.abs(c0.real(memory[block, unused, 0]) - edge).max() <= c0.lsb
-    used = np.zeros((3, 128), dtype=bool)
-    for table in TABLES:
-        assert not used[table.block, table.first : table.last + 1].any()
-        used[table.block, table.first : table.last + 1] = True
-    assert np.all(memory[used].any(axis=-1))
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
@@ -300,19 +277,6 @@ def test_exact_values() -> None:
     assert rounded.rsqrt(0.25) == 2.0 and rounded.log(1.0) == 0.0
 
 
-def test_the_precision_of_other_code_stays() -> None:
-    before = rounded.sin_ht(0.1)
-    with mp.workdps(3):
-        assert rounded.sin_ht(0.1) == before
-    assert rounded.PRECISE.prec == 256
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False).filter(bool))
-def test_binary_exponent(x: float) -> None:
-    k = rounded.binary_exponent(x)
-    assert Fraction(2) ** k <= abs(Fraction(x)) < Fraction(2) ** (k + 1)
-
-
 # -- polynomials on one binade, against the functions ---------------------------------------------
 
 
@@ -321,16 +285,3 @@ def test_the_shipped_ones_are_finer_than_a_word() -> None:
     assert np.abs(polynomial.polyval(0.5 * x, exp2()) - 2.0 ** (0.5 * x - 0.5)).max() < 7e-11
     assert np.abs(polynomial.polyval(x, log()) - np.log((x + 3.0) / 4.0)).max() < 2.5e-10
     assert len(exp2()) % 2 == len(log()) % 2 == 0  # they are computed in pairs
-
-
-@pytest.mark.parametrize("reach", [0.5, 3.0])
-def test_a_polynomial_is_found_again(reach: float) -> None:
-    outcome = interpolated(lambda x: 2 * x**3 - x + PRECISE.mpf("0.25"), reach, 6)
-    assert np.allclose(outcome, (0.25, -1.0, 0.0, 2.0, 0.0, 0.0), rtol=0.0, atol=1e-60)
-
-
-def test_as_good_as_the_best_within_a_few_per_cent() -> None:
-    """The best polynomial of degree 4 for e^x on [-1, 1] is 5.47e-4 off (Cheney 1966)."""
-    x = np.linspace(-1.0, 1.0, 2001)
-    error = polynomial.polyval(x, interpolated(PRECISE.exp, 1.0, 5)) - np.exp(x)
-    assert 5.47e-4 < np.abs(error).max() < 1.2 * 5.47e-4
