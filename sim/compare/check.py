@@ -186,6 +186,9 @@ class Check:
         Verilator or Icarus; by default Verilator, and Icarus too (not all updates) where it is.
     progress : callable, optional
         Told what runs.
+    search : bool
+        Whether claims that intervals do not prove are searched for inputs that break them, which
+        takes half a second.
 
     Raises
     ------
@@ -200,13 +203,14 @@ class Check:
         levels: Sequence[str] = USUAL,
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
+        search: bool = True,
     ) -> None:
         levels = levels.split(",") if isinstance(levels, str) else levels
         for level in levels:
             require_choice("levels", level, EXACT)
         if simulator is not None:
             require_choice("simulator", simulator, SIMULATORS)
-        self.build, self.levels, self.simulator = build, levels, simulator
+        self.build, self.levels, self.simulator, self.search = build, levels, simulator, search
         self.progress = progress or (lambda text: None)
         #: `Build.shortage`; None until the first records have been looked at.
         self._shortage: str | None = None
@@ -534,6 +538,8 @@ class Check:
     def _claims_of(self, number: int) -> list[Examined]:
         """Prove the claims of an estimator, or search for inputs that break them; once."""
         build = self.build
+        if not self.search:
+            return []
         if number not in self._examined:
             estimator, program = build.estimators[number], build.programs[number]
             self.progress(f"claims of {estimator.name}")

@@ -21,9 +21,12 @@ from boresight.sim.levels.build import Build
 __all__ = ["check_sound"]
 
 
-#: Rows on which words have to move, fewest of them without a saturation, share of those on which
-#: float64 has to be elsewhere before a word that does not is refused, and by how many limits.
-_ROWS, _CLEAN, _SHARE, _LIMITS = 128, 16, 0.1, 4.0
+#: Drawn updates in which words have to move, and the fewest of them without a saturation.
+ROWS, FEWEST_CLEAN = 128, 16
+#: Share of these updates in which float64 has to leave a word that stands still.
+MOVING_SHARE = 0.1
+#: How many times the accepted error it has to leave it by.
+FACTOR = 4.0
 
 
 def check_sound(build: Build, inputs: Sequence[FloatArray] | None = None) -> None:
@@ -57,7 +60,7 @@ def _check_moving(
     leaves: Mapping[tuple[str, str], FloatArray],
 ) -> None:
     """Raise InputError where a word stands still that moves in float64."""
-    leaves = {name: values[:_ROWS] for name, values in leaves.items()}
+    leaves = {name: values[:ROWS] for name, values in leaves.items()}
     rows = len(next(iter(leaves.values())))
     machine = Interpreter(program, rows)
     for (number, _), state in zip(program.states, estimator.states, strict=True):
@@ -67,7 +70,7 @@ def _check_moving(
         for number, i in zip(program.inputs, estimator.inputs, strict=True)
     ]
     clean = ~machine.update(np.stack(inputs))[1]
-    if np.count_nonzero(clean) < _CLEAN:
+    if np.count_nonzero(clean) < FEWEST_CLEAN:
         return
     twin = Twin(program, nodes, [words[clean] for words in machine.values_before_commit()])
     trace = estimator.trace()
@@ -78,7 +81,7 @@ def _check_moving(
             exact = np.broadcast_to(values[result.number], rows)[clean]
             form = program.format(number)
             error = np.abs(np.clip(exact, form.min, form.max) - twin.real(number))
-            if _still(twin, number) and np.mean(error > _LIMITS * limit) > _SHARE:
+            if _still(twin, number) and np.mean(error > FACTOR * limit) > MOVING_SHARE:
                 lost = next(_lost(twin, number), number)
                 said, line = program.values[lost], nodes[lost].line if lost in nodes else ""
                 raise InputError.at(

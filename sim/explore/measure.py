@@ -167,7 +167,7 @@ def _read(logs: tuple[str | Record, ...], rows: Selection, _: str) -> list[Recor
 
 def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Errors from float64 and from truth, saturated updates, and the verdict of `check`."""
-    check = Check(case.build(exploration), levels=("c",))
+    check = Check(case.build(exploration), levels=("c",), search=False)
     logs = [record.head(exploration.steps) for record in _records(exploration)]
     results = [check.run(log)[0] for log in logs]
     figures: dict[str, float | None] = {}
