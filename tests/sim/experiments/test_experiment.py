@@ -68,8 +68,8 @@ class Mine(Experiment):
 def test_an_own_experiment(high, code, tmp_path: Path, monkeypatch, capsys) -> None:
     """A missed target fails if it binds; with too few runs it is not judged."""
     monkeypatch.chdir(tmp_path)
-    Path("mine.py").write_text(SOURCE % high)
-    assert main(["experiment", "mine.py", "--seed", "7", "-o", "out"]) == code
+    Path("own_drive.py").write_text(SOURCE % high)
+    assert main(["experiment", "own_drive.py", "--seed", "7", "-o", "out"]) == code
     out, err = capsys.readouterr()
     assert "3 runs from seed 7" in err and "1 missed that are reported, not binding" in out
     assert "not judged with fewer than 50 runs" in " ".join(out.split())
