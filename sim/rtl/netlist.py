@@ -20,16 +20,12 @@ from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import cell_library
 from boresight.model.tools.cache import Cache
-from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.harness import CompiledSimulation
-from boresight.sim.rtl.wave import CORE, changes_of, wires_of
 
 __all__ = ["CELLS", "SIMULATED", "Cells", "NetlistSimulation", "verilog_of"]
 
 #: Cells that only tell where something came from.
 _NO_HARDWARE = "$scopeinfo"
-#: Path of a net in the simulator's file.
-_NET = re.compile(rf"{re.escape(CORE)}\.n\d+")
 #: Module of a file in Verilog.
 _LINES = re.MULTILINE | re.DOTALL
 _MODULE = re.compile(r"^module (\w+)", _LINES)
@@ -138,20 +134,6 @@ class NetlistSimulation(CompiledSimulation):
         netlist = netlist_of(text, "core", family, cache_dir=Cache().root).synthesis.netlist
         cells = CELLS[family.name]
         return {"core.v": verilog_of(netlist, "core", cells), **cells.sources()}, {}
-
-    def toggles(self, inputs: IntArray, first: int, stop: int) -> float:
-        """Nets that change in an update, each as often: the mean over ``first`` to ``stop`` - 1.
-
-        Values are those before each edge of the clock, so neither glitches nor the clock count.
-        Built with ``trace``; ``inputs`` and errors as of `run`.
-        """
-        with self.record(inputs[:stop], first, stop) as path, path.open() as trace:
-            _, _, codes = wires_of(trace)
-            nets = {code for name, code in codes.items() if _NET.fullmatch(name)}
-            cycles = changes_of(trace)
-            next(cycles)  # all initial values
-            count = sum(len(nets & changes.keys()) for _, changes in cycles)
-        return count / (stop - first)
 
 
 def verilog_of(netlist: Mapping[str, Any], top: str, family: Cells) -> str:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import copy
 import random
-from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -227,52 +224,3 @@ def _with_a_wrong_lut(table: str, *arguments: Any, **options: Any) -> FamilyNetl
         inverted = f"0x{int(table_bits, 16) ^ 0xFFFF:04X}"
     lut["parameters"][content] = inverted
     return result
-
-
-TRACE = """
-$scope module TOP $end $var wire 1 ! clk $end
-$scope module stepped $end
-$scope module bench $end
-$scope module dut $end
-$var wire 1 ! n1 $end
-$var wire 1 a n2 $end
-$var wire 1 a n3 $end
-$var wire 1 b n12 $end
-$var wire 8 c out [7:0] $end
-$scope module c0 $end
-$var wire 1 a Q $end
-$var wire 1 d n5 $end
-$upscope $end
-$upscope $end
-$enddefinitions $end
-#0
-0!
-1a
-0b
-b00000001 c
-1d
-#1
-0a
-1b
-0d
-b00000010 c
-#4
-0b
-1d
-"""
-
-
-def test_nets_that_change(tmp_path: Path) -> None:
-    """A net counts once for each change, however many names it has; nothing else counts."""
-    (tmp_path / "trace.vcd").write_text(TRACE.replace(" $end $var", " $end\n$var"))
-
-    class Traced(module.NetlistSimulation):
-        def __init__(self) -> None:
-            pass
-
-        @contextlib.contextmanager
-        def record(self, inputs: Any, first: int, stop: int) -> Iterator[Path]:
-            assert (len(inputs), first, stop) == (6, 4, 6)
-            yield tmp_path / "trace.vcd"
-
-    assert Traced().toggles(np.zeros((9, 1), dtype=np.int64), 4, 6) == 3 / 2
