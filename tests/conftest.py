@@ -43,6 +43,15 @@ def pytest_runtest_call() -> Generator[None, Any, Any]:
         pytest.skip(str(error))
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Generator[None, Any, Any]:
+    """Skip a test whose fixture needs a tool that is not installed."""
+    try:
+        return (yield)
+    except ToolMissing as error:
+        pytest.skip(str(error))
+
+
 def pytest_collection_finish() -> None:
     """What is there now stays, and is not searched for garbage again."""
     # Hypothesis looks for who holds its source of random numbers, which it makes at its first use.
