@@ -311,7 +311,7 @@ def _is_current(helper: tuple[Path, str]) -> bool:
 
 def _remedy(text: str) -> str:
     """What to do about an error of an import."""
-    if re.search(r"State\.__init__\(\) .* '(sd|sd_max|consider)'$", text):
+    if re.search(r"State\.__init__\(\) .* '(sd|sd_max)'$", text):
         return "take State from boresight.kalman, which has it"
     return "correct it"
 

@@ -42,9 +42,6 @@ class State(declarations.State):
         Largest standard deviation, by default 1.2 ``sd``. A variance above three quarters of its
         square grows no more until a measurement reduces it. P takes its words from it: a small one
         leaves more bits.
-    consider : bool
-        It is never corrected, and its uncertainty counts nevertheless (Schmidt's filter): for what
-        is known only roughly, and too weakly seen to be estimated.
 
     Raises
     ------
@@ -54,13 +51,11 @@ class State(declarations.State):
 
     sd: float = math.nan
     sd_max: float | None = None
-    consider: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         where = placed(self.line, f"state {self.name}")
         _check_sd(where, (self.sd,), (self.largest_sd,))
-        check_flag(where, "consider", self.consider)
 
     @property
     def largest_sd(self) -> float:
@@ -199,7 +194,7 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     Parameters
     ----------
     number : value
-        Which, from 0 on: a counter of `Kalman.counters`, or an input.
+        Which, from 0 on: an input.
     measurements : sequence of Measurement
         Each with its own z, h, r and condition; gate and wrap are those of all.
 

@@ -29,10 +29,6 @@ class Filter(Protocol):
         Names of the error states that the name of a state or vector stands for.
     covariance_states : dict of str to (int, int)
         States that are elements of P, i <= j.
-    considered : frozenset of int
-        Error states that are never corrected.
-    counters : mapping of str to int
-        Counters among ``memory``: number of updates after which each starts again.
     dither : bool
         Whether the rounding of the predicted P is random; ``memory`` has a word for it then.
     """
@@ -53,8 +49,6 @@ class Filter(Protocol):
     noise_floor: list[float]
     groups: dict[str, tuple[str, ...]]
     covariance_states: dict[str, tuple[int, int]]
-    considered: frozenset[int]
-    counters: Mapping[str, int]
     dither: bool
 
     @property

@@ -29,7 +29,7 @@ _BELOW = 1.0 - 2.0**-17
 #: Share of its largest at which a variance grows no more.
 _HELD = 0.75
 #: What an author may leave out, so that it is not missed under another name.
-_WRITTEN = {"counters", "measure", "memory", "noise", "shown"}
+_WRITTEN = {"measure", "memory", "noise", "shown"}
 
 
 class Kalman(Estimator):
@@ -51,9 +51,6 @@ class Kalman(Estimator):
         Estimated states.
     memory : tuple of boresight.State
         Further states that are not estimated; `f` returns their next values.
-    counters : mapping of str to int
-        Further values that count updates, by name: from 0 in the first update to this number less
-        1, then again. For rates, and rows in turn (`in_turn`).
     outputs : tuple of Output
         Names of states, ``nis``, or what `shown` returns; by default all states.
     prior : bool
@@ -70,7 +67,6 @@ class Kalman(Estimator):
 
     states: tuple[Any, ...] = ()
     memory: tuple[declarations.State, ...] = ()
-    counters: Mapping[str, int] = {}
     prior: bool = False
     floor: float = 2.0**-31
     dither: bool = False
@@ -80,7 +76,6 @@ class Kalman(Estimator):
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
         self._check_options()
-        self.memory = (*self.memory, *(self._counter(*c) for c in self.counters.items()))
         if self.dither:
             self.memory += (declarations.State(DITHER, -1.0, 1.0, "ht", line=self._line),)
         #: Of each error state: its name, place, initial and largest standard deviation.
@@ -108,11 +103,6 @@ class Kalman(Estimator):
             self.initial_sd += map(min, sds, self.largest_sd[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
-        scalars = {s.name: s for s in self.estimated if isinstance(s, State)}
-        #: Error states that are never corrected.
-        self.considered = frozenset(
-            i for i, e in enumerate(self.errors) if e in scalars and scalars[e].consider
-        )
         #: Variances: beyond the first no element grows, the second is added in every update.
         self.variance_limits = [_HELD * bound * bound for bound in self.largest_sd]
         self.noise_floor = [self.floor * n * bound * bound for bound in self.largest_sd]
@@ -128,17 +118,6 @@ class Kalman(Estimator):
         self.states = (*states, *self.memory, *map(self._covariance_state, self.covariance_states))
         if not self.outputs:
             self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in states)
-
-    def _counter(self, name: str, updates: int) -> declarations.State:
-        if not (isinstance(updates, int) and 2 <= updates <= 2**16):
-            raise InputError.at(
-                placed(self._line, f"counter {name}"),
-                wanted="a number of updates from 2 to 65,536",
-                found=repr(updates),
-                fix="say after how many updates it begins anew",
-            )
-        last = updates - 1.0
-        return declarations.State(name, 0.0, last, "", last, line=self._line)
 
     def _covariance_state(self, name: str) -> declarations.State:
         i, j = self.covariance_states[name]
@@ -171,15 +150,8 @@ class Kalman(Estimator):
             )
 
     def _check_options(self) -> None:
-        """Refuse counters and floor of another kind."""
+        """Refuse a floor of another kind."""
         where = placed(self._line, f"estimator {self.name}")
-        require(
-            isinstance(self.counters, Mapping),
-            f"{where}, counters",
-            "numbers of updates by name",
-            self.counters,
-            'write counters = {"rate": 10}',
-        )
         require(
             isinstance(self.floor, int | float) and 0.0 <= self.floor < 1.0,
             f"{where}, floor",

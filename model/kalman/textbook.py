@@ -363,8 +363,6 @@ class Textbook:
         for n in valid:
             flags = self._unread[n].values()
             self._repeated[n] += any(leaves["input", flag] < 0.5 for flag in flags)
-        if k.considered:
-            return self._sequential(x, cov, valid, h, r, nu)
         s = h @ cov @ h.T + np.diag(r)
         accepted: list[int] = []
         for n in valid:
@@ -382,32 +380,6 @@ class Textbook:
         after = _moved_by(k, x, change)
         joseph = complement @ cov @ complement.T + gain @ np.diag(r) @ gain.T
         return after, joseph, float(nu @ np.linalg.solve(s, nu))
-
-    def _sequential(
-        self,
-        x: dict[str, Any],
-        cov: FloatArray,
-        valid: Sequence[int],
-        h: FloatArray,
-        r: FloatArray,
-        nu: FloatArray,
-    ) -> tuple[dict[str, Any], FloatArray, float]:
-        """One measurement after the other: with states that are considered, their order counts."""
-        k, nis, change = self.kalman, 0.0, np.zeros(len(cov))
-        corrected = np.array([i not in k.considered for i in range(len(cov))])
-        for n in valid:
-            gate, row = self.measurements[n].gate, h[n]
-            variance, residual = row @ cov @ row + r[n], nu[n] - row @ change
-            if gate is not None and residual * residual > gate**2 * variance:
-                continue
-            self._valid[1, n] += 1
-            self._observability.see(h[n : n + 1], r[n : n + 1])
-            gain = corrected * (cov @ row) / variance
-            complement = np.eye(len(cov)) - np.outer(gain, row)
-            change += gain * residual
-            cov = complement @ cov @ complement.T + r[n] * np.outer(gain, gain)
-            nis += float(residual * residual / variance)
-        return _moved_by(k, x, change), cov, nis
 
     def _jacobian(
         self, function: _Function, names: list[str], x: dict[str, Any], leaves: Mapping[Any, Any]

@@ -264,7 +264,6 @@ class Update:
             self._move(s)
 
     def _update(self, m: Measurement) -> None:
-        k = self.kalman
         row = self.slopes.of(self.tracer.lift(m.h) - m.z)
         low, high = self.intervals(m.r)
         if not row or low <= 0.0:
@@ -281,28 +280,19 @@ class Update:
         row = self._limited_row(m, row)
         innovation = self._innovation(m)
         dots = [self._dot(row, g.__getitem__) for g in self.gains]
-        corrected_row = {i: h for i, h in row.items() if i not in k.considered}
-        corrected_dots = (
-            [self._dot(corrected_row, g.__getitem__) for g in self.gains]
-            if len(corrected_row) < len(row)
-            else dots
-        )
         spread = self._spread(m, row)
         full_column = [
             self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
         ]
-        column = self._reduced_column(full_column, row, dots, corrected_dots, spread)
+        column = self._reduced_column(full_column, row, dots, spread)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
         variance = self._dot(row, (full_column if dots else column).__getitem__)
-        # (h L)^2 without the products of two states that are both only considered.
-        parts = zip(dots, corrected_dots, strict=True)
-        squares = [a * a if a is b else b * (2.0 * a - b) for a, b in parts]
-        variance = self._subtracted(variance, squares) + m.r
+        variance = self._subtracted(variance, [a * a for a in dots]) + m.r
         if dots or not _is_unit(row):  # else its interval is as good
             variance = ops.bounded(
                 variance, low, spread * spread + high, "h P h + r", unless=INDEFINITE
             )
-        pairs = zip(corrected_dots, self.moves, strict=True)
+        pairs = zip(dots, self.moves, strict=True)
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
         move = ops.saturated(innovation * weight, _MOVE)
@@ -346,23 +336,15 @@ class Update:
         return nu * nu > (gate * gate) * variance
 
     def _reduced_column(
-        self,
-        column: list[Any],
-        row: Slope,
-        dots: Sequence[Scalar],
-        corrected_dots: Sequence[Scalar],
-        spread: float,
+        self, column: list[Any], row: Slope, dots: Sequence[Scalar], spread: float
     ) -> list[Any]:
-        """P h of P after the updates before.
-
-        ``dots``: their h L; ``corrected_dots``: h L of the states that are corrected.
-        """
+        """P h of P after the updates before; ``dots``: their h L."""
         if _is_unit(row):
             return [self._reduced_element(i, *row) for i in self.range]
         out: list[Any] = []
-        for i, (value, sd, *g) in enumerate(zip(column, self.bounds, *self.gains, strict=True)):
-            factors, bound = corrected_dots if i in self.kalman.considered else dots, spread * sd
-            value = self._subtracted(value, [a * b for a, b in zip(g, factors, strict=True)])
+        for value, sd, *g in zip(column, self.bounds, *self.gains, strict=True):
+            bound = spread * sd
+            value = self._subtracted(value, [a * b for a, b in zip(g, dots, strict=True)])
             out.append(ops.bounded(value, -bound, bound, "standard deviations", unless=INDEFINITE))
         return out
 
@@ -375,12 +357,7 @@ class Update:
         return value
 
     def _reduced_by(self, i: int, j: int, value: Any, count: int) -> Any:
-        """An element of P - L L^T of all updates, of which ``count`` are subtracted already.
-
-        Of two states that are only considered it stays: with gain 0 for them, Joseph's form.
-        """
-        if {i, j} <= self.kalman.considered:
-            return value
+        """An element of P - L L^T of all updates, of which ``count`` are subtracted already."""
         return self._subtracted(value, [g[i] * g[j] for g in self.gains[count:]], count)
 
     def _limited_row(self, m: Measurement, row: Slope) -> Slope:
@@ -414,8 +391,6 @@ class Update:
         first = self.kalman.groups[s.name][0]
         at = self.kalman.errors.index(first)
         sums = []
-        if at in self.kalman.considered:
-            return
         for i in range(at, at + len(self.kalman.groups[s.name])):
             value: Any = 0.0 if isinstance(s, Attitude) else self.states[s.name]
             pairs = zip(self.gains, self.moves, strict=True)
@@ -521,14 +496,10 @@ def moved(kalman: Filter, after: Mapping[str, Any], before: Mapping[str, Any]) -
     InputError
         A name that is no state's.
     """
-    derived = {*kalman.counters, *((DITHER,) if kalman.dither else ())}
-    memory_names = [s.name for s in kalman.memory if s.name not in derived]
+    memory_names = [s.name for s in kalman.memory if s.name != DITHER]
     groups = {**kalman.groups, **{name: (name,) for name in memory_names}, **axes_of(memory_names)}
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
     values = spread(after, groups, where, NEXT)
-    for name, updates in kalman.counters.items():
-        following = ops.where(before[name] > updates - 1.5, 0.0, before[name] + 1.0)
-        values[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")
     if kalman.dither:
         values[DITHER] = ops.wrap_ht(_FACTOR * before[DITHER] + _ADDED)
     names = (*kalman.errors, *(s.name for s in kalman.memory))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from boresight import Input, Output, Param, ops
-from boresight.kalman import Attitude, Kalman, Measurement, State, in_turn
+from boresight.kalman import Attitude, Kalman, Measurement, State
 
 #: What couples one state to others, of the magnitudes that a step has; no kink depends on them,
 #: where a difference is no derivative.
@@ -58,17 +58,7 @@ class Drawn(Kalman):
             *(Input(f"a{a}", -2.0, 2.0) for a in "xyz"),
         )
         attitude = (Attitude("q", sd=0.2, sd_max=0.8),) if self.turns else ()
-        considered = draw.random(n) < draw.choice([0.0, 0.3])
-        self.states = (
-            *attitude,
-            *(
-                State(name, -8.0, 8.0, sd=0.5, consider=bool(c))
-                for name, c in zip(self.names, considered, strict=True)
-            ),
-        )
-        self.counters = {"row": int(draw.integers(2, 5)), "rate": 3} if draw.random() < 0.3 else {}
-        if self.counters:
-            self.gates[:3] = self.gates[:1] * len(self.gates[:3])
+        self.states = (*attitude, *(State(name, -8.0, 8.0, sd=0.5) for name in self.names))
         self.outputs = tuple(Output(name, tolerance=1e-3) for name in self.names)
         super().__init__()
 
@@ -97,10 +87,6 @@ class Drawn(Kalman):
             h = a if plain else a + 0.3 * ops.sincos_ht(0.3 * b)[0]
             valid = u.new > 0.5 if self.flags[k] else None
             results.append(Measurement(getattr(u, f"z{k}"), h, p.r, valid, self.gates[k]))
-        if self.counters:
-            several, results = results[:3], results[3:]
-            results.append(in_turn(x.row, several))
-            results.append(Measurement(u.z0, getattr(x, self.names[-1]), p.r, x.rate < 0.5))
         if self.turns:
             z, h = x.q.observed(u.a, (0.0, 0.5, 1.0))
             results.append(Measurement(z[0], h[0], p.r))

@@ -402,7 +402,6 @@ def changed(**members: Any) -> type[Kalman]:
         ({"noise": lambda self, x, p: {}}, "noise of changed: wanted noise(self, x, u, p)"),
         ({"floor": -1.0}, "changed, floor: wanted a share from 0 to 1, found -1.0"),
         ({"floor": "x"}, "changed, floor: wanted a share from 0 to 1, found 'x'"),
-        ({"counters": ["rate"]}, "changed, counters: wanted numbers of updates by name"),
         ({"dither": "no"}, "changed: wanted dither: True or False, found 'no'"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, sd_max=0.0)]}, "sd_max"),
@@ -429,7 +428,6 @@ def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
     [
         (lambda: State("pos", -1.0, 1.0), "found no sd"),
         (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
-        (lambda: State("pos", -1.0, 1.0, sd=1.0, consider="no"), "consider: True or False"),
         (lambda: Attitude("q"), "found no sd"),
         (
             lambda: Attitude("q", sd=(0.1, 0.2)),
