@@ -76,7 +76,7 @@ def write_waves(
     vcd = files[0]
     inputs = feed(estimator, record).inputs[: window.stop]
     words = words_of(program, inputs)
-    with output_folder(folder, "check", files=files, option="--wave-folder") as out:
+    with output_folder(folder, "check", files=files) as out:
         with (out / vcd).open("w", encoding="ascii", errors="backslashreplace") as file:
             wave = write_wave(build.core, lines, words, window.start, window.stop, file)
         for suffix, write in (("gtkw", wave.gtkwave), ("sucl", wave.surfer)):

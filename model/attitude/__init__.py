@@ -38,5 +38,5 @@ def estimator(name: str) -> Estimator:
     InputError
         No such estimator.
     """
-    require_choice("estimator", name, ESTIMATORS, "boresight list shows them all")
+    require_choice("estimator", name, ESTIMATORS, "boresight info shows them all")
     return ESTIMATORS[name]()

@@ -80,14 +80,14 @@ class Profile:
                 self.place,
                 wanted=f"a profile of {name}",
                 found=f"one of {self.estimator}",
-                fix="choose the file that fits, or leave it out with --no-profile",
+                fix="choose the file that fits, or leave it out with --profile none",
             )
         if record_digest(trace, inputs) != self.record:
             raise InputError.at(
                 self.place,
                 wanted=f"a profile of {name} as it is now",
                 found="one of another step or other declarations",
-                fix="make it anew with boresight fit, or leave it out with --no-profile",
+                fix="make it anew with boresight fit, or leave it out with --profile none",
             )
         place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
         ranges = {place[number]: range_ for number, range_ in self.ranges.items()}

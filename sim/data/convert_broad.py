@@ -1,4 +1,4 @@
-"""Trials of the BROAD data set as logs: `boresight convert broad FOLDER`.
+"""Trials of the BROAD data set as logs: ``python -m boresight.sim.data.convert_broad FOLDER OUT``.
 
 They lie in ``data_mat`` of https://github.com/dlaidig/broad (CC BY 4.0): rates, specific force,
 field, optical attitude (sensor to ENU), and which samples move.
@@ -9,12 +9,14 @@ Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
+from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 
@@ -74,3 +76,12 @@ def broad_record(path: Path) -> Record:
     t, steps = np.arange(count) / rate_hz, np.full(count, 1.0 / rate_hz)
     mov = np.asarray(arrays["movement"][:, 0] != 0.0)
     return NineAxis(path.stem, t, gyr, acc, mag, q, steps, mov).record()
+
+
+if __name__ == "__main__":
+    source, target = map(Path, sys.argv[1:])
+    target.mkdir(parents=True, exist_ok=True)
+    for trial in broad_trials(source):
+        log = target / f"{trial.stem}.npz"
+        log.write_bytes(content_of(log, broad_record(trial)))
+        print(log)

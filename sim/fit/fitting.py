@@ -45,7 +45,7 @@ _GAINS = (2, 4, 8)
 SPARE = 0.5
 #: Factor by which an output without a tolerance may then be worse, if others have one.
 _UNJUDGED = 1.25
-#: Seed of the hostile stimuli; that of `boresight covariance` is another.
+#: Seed of the hostile stimuli.
 _SEED = 2
 
 

@@ -36,7 +36,7 @@ def _cells(run: Mapping[str, Any], clock_mhz: float) -> list[str | Verdict]:
 
 
 def render_page(data: Mapping[str, Any], timelines: Sequence[Timeline]) -> str:
-    """HTML text of the result of `boresight simulate`."""
+    """HTML text of the result of `boresight run ESTIMATOR board`."""
     equal = "Every attitude frame equals the integer models, word by word; no sample was lost."
     return page_of(
         "The complete board in simulation",
@@ -58,5 +58,5 @@ def render_page(data: Mapping[str, Any], timelines: Sequence[Timeline]) -> str:
         note='All times are counted in the simulation, worst update. "Beside it": calibration, '
         "change of program, results. The host's line runs at "
         f"{data['setup']['host_baud']:,} baud and gets every update. Waits after power-up are "
-        "shortened; all other speeds are the real ones. Made by boresight simulate.",
+        "shortened; all other speeds are the real ones. Made by boresight run.",
     )
