@@ -51,6 +51,8 @@ EXACT_UNITS = ("flags", "bits")
 #: Units of angles that wrap, and the period.
 PERIODS = {"ht": 2.0, "turn": 1.0}
 #: Source location of a declaration, "file.py, line 41"; no part of its identity.
+#: Shares of a word from which on a range takes all of it, and of the largest of the shortest words.
+_ALL, _BELOW = 0.999, 1.0 - 2.0**-17
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
 #: A millionth of `GRAVITY`, rounded once.
 MICRO_G = float(f"{GRAVITY}e-6")
@@ -83,7 +85,8 @@ class Input:
     valid_of : str or tuple of str
         Inputs whose validity this one flags: 1 where they have a new sample, else 0; no column.
     clamp : bool
-        Whether values beyond the full scale are clamped; by default they are refused.
+        Whether values beyond the full scale are clamped, by the program itself in every form; by
+        default a log with such a value is refused.
     source_format : SourceFormat, optional
         Format of the words read, if it is not the finest one that holds the range. Set by
         a board for its sensors, not by authors.
@@ -130,10 +133,27 @@ class Input:
         return (self.valid_of,) if isinstance(self.valid_of, str) else tuple(self.valid_of)
 
     @property
+    def span(self) -> tuple[float, float]:
+        """What its words may hold: the range, or of an input that is clamped all of a word."""
+        if self.source_format is not None:
+            return self.source_format.low, self.source_format.high
+        share, exponent = math.frexp(max(-self.low, self.high))
+        full = math.ldexp(1.0, exponent - (share == 0.5))
+        if not self.clamp or (self.low <= -_ALL * full and self.high >= _ALL * full):
+            return self.low, self.high
+        return -full, _BELOW * full
+
+    @property
+    def explained(self) -> str:
+        """The meaning, and to what words beyond the range are clamped."""
+        limits = f"clamped to {self.low:g} to {self.high:g}" if self.clamp and self.beyond else ""
+        return "; ".join(filter(None, (self.meaning, limits)))
+
+    @property
     def beyond(self) -> bool:
-        """Whether words of the source can lie outside the range; the program clamps them."""
-        g = self.source_format
-        return g is not None and not (self.low <= g.low and g.high <= self.high)
+        """Whether words can lie outside the range; the program clamps them."""
+        low, high = self.span
+        return not (self.low <= low and high <= self.high)
 
     def with_source(
         self, words: SourceFormat, word: int, *, of: str, unit: str, where: str

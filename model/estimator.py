@@ -289,7 +289,7 @@ class Estimator:
             )
             for o in self.outputs
         )
-        in_ports = tuple(InPort(i.missing, i.flags, i.meaning) for i in self.inputs)
+        in_ports = tuple(InPort(i.missing, i.flags, i.explained) for i in self.inputs)
         return (replace(program, ports=ports, urgent=self.urgent, in_ports=in_ports), nodes)
 
     def record(self) -> Trace:
@@ -329,8 +329,11 @@ class Estimator:
         tracer = Tracer(self.name)
 
         def leaves(kind: str, declared: Sequence[Input | Param | State]) -> list[Scalar]:
-            spans = [(d, getattr(d, "source_format", None) or d) for d in declared]
-            return [tracer.leaf(kind, d.name, span.low, span.high, d.unit) for d, span in spans]
+            spans = [d.span if isinstance(d, Input) else (d.low, d.high) for d in declared]
+            return [
+                tracer.leaf(kind, d.name, *span, d.unit)
+                for d, span in zip(declared, spans, strict=True)
+            ]
 
         def by_name(kind: str, declared: Sequence[Named], values: Sequence[Any]) -> Values:
             return Values(kind, {d.name: v for d, v in zip(declared, values, strict=True)})
