@@ -171,6 +171,7 @@ class Textbook:
     def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
         self.measurements = checked_measurements(self.kalman, self.kalman.measure(x, u, p))
         self._unread = [self._unread_flags(m) for m in self.measurements]
+        self._read = [_inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
         out: dict[str, Any] = {}
         for n, m in enumerate(self.measurements):
             valid = True if m.valid is None else m.valid
@@ -247,7 +248,8 @@ class Textbook:
                     f"valid=u.{next(iter(flags.values()))} > 0.5"
                 )
                 faults.append(("hold", text))
-            for number, i in enumerate(k.inputs):
+            reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
+            for number, i in enumerate(k.inputs if not reads_flag else ()):
                 held = i.missing == "hold" and i.name not in flagged and i.name in _inputs_of(m.z)
                 if held and repeats is not None and repeats[number] >= _HELD:
                     text = (
