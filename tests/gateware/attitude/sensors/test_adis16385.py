@@ -1,23 +1,11 @@
 """The reader of the inertial sensor with the device at its pins: samples, settings, parameters."""
 
-import itertools
 import random
 
 import pytest
-from amaranth.hdl import Fragment
 
-from boresight.gateware.attitude.sensors import adis16385
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_frames import (
-    CHECKED,
-    CONFIG_FRAMES,
-    IDENTITY,
-    RUN_FRAMES,
-    write,
-)
-from boresight.gateware.attitude.sensors.adis16385_setup import Timing
-from boresight.gateware.attitude.sensors.spi import HALF_MIN
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.attitude.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
 from tests.support.attitude.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
 
@@ -106,83 +94,6 @@ def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
 
 
 #: Waits of a few ticks of 256 cycles.
-QUICK = {"startup_s": 1e-4, "reset_s": 1e-5, "period_s": 1.3e-3, "timeout_periods": 1}
-
-
-async def answer_identity(ctx, dut: Adis16385, count: int) -> list[int]:
-    """So many frames, bit by bit at the pins, of a device that answers each with its identity."""
-    frames: list[int] = []
-    bits, falls, before, cycle = "", 0, 1, 0
-    while len(frames) < count:
-        clock, idle = ctx.get(dut.sclk), ctx.get(dut.cs_n)
-        if idle:
-            frames += [int(word, 2) for word in [bits] if word]
-            bits, falls = "", 0
-        elif clock and not before:
-            bits += str(ctx.get(dut.mosi))
-        elif before and not clock:
-            ctx.set(dut.miso, IDENTITY >> 15 - falls & 1)
-            falls += 1
-        before = clock
-        cycle += 1
-        ctx.set(dut.time, cycle)
-        await ctx.tick()
-    return frames
-
-
-@pytest.mark.parametrize(
-    "settings, driven",
-    [
-        ((0xFFFF, 0xFFFF, 0xFFFF), True),
-        ((0x8001, 0x4002, 0x2004), False),
-        ((0x1234, 0xA5C3, 0x8402), True),
-    ],
-)
-def test_every_bit_of_the_settings_reaches_the_device(settings, driven: bool, simulate) -> None:
-    """The frames that write them; those of the parameters while the members are not driven."""
-    words = dict(zip(CHECKED[1:], settings, strict=True))
-    ports = {name.lower(): word for name, word in words.items()}
-    dut = scaled_reader(**QUICK, **({} if driven else ports))
-    frames: list[int] = []
-
-    async def bench(ctx):
-        for name, word in ports.items() if driven else ():
-            ctx.set(getattr(dut, name), word)
-        frames.extend(await answer_identity(ctx, dut, 8))
-
-    simulate(dut, bench)
-    wanted = [
-        write(name, byte, word >> 8 * byte & 0xFF)
-        for name, word in words.items()
-        for byte in (0, 1)
-    ]
-    assert frames[2:8] == wanted
-
-
-def test_numbers_have_16_bits(simulate, monkeypatch) -> None:
-    """The count of edges is set, since to count so many takes too long."""
-    made, registers = [], adis16385._Registers
-    monkeypatch.setattr(
-        adis16385, "_Registers", lambda reader: made.append(registers(reader)) or made[0]
-    )
-    dut = scaled_reader(**QUICK, msc_ctrl=IDENTITY, smpl_prd=IDENTITY, sens_avg=IDENTITY)
-
-    async def bench(ctx):
-        await answer_identity(ctx, dut, CONFIG_FRAMES)
-        await ctx.tick().repeat(dut.spi.stall_cycles)
-        ctx.set(made[0].edges, 0xFFFF)
-        ctx.set(dut.data_ready, 1)
-        await ctx.tick().repeat(dut.stamp_delay + 1)
-        assert ctx.get(dut.number) == 0xFFFF
-
-    simulate(dut, bench)
-
-
-def test_restart_while_the_device_starts_begins_with_a_reset(bench: ReaderBench) -> None:
-    reader, at = bench.reader, 5000
-    happened = bench.run(cycles=30_000, restart=at)
-    assert len(happened.resets) == 3 and at < happened.resets[1] < at + 4
-    assert 0 <= happened.samples[0].time - at - reader.start_cycles <= PERIOD + reader.burst_cycles
 
 
 def test_restart_starts_over(bench: ReaderBench) -> None:
@@ -203,30 +114,6 @@ def test_restart_starts_over(bench: ReaderBench) -> None:
     # Numbers go on: edges are counted while the reader runs.
     numbers = [s.number for s in happened.samples]
     assert numbers == sorted(set(numbers))
-
-
-@pytest.mark.parametrize("decimation", [0, 1, 3])
-def test_time_out_follows_the_rate(bench: ReaderBench, decimation: int) -> None:
-    happened = bench.run(samples=6, settings=(6, decimation << 8 | 1, 0x402))
-    assert not happened.times("no_data_ready") and not happened.times("restart")
-
-
-@pytest.mark.parametrize("decimation", [0, 1, 2, 4, 8])
-def test_time_out_to_the_tick(bench: ReaderBench, decimation: int) -> None:
-    """Of a device that gives no sample at all: after the start's last frame, and then again."""
-    reader = bench.reader
-    least, most = (
-        reader.timeout_ticks * reader.tick_cycles << decimation,
-        reader.timeout_cycles(decimation),
-    )
-    happened = bench.run(
-        cycles=reader.start_cycles + 2 * most,
-        settings=(6, decimation << 8 | 1, 0x402),
-        fault=("no_data_ready", 0, 1 << 30),
-    )
-    begin = [happened.frames[-1], *happened.times("no_data_ready")]
-    assert len(begin) == 3
-    assert all(least <= b - a <= most for a, b in itertools.pairwise(begin))
 
 
 def test_slow_device_with_a_clock_of_its_own() -> None:
@@ -255,36 +142,6 @@ def test_figures_at_full_speed() -> None:
     assert reader.timeout_ticks * reader.tick_cycles / 100e6 > 4 / 1024
     assert reader.timeout_cycles() / 100e6 < 5 / 1024
     assert reader.startup_ticks * reader.tick_cycles >= 30e6
-
-
-@pytest.mark.parametrize("period", [1999, 2047, 2048, 2500])
-def test_a_tick_is_a_quarter_of_the_time_out_or_up_to_half_of_that(period: int) -> None:
-    reader = scaled_reader(period_s=period * 1e-6, timeout_periods=4)
-    assert period / 2 < reader.tick_cycles <= period
-
-
-def test_half_periods_are_no_shorter_than_the_controller_takes() -> None:
-    assert scaled_reader(sclk_hz=1e6).spi.half_cycles == HALF_MIN
-
-
-def test_a_period_is_longer_than_a_burst_and_a_stall() -> None:
-    reader = scaled_reader()
-    burst = reader.burst_cycles + reader.spi.stall_cycles
-    scaled_reader(period_s=(burst + 1) * 1e-6)
-    with pytest.raises(ValueError, match=r"^period_s must be longer than a burst "):
-        scaled_reader(period_s=burst * 1e-6)
-
-
-def test_no_wait_is_longer_than_the_time_tells() -> None:
-    """Ticks are changes of bits of ``time``: beyond the highest there are no rarer ones."""
-    reader = Adis16385(clock_hz=100e6, timing=Timing(period_s=0.1))
-    assert reader.tick_bit + 12 > 31
-    Fragment.get(reader, None)
-
-
-def test_same_component_same_verilog() -> None:
-    texts = [to_verilog(scaled_reader(), "adis16385", instances=False) for _ in range(2)]
-    assert texts[0] == texts[1]
 
 
 @pytest.mark.parametrize(

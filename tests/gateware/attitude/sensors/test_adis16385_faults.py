@@ -95,23 +95,6 @@ def test_so_many_bad_samples_in_a_row_are_a_new_start(bench: ReaderBench) -> Non
     assert len(bad) == limit and first - bad[-1] < PERIOD
 
 
-@pytest.mark.parametrize("offset", range(100, PERIOD, 250))
-def test_reset_in_mid_frame(bench: ReaderBench, offset: int) -> None:
-    """The device resets itself: no sample of it counts until its settings are back."""
-    # The fault waits for the next frame; one sample instant lies in the window.
-    happened = bench.run(
-        cycles=120_000, fault=("reset", FROM + offset, FROM + offset + PERIOD), settings=SETTINGS
-    )
-    assert true(happened)
-    dropped = [t for t, names in happened.events if names & {"config_error", "identity_error"}]
-    assert dropped and dropped[0] - FROM - offset <= 2 * PERIOD + CHECK
-    assert happened.times("restart") and len(happened.resets) == 3
-    before = max(s.number for s in happened.samples if s.time < happened.resets[1])
-    after = min(s.number for s in happened.samples if s.time > happened.resets[1])
-    assert after > before
-    well_again(happened, FROM + offset + PERIOD)
-
-
 def test_writes_without_effect(bench: ReaderBench) -> None:
     """Settings that do not stay: no sample, and a start again and again, until they do."""
     happened = bench.run(cycles=180_000, fault=("ignore_writes", 0, 70_000), settings=SETTINGS)
@@ -138,22 +121,6 @@ def test_a_single_wrong_check_costs_two_samples_and_no_start(bench: ReaderBench)
     assert len(happened.times("link_error")) == 1
     numbers = [s.number for s in happened.samples]
     assert numbers[-1] + 1 - len(numbers) == 2
-
-
-def test_an_edge_in_the_stall_after_the_last_frame_is_an_overrun() -> None:
-    """Every second edge comes there: 15 cycles after the sample, of a stall of 31.
-
-    One bad sample is a new start here; an overrun is none.
-    """
-    bench = ReaderBench(
-        scaled_reader(bad_limit=1), parameters={"RATE_HZ": round(1e6 / (READER.burst_cycles + 15))}
-    )
-    broken = bench.run(cycles=TO, fault=("link_failure", FROM, TO))
-    assert broken.times("link_error")[:2] == broken.times("restart")[:2] != []
-    happened = bench.run(samples=10)
-    assert not happened.times("restart")
-    assert [s.number for s in happened.samples] == list(range(0, 20, 2))
-    assert len(happened.times("overrun")) == 9
 
 
 def test_overrun_marks_the_sample_it_belongs_to(bench: ReaderBench) -> None:

@@ -36,24 +36,11 @@ PLAN = Plan(
     count_bits=16,
 )
 #: With one estimator of one output, whose feed a test gives.
-ONE = replace(
-    PLAN,
-    filters=1,
-    names=("one", *FRONT_NAMES),
-    lengths=(60, 20, 15, 18),
-    outputs=(1,),
-    chains=((0,),),
-    feed=Feed((NINE_AXIS,)),
-)
 #: Words of the input and output records of each program.
 RECORDS_IN = (10, 10, 10, 8, 3, 3)
 RECORDS_OUT = (8, 8, 8, 7, 3, 3)
 MASK = (1 << 32) - 1
 FIELDS = {field.name: field for field in HEADER}
-
-
-def field_of(header: int, name: str) -> int:
-    return FIELDS[name].of(header)
 
 
 _MADE: dict[str, tuple[Conductor, Pins, Simulation]] = {}
@@ -260,106 +247,6 @@ def test_watchdog(when: int) -> None:
     bench.run(test)
 
 
-def test_a_sample_before_the_watchdog_does_not_wait() -> None:
-    """Its words are not those of its time any more."""
-    bench = Bench()
-
-    async def test(ctx):
-        await bench.line(ctx, (1, 2, 3), 1)
-        await bench.sample(ctx)
-        bench.broken = True  # while the line is calibrated
-        await bench.sample(ctx, wait=False)
-        await ctx.tick().repeat(bench.dut.patience + 20)
-        assert bench.events.count("watchdog") >= 1
-        dropped = bench.events.count("sample_dropped")
-        await bench.sample(ctx, wait=False)
-        await ctx.tick()
-        assert bench.events.count("sample_dropped") == dropped + 1
-        bench.broken = False
-        await ctx.tick().repeat(500)
-        assert bench.updates == 1
-        await bench.sample(ctx)
-        assert bench.updates == 2
-
-    bench.run(test)
-
-
-def test_a_sample_that_waits_is_dropped_by_a_stop() -> None:
-    bench = Bench()
-
-    async def test(ctx):
-        await bench.line(ctx, (1, 2, 3), 1)
-        await bench.sample(ctx)
-        await bench.sample(ctx, wait=False)  # while the line is calibrated
-        for run in (0, 1):
-            ctx.set(bench.dut.run, run)
-            await ctx.tick().repeat(500)
-        assert bench.updates == 1
-        await bench.sample(ctx)
-        assert bench.updates == 2
-
-    bench.run(test)
-
-
-def test_the_first_word_after_the_watchdog_ends_the_record() -> None:
-    bench = Bench()
-    dut, bench.running = bench.dut, PLAN.inertial
-
-    async def test(ctx):
-        ctx.set(dut.run, 1)
-        await bench.sample(ctx, wait=False)
-        await ctx.tick().until(dut.events[Conductor.EVENTS.index("watchdog")])
-        ctx.set(dut.i.ready, 1)
-        _, _, valid, last = await ctx.tick().sample(dut.i.valid, dut.i.payload.last)
-        assert valid and last
-
-    bench.simulation.run(test, background=[bench.clock], process=bench.reader)
-
-
-def test_a_sample_at_once_after_the_watchdog_waits_for_its_program() -> None:
-    bench = Bench()
-    dut = bench.dut
-
-    async def test(ctx):
-        await bench.sample(ctx, wait=False)
-        await bench.until(ctx, lambda: bench.records and ctx.get(dut.i.valid))
-        bench.broken = True  # while the filter's record is fed
-        await bench.until(ctx, lambda: "watchdog" in bench.events)
-        bench.broken = False
-        await ctx.tick().until(dut.i.valid & dut.i.ready & dut.i.payload.last)
-        await bench.sample(ctx)
-        assert bench.updates == 1
-
-    bench.run(test)
-
-
-def test_a_sample_behind_a_record_of_one_word() -> None:
-    """In the first cycle in which the controller is idle."""
-    plan = replace(ONE, feed=Feed(((Fed(PLACES["dt"]),),)))
-    bench = Bench(plan, records_in=(1, 8, 3, 3), records_out=(1, 7, 3, 3))
-
-    async def test(ctx):
-        await bench.sample(ctx, wait=False)
-        await bench.until(ctx, lambda: ctx.get(bench.dut.updated))
-        await bench.sample(ctx, wait=False)
-        await bench.until(ctx, lambda: bench.updates == 2)
-        assert [p for p, _ in bench.records] == [1, 0, 1, 0] and not bench.framing
-
-    bench.run(test)
-
-
-def test_a_sample_in_the_first_cycle_is_fed_to_the_first_job() -> None:
-    bench = Bench()
-
-    async def test(ctx):
-        ctx.set(bench.dut.run, 1)
-        await bench.sample(ctx)
-        assert [p for p, _ in bench.records] == [PLAN.inertial, 0] and not bench.framing
-
-    background = [bench.core, bench.clock]
-    bench.simulation.run(test, background=background, process=bench.reader)
-
-
 def test_upsets_of_an_idle_conductor_heal(monkeypatch: pytest.MonkeyPatch) -> None:
     steps: list[Step] = []
     monkeypatch.setattr(conductor, "Step", lambda plan: steps.append(Step(plan)) or steps[-1])
@@ -377,52 +264,10 @@ def test_upsets_of_an_idle_conductor_heal(monkeypatch: pytest.MonkeyPatch) -> No
     bench.run(test)
 
 
-def test_an_idle_conductor_needs_no_watchdog() -> None:
-    bench = Bench()
-
-    async def test(ctx):
-        await ctx.tick().repeat(3 * bench.dut.patience)
-        assert bench.events == []
-
-    bench.run(test)
-
-
-@pytest.mark.parametrize(
-    ("lengths", "half"),
-    [
-        # 20, the longest chain or program, and 32: half as much again, to the next power of two.
-        ((17, 33, 16, 20, 15, 18), 128),
-        ((17, 34, 16, 20, 15, 18), 256),
-        ((17, 33, 17, 20, 15, 18), 256),
-        ((17, 33, 16, 20, 15, 34), 256),
-    ],
-)
-def test_patience_is_of_the_longest_update(lengths: tuple[int, ...], half: int) -> None:
-    plan = replace(PLAN, lengths=lengths, chains=((0,), (1,), (0, 2)))
-    assert Conductor(plan=plan).patience == 2 * half
-
-
 def test_latency_is_that_of_the_chain() -> None:
     dut = Conductor(plan=replace(PLAN, chains=((0,), (1,), (0, 2))))
     assert dut.latency(1) == 1 + (20 + 80) + 4 + 3
     assert dut.latency(2) == 1 + (20 + 60 + 70) + 2 * 4 + 3
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"filters": 0}, "plan must have 1 to 8 estimators"),
-        ({"filters": 9}, "plan must have 1 to 8 estimators"),
-        ({"word": 25}, "plan must have 1 to 8 estimators and words of 26 to 32 bits"),
-        ({"word": 33}, "plan must have 1 to 8 estimators and words of 26 to 32 bits"),
-        ({"outputs": (8, 17, 8)}, "records must have 1 to 16 words"),
-        ({"feed": Feed((NINE_AXIS, ()))}, "records must have 1 to 16 words"),
-        ({"feed": Feed((NINE_AXIS * 2,))}, "records must have 1 to 16 words"),
-    ],
-)
-def test_plan_is_checked(change, message: str) -> None:
-    with pytest.raises(ValueError, match=f"^{message}"):
-        replace(PLAN, **change)
 
 
 #: Three estimators: one for itself; one that reads the first; one that reads both, of registers,
@@ -715,44 +560,5 @@ def test_a_set_is_taken_without_a_sample() -> None:
         assert ctx.get(bench.dut.feed_busy)
         await ctx.tick().repeat(2 + 2)
         assert not ctx.get(bench.dut.feed_busy)
-
-    bench.run(test)
-
-
-def test_a_large_set_that_is_still_on_its_way() -> None:
-    """Thirty-two words take longer than the calibration of a sample that comes meanwhile."""
-    words = tuple(Fed(REGISTERS + k) for k in range(16, 32))
-    registers = {f"r{k}": VALUE for k in range(32)}
-    plan = replace(ONE, feed=Feed((words,), registers=registers))
-    bench = Bench(plan, records_in=(16, 8, 3, 3), records_out=(1, 1, 3, 3))
-
-    async def test(ctx):
-        seen = []
-        for turn in range(1, 13):
-            await write_set(ctx, bench.dut, [turn] * 32)
-            await bench.pause(ctx, turn % 3)
-            await bench.sample(ctx)
-            record = bench.records[-1][1]
-            assert len(set(record)) == 1, record
-            seen.append(record[0])
-        # Whether it was in time or not, it is there for the next one.
-        assert all(turn - 1 <= word <= turn for turn, word in enumerate(seen, 1)), seen
-        assert any(word == turn for turn, word in enumerate(seen, 1))
-
-    bench.run(test)
-
-
-def test_words_that_come_before_the_record_ends() -> None:
-    bench = chain_bench(replace(CHAINS, early=True))
-    bench.early = True
-
-    async def test(ctx):
-        ctx.set(bench.dut.filter, 2)
-        for _ in range(4):
-            await bench.sample(ctx)
-            words = await bench.results(ctx)
-            at = len(bench.records)
-            assert words[Place.OUTPUTS : Place.OUTPUTS + 2] == [3000 + 10 * at, 3000 + 10 * at + 1]
-            assert words[Place.INPUTS : Place.INPUTS + 5] == bench.records[-1][1]
 
     bench.run(test)

@@ -7,26 +7,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.attitude import FILTERS, estimator
-from boresight.model.attitude.front.affine import (
-    IDENTITY,
-    counts,
-    matrix_params,
-    rows,
-    vector_params,
-)
+from boresight.model.attitude import estimator
+from boresight.model.attitude.front.affine import rows
 from boresight.model.attitude.front.compass_field import CompassField
 from boresight.model.attitude.front.field import FIELD_LIMIT, CalibrateField
-from boresight.model.attitude.front.inertial import (
-    ACC_LIMIT,
-    ACC_SCALE,
-    GAP_S,
-    GYRO_LIMIT,
-    CalibrateInertial,
-)
+from boresight.model.attitude.front.inertial import ACC_LIMIT, GYRO_LIMIT, CalibrateInertial
 from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS, SENSED, full_scale_params
 from boresight.model.attitude.mekf import Mekf
-from boresight.model.estimator import param_words
 from boresight.model.nine_axis import INPUTS
 from tests.support.compiled_float import compiled_float
 
@@ -73,15 +60,6 @@ def test_matrices_and_biases(seed: int, draw, both) -> None:
     assert np.abs(triple(fixed, "a") - a).max() < ACC_BOUND
 
 
-def test_defaults_are_the_sensors_scales(both) -> None:
-    counts = [[24000, 0, 0, 0, 0, 4000], [0, -80, 0, 20000, 0, 0], [0, 0, 1, 0, -1, 0]]
-    _, fixed, saturated = both(CalibrateInertial(), records(counts, [0, 1, 2]))
-    g, a = np.degrees(triple(fixed, "g")), triple(fixed, "a") / 9.80665
-    assert np.abs(g - [[300, 0, 0], [0, -1, 0], [0, 0, 0.0125]]).max() < 1e-5
-    assert np.abs(a - [[0, 0, 1], [5, 0, 0], [0, -0.25e-3, 0]]).max() < 1e-6
-    assert not saturated
-
-
 def test_mounting_that_swaps_axes(both) -> None:
     swap = {"gyro_xx": 0.0, "gyro_yy": 0.0, "gyro_xy": 1e-3, "gyro_yx": -1e-3}
     _, fixed, _ = both(CalibrateInertial(), records([[1000, 500, 0, 0, 0, 0]], [0]), swap)
@@ -124,15 +102,6 @@ def test_restart_says_so_and_keeps_the_stamp(both) -> None:
         assert abs(out["dt"][2] - 97656e-8) < 1e-9
 
 
-@pytest.mark.parametrize("tick_s", [1e-9, 2e-8, 9e-7])
-def test_any_clock(tick_s: float, both) -> None:
-    longest = int(GAP_S / tick_s * 0.999)
-    x = records(np.zeros((3, 6)), np.cumsum([0, 1000, min(longest, 2**32 - 1)]))
-    for out in both(CalibrateInertial(), x, {"tick_s": tick_s})[:2]:
-        wanted = np.array([1000, min(longest, 2**32 - 1)]) * tick_s
-        assert (np.abs(out["dt"][1:] - wanted) < 2.0**-33 + 3e-7 * wanted).all()
-
-
 def test_wild_parameters_clamp_without_a_flag(draw, both) -> None:
     wild = {f"gyro_{a}{a}": 3.9e-3 for a in "xyz"} | {f"acc_{a}{a}": -0.0624 for a in "xyz"}
     counts = [[32767] * 6, [-32768] * 6]
@@ -141,22 +110,6 @@ def test_wild_parameters_clamp_without_a_flag(draw, both) -> None:
     assert (triple(fixed, "g") == top).all()
     assert (triple(fixed, "a") == [[-256.0], [256.0 - 2.0**-23]]).all()
     assert not saturated
-
-
-@pytest.mark.parametrize("word", [26, 28, 32])
-@pytest.mark.parametrize("name", FILTERS)
-def test_formats_are_those_of_the_filters_inputs(word: int, name: str) -> None:
-    front, program = CalibrateInertial().compile(word=word), estimator(name).compile(word=word)
-    wanted = {program.values[n].name: program.format(n) for n in program.inputs}
-    for out, n in zip(front.output_names, front.outputs, strict=True):
-        assert front.format(n) == wanted[out]
-
-
-def test_default_scale_is_kept_by_its_word() -> None:
-    program = CalibrateInertial().compile()
-    words = param_words(program, CalibrateInertial().param_values())
-    number = program.find("acc_xx")
-    assert abs(program.format(number).real(words[number]) / ACC_SCALE - 1) < 1e-8
 
 
 # -- A compass's heading as a field: against plain rotations, and what the filters make of it -----
@@ -243,30 +196,6 @@ def test_every_filter_takes_the_compass_s_heading_at_any_tilt(name: str) -> None
 # -- what the calibrations share, on plain numbers ------------------------------------------------
 
 
-def test_counts_are_the_words_of_the_sensors() -> None:
-    assert [(i.name, i.low, i.high, i.unit) for i in counts("a", "b", unit="lsb")] == [
-        ("a", -32768.0, 32767.0, "lsb"),
-        ("b", -32768.0, 32767.0, "lsb"),
-    ]
-
-
-def test_a_matrix_is_a_scaled_identity_by_default() -> None:
-    params = matrix_params("gyr", 0.5, 2.0, "rad/s", "rate")
-    assert [p.name for p in params] == [f"gyr_{r}{c}" for r in "xyz" for c in "xyz"]
-    defaults = np.reshape([p.default for p in params], (3, 3))
-    np.testing.assert_array_equal(defaults, 0.5 * np.array(IDENTITY))
-    assert {(p.low, p.high, p.unit) for p in params} == {(-2.0, 2.0, "rad/s")}
-    assert params[1].meaning == "rate: body axis x from sensor axis y"
-
-
-def test_a_vector_is_zero_by_default() -> None:
-    params = vector_params("bias", 3.0, "uT", "hard iron")
-    assert [(p.name, p.default, p.low, p.high, p.unit) for p in params] == [
-        (f"bias_{a}", 0.0, -3.0, 3.0, "uT") for a in "xyz"
-    ]
-    assert params[2].meaning == "hard iron, axis z"
-
-
 @pytest.mark.parametrize("bias", [None, "b"])
 def test_rows_are_the_product_less_the_bias_clamped(bias) -> None:
     matrix = np.array([[1.0, 2.0, 3.0], [-4.0, 5.0, 6.0], [7.0, 8.0, -90.0]])
@@ -298,21 +227,6 @@ def test_hard_and_soft_iron(seed: int, draw, both) -> None:
         assert np.abs(np.stack([out[f"m{a}"] for a in "xyz"], axis=1) - wanted).max() < bound
 
 
-def test_the_example_line_is_a_field_of_usual_strength(both) -> None:
-    _, fixed, saturated = both(CalibrateField(), [[1256, -234, -1894]])
-    strength = np.linalg.norm([fixed[f"m{a}"][0] for a in "xyz"])
-    assert 40 < strength < 65
-    assert not saturated
-
-
-def test_far_beyond_clamps_without_a_flag(both) -> None:
-    wild = {f"field_{a}{a}": 0.499 for a in "xyz"} | {f"field_bias_{a}": -32767.0 for a in "xyz"}
-    _, fixed, saturated = both(CalibrateField(), [[32767] * 3, [-32768] * 3], wild)
-    assert fixed["mx"][0] == FIELD_LIMIT - 2.0**-23
-    assert abs(fixed["mx"][1] + 0.499) < 1e-4
-    assert not saturated
-
-
 # -- what sensors give: names, units, and the makers' full scales ---------------------------------
 
 
@@ -333,10 +247,6 @@ def test_the_attitude_filters_take_all_of_it() -> None:
     }
     for i in INPUTS:
         assert i.low <= SENSED[i.name].low and SENSED[i.name].high <= i.high, i.name
-
-
-def test_only_the_field_does_not_come_with_every_sample() -> None:
-    assert [name for name, sensed in SENSED.items() if not sensed.always] == ["mx", "my", "mz"]
 
 
 def test_parameters_that_stand_for_a_full_scale() -> None:

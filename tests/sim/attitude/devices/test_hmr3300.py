@@ -2,11 +2,9 @@
 
 import pytest
 
-from boresight.gateware.attitude.sensors import hmr3300_number, hmr3300_sentence
 from boresight.sim.attitude.devices.hmr3300 import FAULTS, device_text
 from boresight.sim.rtl.simulators import available
 from tests.support.attitude.devices.hmr3300_device_bench import Happened, run_reader
-from tests.support.attitude.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
 
 # --------------------------------------------------------------------------------------------------
 # reader and model of the compass together, at the pins, in real time: start, modes, faults
@@ -138,42 +136,3 @@ def test_parameters_that_a_bench_of_the_whole_system_sets() -> None:
     assert "module hmr3300_device" in text
     for name in ("BIT", "PPM", "LINE", "STARTUP", "ANSWER", "GLITCH", "WRONG_PPM"):
         assert f"parameter integer {name} " in text
-
-
-# -- fuzz of the HMR3300's reader, small; and that it would see what it looks for -----------------
-
-
-@pytest.mark.parametrize(
-    "symbols, angle_max",
-    [(100_000, 900), (100_000, 600), pytest.param(2_000_000, 900, marks=pytest.mark.soak)],
-)
-def test_parser(symbols: int, angle_max: int) -> None:
-    result = fuzz_parser(symbols, seed=5, angle_max=angle_max)
-    assert result.difference == "" and result.symbols == symbols
-    assert min(result.events[k] for k in ("heading", "counts", "rejected", "framing")) > 100
-
-
-@pytest.mark.parametrize("symbols", [10_000, pytest.param(200_000, marks=pytest.mark.soak)])
-def test_pin(symbols: int) -> None:
-    result = fuzz_pin(symbols, seed=5)
-    assert result.difference == "" and result.symbols == symbols
-    assert min(result.events[k] for k in ("heading", "counts", "rejected", "framing")) > 20
-
-
-@pytest.mark.parametrize("cycles", [1_000_000, pytest.param(20_000_000, marks=pytest.mark.soak)])
-def test_noise(cycles: int) -> None:
-    result = fuzz_noise(cycles, seed=5)
-    assert result.difference == "" and result.symbols > 1000
-
-
-@pytest.mark.parametrize(
-    "module, name, value",
-    [(hmr3300_number, "HEADING_MAX", 3600), (hmr3300_sentence, "DIGITS_MAX", 6)],
-)
-def test_finds_a_wrong_limit(module, name: str, value: int, monkeypatch) -> None:
-    monkeypatch.setattr(module, name, value)
-    assert fuzz_parser(100_000, seed=5).difference.startswith("event ")
-
-
-def test_finds_glitches_that_are_seen() -> None:
-    assert fuzz_pin(3000, seed=5, glitch=9).difference

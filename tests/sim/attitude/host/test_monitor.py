@@ -243,7 +243,7 @@ def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
         boresight.monitor(str(capture))
     mixed = [words_of(6, 600_000, filter=0), [7 | 1 << 16, 700_000, 0, 0]]
     capture.write_bytes(b"\xc0" + b"".join(encode(Kind.ATTITUDE, w, word=32) for w in mixed))
-    boresight.monitor(str(capture), register_map=path, output=tmp_path / "both.csv")
+    boresight.monitor(str(capture), register_map=path, output=[tmp_path / "both.csv"])
     first, second = csv.DictReader((tmp_path / "both.csv").read_text().splitlines())
     assert first["heading_deg"] and not first["azimuth"]
     assert second["azimuth"] and not second["heading_deg"]

@@ -9,7 +9,7 @@ from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.robustness import variants as v
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.rotations.rotation import quaternion_multiply, rotate, turns_between
+from boresight.sim.rotations.rotation import rotate, turns_between
 
 
 def made(noise: float = 0.0) -> NineAxis:
@@ -63,10 +63,6 @@ def test_another_rate_keeps_integral_and_truth(rate_hz: float) -> None:
     assert np.abs((other.q * LOG.q[at]).sum(axis=1)).min() > np.cos(0.5 * np.radians(3.0))
 
 
-def test_a_third_of_the_rate() -> None:
-    assert np.median(v.slower(3.0)(LOG).dt) == pytest.approx(0.03)
-
-
 def test_the_field_is_scaled_and_put_off() -> None:
     assert v.scaled_field(1.1)(LOG).mag == pytest.approx(1.1 * LOG.mag)
     off = v.hard_iron(0.1)(LOG).mag - LOG.mag
@@ -92,10 +88,6 @@ def test_the_magnetometer_comes_rarely_or_not() -> None:
     dark = ~v.without_field(5.0)(LOG).mag_new
     assert dark.sum() == pytest.approx(500, abs=1) and dark[1500:1990].all()
     assert not v.without_field()(LOG).mag_new.any()
-
-
-def test_the_accelerometer_is_clipped() -> None:
-    assert np.abs(v.clipped(6.0)(LOG).acc).max() == 6.0 < np.abs(LOG.acc).max()
 
 
 @pytest.mark.parametrize("sensor, least", [("gyr", 0.0), ("acc", GRAVITY)])
@@ -148,17 +140,3 @@ def test_noise_is_three_times_as_large() -> None:
     for name in ("gyr", "acc", "mag"):
         noise = getattr(v.noisier(3.0)(log), name) - getattr(LOG, name)
         assert noise.std() == pytest.approx(0.06, rel=0.25)
-
-
-def test_one_after_the_other_and_the_same_again() -> None:
-    both = v.chain(v.cut_in_motion(), v.biased())
-    assert both(LOG).gyr == pytest.approx(v.biased()(v.cut_in_motion()(LOG)).gyr)
-    assert np.array_equal(v.noisier()(LOG).gyr, v.noisier()(LOG).gyr)
-
-
-def test_a_turn_is_told_from_its_inverse() -> None:
-    """The truth of a mounting is q c^-1, not q c: of a quarter turn the two differ."""
-    other = v.mounted(9)(LOG)
-    assert other.q is not None and LOG.q is not None
-    turn = quaternion_multiply(LOG.q[0] * [1.0, -1.0, -1.0, -1.0], other.q[0])
-    assert rotate(turn, other.acc[0]) == pytest.approx(LOG.acc[0], abs=1e-9)

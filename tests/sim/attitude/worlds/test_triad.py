@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.errors import InputError
 from boresight.sim.attitude.worlds.triad import Triad, misalignment, soft_iron
 
 T = np.arange(4000) / 100.0
@@ -51,33 +49,9 @@ def test_noise_has_the_variance_of_each_axis_and_averaging_divides_it():
     assert np.abs(fine - waves(T)).max() <= 0.0125 + 1e-12
 
 
-def test_one_error_more_leaves_the_noise_as_it_was():
-    noisy = Triad(100.0, 0.0, 10.0, variance=(0.01,) * 3)
-    biased = noisy.with_errors(bias=(1.0, 2.0, 3.0))
-    difference = biased.read(waves, T, rng()) - noisy.read(waves, T, rng())
-    np.testing.assert_allclose(difference, np.broadcast_to((1.0, 2.0, 3.0), difference.shape))
-
-
-def test_matrix_and_bias_act_as_written():
-    m = np.array([[1.1, 0.2, 0.0], [0.0, 0.9, -0.1], [0.3, 0.0, 1.0]])
-    out = PLAIN.with_errors(matrix=m, bias=(0.5, 0.0, -0.5)).read(waves, T, rng())
-    np.testing.assert_allclose(out[7], m @ waves(T)[7] + (0.5, 0.0, -0.5))
-
-
 def test_latency_shows_the_past():
     late = PLAIN.with_errors(latency_s=0.25).read(waves, T, rng())
     np.testing.assert_allclose(late[25:], waves(T)[:-25], atol=1e-12)
-
-
-def test_with_errors_keeps_what_it_is_not_given():
-    triad = Triad(8.0, 0.1, 2.0, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)).with_errors(latency_s=0.5)
-    assert (triad.rate_hz, triad.lsb, triad.variance, triad.bias) == (
-        8.0,
-        0.1,
-        (1.0, 2.0, 3.0),
-        (4.0, 5.0, 6.0),
-    )
-    assert triad.latency_s == 0.5 and triad.averaged == 1.0
 
 
 def test_misalignment_is_a_rotation_of_the_size_asked_for():
@@ -92,20 +66,3 @@ def test_soft_iron_is_symmetric_with_elements_of_the_size_asked_for():
     e = np.array([soft_iron(np.random.default_rng(k), 0.01) for k in range(400)]) - np.eye(3)
     np.testing.assert_array_equal(e, np.swapaxes(e, 1, 2))
     np.testing.assert_allclose(e.std(axis=0), 0.01, rtol=0.12)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"rate_hz": 0.0}, "rate_hz must be above 0, not 0.0"),
-        ({"lsb": -1.0}, "lsb must be 0 or more, not -1.0"),
-        ({"full_scale": math.nan}, "full_scale must be above 0, not nan"),
-        ({"averaged": 0.5}, "averaged must be 1 or more, not 0.5"),
-        ({"latency_s": -0.1}, "latency_s must be 0 or more, not -0.1"),
-        ({"variance": (1.0, -1.0, 1.0)}, r"variance must be 0 or more, not \(1.0, -1.0, 1.0\)"),
-        ({"bias": (0.0, 0.0)}, r"bias must be finite numbers of shape \(3,\), not \(0.0, 0.0\)"),
-    ],
-)
-def test_bad_sensors(change, message):
-    with pytest.raises(InputError, match=f"^{message}$"):
-        Triad(**({"rate_hz": 1.0, "lsb": 0.0, "full_scale": 1.0} | change))
