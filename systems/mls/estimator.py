@@ -11,7 +11,7 @@ north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n
   a the dip: six scalar updates with the Jacobian (25). h is quadratic, H q = 2 h, so the innovation
   is z - h = z - H q / 2.
 
-**Basis.** As in `ekf_quaternion_vector` P is kept as L(q)^T P L(q), in which the Jacobian of
+**Basis.** P is kept as L(q)^T P L(q), in which the Jacobian of
 r = C^T V is 2 [r, r x]. Setting the norm of q back is a projection, (1 - q q^T)/|q|, of P too:
 three states are left, half the small rotation about the body's axes, and the attitude is the same.
 A correction k = (1, e) turns P by k/|k|^2, which is never longer than one.

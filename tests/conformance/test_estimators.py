@@ -164,7 +164,7 @@ ILLEGAL: dict[str, dict[str, tuple[float, ...]]] = {
     **{
         name: {"scale": (0.0, 2000.0), "acc_max_sq": (0.0,), "acc_min_sq": (-1.0,)}
         | {"mag_min_sq": (0.0,), noise: (0.0, -1.0, 1e9)}
-        for name, noise in (("ekf_quaternion", "angle_sd_x"), ("ekf_quaternion_vector", "acc_sd_y"))
+        for name, noise in (("ekf_quaternion", "angle_sd_x"),)
     },
     "array_attitude": {"start_qz": (3.0,), "p0_tilt": (-0.5,)},
     "array_phases": {"spacing": (0.0,)},
@@ -185,7 +185,7 @@ def test_values_out_of_range_are_refused_with_the_range(name: str) -> None:
 
 
 @pytest.mark.parametrize("word", [18, 20, 24, 28])
-@pytest.mark.parametrize("name", ["ekf_bias", "ekf_quaternion", "ekf_quaternion_vector"])
+@pytest.mark.parametrize("name", ["ekf_bias", "ekf_quaternion"])
 def test_every_word_width_compiles(name: str, word: int) -> None:
     word = max(word, ALL[name]().least_word)
     assert ALL[name]().compile(word=word).arithmetic.word == word
@@ -201,8 +201,6 @@ CYCLES = [
     ("ekf_bias", "fast", 577, 450),
     ("ekf_quaternion", "small", 710, 503),
     ("ekf_quaternion", "fast", 385, 322),
-    ("ekf_quaternion_vector", "small", 899, 716),
-    ("ekf_quaternion_vector", "fast", 592, 542),
     ("mekf", "small", 763, 475),
     ("mekf", "fast", 409, 374),
     ("vqf", "small", 1011, 514),
@@ -244,10 +242,7 @@ def test_cycles(name: str, config: str, interval: int, latency: int) -> None:
     assert schedule.latency <= latency
 
 
-@pytest.mark.parametrize(
-    "name, states",
-    [("ekf_bias", 45), ("ekf_quaternion", 20), ("ekf_quaternion_vector", 20), ("vqf", 68)],
-)
+@pytest.mark.parametrize("name, states", [("ekf_bias", 45), ("ekf_quaternion", 20), ("vqf", 68)])
 def test_states_fit_a_core(name: str, states: int) -> None:
     assert len(ALL[name]().states) <= states
 
@@ -260,7 +255,6 @@ STATUS = {
     "vqf": "0:attitude 1:heading 2:accelerometer 3:magnetometer 4:field 5:rest",
     "ekf_bias": "0:aligning 1:heading 3:magnetometer 4:field",
     "ekf_quaternion": "0:aligning 2:force 3:magnetometer",
-    "ekf_quaternion_vector": "0:aligning 2:force 3:magnetometer",
     "mls_attitude": "0:aligning 1:magnetometer",
     "satcom": "0:acceleration 1:tracking 2:gate 3:covariance",
     "registration": "0:sample 1:track 2:horizon 3:gate 4:limit 5:corrected",
@@ -285,7 +279,6 @@ SETTING = {
     "complementary": (0.05, (0.0, 27.9, -46.2), 2, 2, 1e-5),
     "ekf_bias": (0.01, (0.0, 18.0, -45.0), 18, 60, 0.05),
     "ekf_quaternion": (0.01, (0.0, 14.7, -40.6), 6, 30, 1e-3),
-    "ekf_quaternion_vector": (0.01, (0.0, 14.7, -40.6), 17, 30, 1e-3),
     "mekf": (0.01, (0.0, 18.0, -40.0), 0, 0, 1e-4),
     "vqf": (0.01, (0.0, 18.0, -40.0), 0, 1, 1e-4),
 }
@@ -301,8 +294,6 @@ ALIGNED = [
     ("ekf_bias", 32, 0.05),
     ("ekf_quaternion", "float", 2e-13),
     ("ekf_quaternion", 32, 1e-5),
-    ("ekf_quaternion_vector", "float", 1e-8),
-    ("ekf_quaternion_vector", 32, 2e-5),
     ("mekf", "float", 2e-13),
     ("mekf", 32, 2e-5),
     ("vqf", "float", 5e-4),

@@ -32,8 +32,6 @@ _LIMITS = {
     "to the heading depends on its form, of which only the size is given.",
     "C/complementary": _DRAWN + _OWN_TILT,
     "C/ekf_quaternion": _DRAWN + "The heading is mostly the soft iron, which the filter passes.",
-    "C/ekf_quaternion_vector": _DRAWN + "The prototype's one draw of it was larger: all its "
-    "rows that feel the gyro lie above ours.",
     "noise/gyro": _WALK,
     "noise/complementary": _OWN_TILT,
 }

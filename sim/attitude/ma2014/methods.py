@@ -53,12 +53,6 @@ METHODS = (
     Method("gyro", "gyro alone", "complementary", "gyro"),
     Method("mag_acc", "magnetometer and accelerometer alone", None, "mag_acc"),
     Method("ekf_quaternion", "Kalman filter, quaternion measured", "ekf_quaternion", "kalman"),
-    Method(
-        "ekf_quaternion_vector",
-        "Kalman filter, vectors measured",
-        "ekf_quaternion_vector",
-        "kalman",
-    ),
     Method("complementary", "complementary filter", "complementary", "complementary"),
     Method("letter", "the paper's filter to the letter (float only)", None, "complementary"),
     Method(

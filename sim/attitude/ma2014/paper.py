@@ -94,7 +94,6 @@ BESIDE = {
     "complementary": "complementary",
     "complementary_as_printed": "complementary",
     "ekf_quaternion": "kalman",
-    "ekf_quaternion_vector": "kalman",
     "ekf_bias": "kalman",
     "mekf": "kalman",
 }
@@ -105,14 +104,12 @@ PROTOTYPE = {
         "gyro": (0.70, 0.70, 0.43),
         "mag_acc": (0.192, 0.222, 0.547),
         "ekf_quaternion": (0.102, 0.107, 0.278),
-        "ekf_quaternion_vector": (0.090, 0.095, 0.266),
         "complementary": (0.092, 0.097, 0.286),
     },
     "noise": {
         "gyro": (0.60, 0.64, 0.33),
         "mag_acc": (0.192, 0.222, 0.479),
         "ekf_quaternion": (0.072, 0.083, 0.079),
-        "ekf_quaternion_vector": (0.055, 0.057, 0.067),
         "complementary": (0.070, 0.079, 0.112),
     },
 }

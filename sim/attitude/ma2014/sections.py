@@ -12,46 +12,22 @@ from boresight.gateware.core import build_core
 from boresight.model.arrays import FloatArray
 from boresight.model.attitude import ESTIMATORS
 from boresight.sim.attitude.ma2014 import paper
-from boresight.sim.attitude.ma2014.calibration import (
-    nearest_rotation,
-    orthogonality_error,
-    triad_matrix,
-)
-from boresight.sim.attitude.ma2014.methods import (
-    METHODS,
-    Method,
-    gains_per_s,
-    run_method,
-    score,
-    truth_deg,
-)
+from boresight.sim.attitude.ma2014.methods import METHODS, Method, gains_per_s, run_method, score
 from boresight.sim.attitude.ma2014.spectrum import line_amplitude, share, spectrum
-from boresight.sim.attitude.ma2014.world import (
-    CASES,
-    E1,
-    E2,
-    LEAD,
-    LOOP_HZ,
-    make_log,
-    noise_free_log,
-)
-from boresight.sim.attitude.worlds.triad import misalignment
+from boresight.sim.attitude.ma2014.world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
 from boresight.sim.campaign import dispatch
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.rotation import matrix_to_quaternion, quaternion_to_rotation_vector
 
 __all__ = [
     "HEADING_RUNS",
     "JUDGED",
     "KALMAN",
     "SIDE_RUNS",
-    "calibration",
     "differences",
     "heading_test",
     "kinematics",
     "plain",
     "stacked",
-    "table_1",
     "timing",
 ]
 
@@ -62,9 +38,9 @@ SIDE_RUNS = 10
 #: Runs, at most, of the heading test.
 HEADING_RUNS = 40
 JUDGED = ("noise", "C")
-KALMAN = ("ekf_quaternion", "ekf_quaternion_vector")
-#: Lines of the heading test [Hz]: its frequency, and below which the paper's gyro error lies.
-LINE_HZ, SLOW_HZ, SHOWN_HZ = 1.0 / 6.0, 0.02, 1.0
+KALMAN = ("ekf_quaternion",)
+#: Heading test [Hz]: its frequency, and below which the paper's gyro error lies.
+LINE_HZ, SLOW_HZ = 1.0 / 6.0, 0.02
 
 
 def plain(x: FloatArray, digits: int = 5) -> Any:
@@ -163,7 +139,7 @@ def _wrapped(x: FloatArray) -> FloatArray:
 
 
 def heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
-    """Section 1.3: spectra of the heading error, case C; of the first run as curves."""
+    """Section 1.3: spectra of the heading error, case C."""
     say(f"section 1.3: heading, {len(seeds)} runs of {E1.seconds:g} s")
     logs = [make_log(E1, CASES["C"], seed) for seed in seeds]
     methods: dict[str, Any] = {}
@@ -174,29 +150,21 @@ def heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
         # whole periods: the last sample is the first of the next one
         error = score(angles, logs)[: round(E1.seconds * LOOP_HZ), :, 2]
         s = spectrum(error, LOOP_HZ)
-        shown = s.frequency <= SHOWN_HZ
         variance, slow = np.square(error.std(axis=0)), share(s, 0.0, SLOW_HZ)
         methods[method.key] = {
             "title": method.title,
-            "amplitude_deg": plain(s.amplitude[shown, 0], 6),
             "sd_deg": _spread(np.sqrt(variance)),
             "energy_below_slow": _spread(slow),
             "slow_deg": _spread(np.sqrt(variance * slow)),
             "line_deg": _spread(line_amplitude(s, LINE_HZ)),
         }
-    return {
-        "line_hz": LINE_HZ,
-        "slow_hz": SLOW_HZ,
-        "runs": len(seeds),
-        "frequency_hz": plain(s.frequency[shown], 6),
-        "methods": methods,
-    }
+    return {"line_hz": LINE_HZ, "slow_hz": SLOW_HZ, "runs": len(seeds), "methods": methods}
 
 
 def _spread(x: FloatArray) -> dict[str, float]:
-    """Scalars of each run (runs,): the first, which is shown, and the spread."""
+    """Spread over the runs (runs,)."""
     p05, median, p95 = np.percentile(x, (5, 50, 95))
-    values = {"shown": x[0], "p05": p05, "median": median, "p95": p95}
+    values = {"p05": p05, "median": median, "p95": p95}
     return {name: round(float(value), 5) for name, value in values.items()}
 
 
@@ -250,27 +218,6 @@ def timing(say: Say) -> list[dict[str, Any]]:
     return out
 
 
-def calibration(seed: int, repetitions: int = 10, sight_deg: float = 0.5) -> dict[str, Any]:
-    """Section 2.2 once: a mounting of a few degrees found from noisy sights of the axes."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, 22]))
-    mounting = misalignment(rng, np.radians(3.0))
-    sights = mounting + np.radians(sight_deg) * rng.standard_normal((repetitions, 3, 3))
-    rows = []
-    for n in (1, repetitions):
-        t = triad_matrix(sights[:n], np.eye(3))
-        t_0 = nearest_rotation(t)
-        residual = quaternion_to_rotation_vector(matrix_to_quaternion(t_0 @ mounting.T))
-        rows.append(
-            {
-                "repetitions": n,
-                "orthogonality_t": orthogonality_error(t),
-                "orthogonality_t0": orthogonality_error(t_0),
-                "left_deg": float(np.degrees(np.linalg.norm(residual))),
-            }
-        )
-    return {"sight_deg": sight_deg, "rows": rows}
-
-
 def differences(errors: Mapping[str, FloatArray]) -> dict[str, Any]:
     """Figure 7: the complementary filter less each Kalman filter, in the judged cases."""
     out = {}
@@ -280,16 +227,3 @@ def differences(errors: Mapping[str, FloatArray]) -> dict[str, Any]:
             largest = _summary(np.percentile(np.abs(d), 95, axis=0))
             out[f"{case}/{key}"] = _row(d) | {"p95_abs": largest}
     return out
-
-
-def table_1(log: Record) -> list[dict[str, Any]]:
-    """Table 1 and the angles of the simulated stages; Euler angles differ from stage angles."""
-    euler = truth_deg(log)
-    rows, end = [], 0.0
-    for row, swing, stage in zip(paper.TABLE_1, E2.swings, np.degrees(E2.ends), strict=True):
-        end += swing.seconds
-        k = min(LEAD + round(end * LOOP_HZ), len(log) - 1)
-        rows.append(
-            {**row, "end_s": end, "ours_deg": plain(stage, 6), "euler_deg": plain(euler[k], 3)}
-        )
-    return rows

