@@ -1,26 +1,12 @@
 """The declaration of the system: one map, the places of the hardware, and every written form."""
 
-import json
-import re
-import subprocess
-
 import pytest
 
-from boresight.gateware.attitude.system.attitude_frame import OUTPUTS, Attitude
-from boresight.gateware.attitude.system.interface import (
-    FRAME_FLAGS,
-    HEADER,
-    IDENTIFICATION,
-    Place,
-    system_map,
-    system_registers,
-)
+from boresight.gateware.attitude.system.interface import system_map, system_registers
 from boresight.gateware.attitude.system.programs import system_core
-from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, RESULTS
+from boresight.gateware.attitude.system.system_bus import CSR
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description
-from boresight.gateware.registers.model import Access
-from boresight.gateware.texts.core import c_header
 
 FILTERS = ("complementary", "ekf_quaternion")
 EVENTS = ("sample", "restart")
@@ -43,17 +29,11 @@ def whole(core: Core) -> Description:
     return system_map(core, registers=registers, events=EVENTS)
 
 
-
-
-
-
 def test_no_address_and_no_name_twice(whole: Description) -> None:
     for key in ("address", "name"):
         values = [getattr(r, key) for r in whole.registers]
         assert len(values) == len(set(values)), key
     assert len(whole.identifiers) == len(whole.registers)
-
-
 
 
 #: Settings after power-up, by register.
@@ -73,17 +53,9 @@ def test_a_setting_is_its_registers_word_after_power_up(whole: Description, name
     assert whole.find(name).reset == SETTINGS[name]
 
 
-
-
-
-
-
-
 def declared(**more):
     options = {"clock_hz": 1e8, "build": 0, "inertial_flags": {}, "compass_flags": {}, **more}
     return {r.name: r for r in system_registers(**{"filters": ("one", "two"), **options})}
-
-
 
 
 def test_what_a_system_has_not_is_not_there() -> None:
