@@ -8,8 +8,6 @@ setup       speeds and times: the real ones, or scaled
 build       a system for these speeds, and the bench's sources
 trace       output of the bench as arrays
 run         a log through the compiled board, and the chain of integer models beside it
-spans       the times of one update, from a trace
-timeline    those times as a figure; page: the page with it
 faults      every fault of the devices: detection, and effect on the attitude
 =========== =====================================================================================
 """

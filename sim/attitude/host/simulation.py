@@ -11,12 +11,12 @@ from boresight.model.errors import InputError
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 from boresight.sim.attitude.board.build import Board, make_board
-from boresight.sim.attitude.board.page import render_page
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.board.spans import timeline_of
 from boresight.sim.attitude.host.simulated import BoardFigures, board_result
+from boresight.sim.attitude.ma2014.paper import TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.pages import page_of, section_of
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 
@@ -57,7 +57,7 @@ def write_board(
     filters = board.system.plan.names[: board.system.plan.filters]
     what = stimulus(log, board)
     number, mode = SOURCES[source]
-    runs, timelines = [], []
+    runs = []
     for filter, filter_name in enumerate(filters):
         length = updates if filter_name == name else SHORT
         cycles = length * board.setup.period_cycles
@@ -76,21 +76,31 @@ def write_board(
         )
         verdict = judge(board, what, run, filter=filter, source=number, feed=words)
         runs.append(_row(board, filter_name, filter, run, verdict))
-        timelines.append(timeline_of(board, run, filter=filter, update=SHORT // 2))
     what_ran = {
         "config": core.machine.name,
         "source": source,
         "log": log.name,
         "clock_mhz": board.setup.clock_hz / 1e6,
-        "timelines": timelines,
         "setup": board.setup,
         "build": f"{board.system.build:016x}",
     }
     result = board_result(what_ran, runs)
     data = result.to_json()
     (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
-    (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
+    (folder / "board.html").write_text(_page(result), encoding="utf-8")
     return result
+
+
+def _page(result: Result) -> str:
+    """HTML text: what ran, and the figures of each filter."""
+    intro = (
+        f"The complete board in simulation at {result['clock_mhz']:g} MHz, core "
+        f"{result['config']}: sensors at the pins, {result['log']}, frames to the host. Times are "
+        "from the sample's data-ready edge; the paper's software takes "
+        f"{TIME_US['complementary']:,.0f} us (complementary filter) and "
+        f"{TIME_US['kalman']:,.0f} us (Kalman filter) at 100 MHz."
+    )
+    return page_of("Board", [intro], [section_of("Filters", result.tables["filters"])])
 
 
 def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:

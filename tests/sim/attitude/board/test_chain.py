@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 
 from boresight.gateware.attitude.system.programs import system_estimators
-from boresight.gateware.boards.frames import Kind, encode
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.nine_axis import INPUTS
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.attitude.board.front import quantise, words_as_record
 from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.board.spans import timeline_of
-from boresight.sim.attitude.board.timeline import Span
-from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.levels.level import outputs_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
@@ -196,43 +192,6 @@ BOARD: Any = SimpleNamespace(
         )
     ),
 )
-
-
-def spans_run(frames: int = 9, number: int = 2) -> Any:
-    """A run whose second update, of the filter 1, goes to the host."""
-    events = []
-    for k, ready in enumerate(READY):
-        events.append((ready, f"R {k + 1}"))
-        for n in range(frames):
-            at = ready + 10 + 3_000 * n
-            events += [(at, "C 0"), (at + 1_600, "C 1")]
-        events += [(ready + 30_000, "S"), (ready + 30_600, "U")]
-    words = encode(Kind.ATTITUDE, [number, *[0] * 9], word=32)
-    events += [(132_000 + 1_000 * k, f"B {byte:02x}") for k, byte in enumerate(words)]
-    text = "".join(f"{at} {what}\n" for at, what in sorted(events)) + "999999 V 0\n"
-    return SimpleNamespace(trace=read_trace(text), frames=np.array([[number, *[0] * 9]])), words
-
-
-def test_every_border() -> None:
-    made, words = spans_run()
-    line = timeline_of(BOARD, made, filter=1, update=1)
-    assert (line.filter, line.paper_us) == ("own", None)
-    assert line.period_us == 1e6 / 1024
-    assert [s.name for s in line.frames] == [
-        *("temp", "gx", "gy", "gz", "ax", "ay", "az", "diag", "check")
-    ]
-    assert line.frames[0] == Span("temp", 0.1, 16.1)
-    assert line.frames[8].start_us == pytest.approx(240.1)
-    sample, updated = 300.0, 306.0
-    assert [(s.name, s.start_us, s.end_us) for s in line.core] == [
-        ("calibrate", sample, pytest.approx(sample + 0.61)),
-        ("switch", pytest.approx(sample + 0.61), pytest.approx(updated - 3.52)),
-        ("filter", pytest.approx(updated - 3.52), updated),
-    ]
-    # The frame begins with the update and ends with its last byte.
-    end = (132_000 + 1_000 * (len(words) - 1) - READY[1]) / 100
-    assert line.line == Span("frame", updated, pytest.approx(end))
-    assert line.in_registers_us == updated
 
 
 # --------------------------------------------------------------------------------------------------
