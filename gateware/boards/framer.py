@@ -13,8 +13,8 @@ from boresight.gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESC
 
 __all__ = ["Framer", "body_layout"]
 
-#: A byte of a body, or of text sent unchanged (``raw``), and whether it is the last.
-body_layout = data.StructLayout({"data": 8, "last": 1, "raw": 1})
+#: A byte of a body, and whether it is the last.
+body_layout = data.StructLayout({"data": 8, "last": 1})
 
 
 class _Part(IntEnum):
@@ -30,13 +30,11 @@ class _Part(IntEnum):
 class Framer(wiring.Component):
     """Adds END, escapes and the CRC to a body: `gateware.boards.frames`.
 
-    Raw bytes pass unchanged, outside frames: ``raw`` is the same for all bytes up to the last.
-
     **Latency** 1 cycle from the first byte to END; a byte takes 2 cycles and what the line needs.
 
     Members
     -------
-    i : In(stream of {data: 8, last: 1, raw: 1})
+    i : In(stream of {data: 8, last: 1})
         Bodies, from the kind to the last word.
     o : Out(stream of 8)
         Bytes for the line.
@@ -64,11 +62,8 @@ class Framer(wiring.Component):
         with m.If(full & self.o.ready):
             m.d.sync += [full.eq(special & ~escaped), escaped.eq(special & ~escaped)]
 
-        body = Signal()
-        raw = self.i.payload.raw
         m.d.comb += [
-            body.eq((part == _Part.BODY) | (part == _Part.BEGIN) & raw),
-            self.i.ready.eq(body & ~full),
+            self.i.ready.eq((part == _Part.BODY) & ~full),
             crc.start.eq(part == _Part.BEGIN),
             crc.data.eq(self.i.payload.data),
             crc.valid.eq(self.i.valid & self.i.ready),
@@ -88,12 +83,8 @@ class Framer(wiring.Component):
                 with m.If(self.i.valid & self.i.payload.last):
                     m.d.sync += part.eq(_Part.CHECK_LOW)
             with m.Case(_Part.BEGIN):
-                m.d.sync += [
-                    byte.eq(Mux(raw, self.i.payload.data, END)),
-                    literal.eq(1),
-                    full.eq(self.i.valid),
-                ]
-                with m.If(self.i.valid & ~raw):
+                m.d.sync += [byte.eq(END), literal.eq(1), full.eq(self.i.valid)]
+                with m.If(self.i.valid):
                     m.d.sync += part.eq(_Part.BODY)
             with m.Default():  # FINISH, and unused codes
                 m.d.sync += [byte.eq(END), literal.eq(1), full.eq(1), part.eq(_Part.BEGIN)]

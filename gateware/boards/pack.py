@@ -41,7 +41,7 @@ class Packer(wiring.Component):
         Output records. Only with records.
     i_reply : In(stream of {data: W, kind: 2})
         Replies: bodies of one word.
-    o : Out(stream of {data: 8, last: 1, raw: 1})
+    o : Out(stream of {data: 8, last: 1})
         Bodies.
     """
 

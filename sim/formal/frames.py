@@ -51,7 +51,7 @@ class FramesHarness(Harness[Line]):
         last = number == len(body) - 1
         i = framer.i
         byte = Signal(8)
-        m.d.comb += [byte.eq(body[number]), i.payload.raw.eq(0), i.payload.last.eq(last)]
+        m.d.comb += [byte.eq(body[number]), i.payload.last.eq(last)]
         source = Stream(i.valid, i.ready, i.payload.data, name="body")
         source.source(m, byte)
         m.d.comb += Assume(source.valid)

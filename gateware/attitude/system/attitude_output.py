@@ -58,7 +58,7 @@ class AttitudeOutput(wiring.Component):
         Upper byte of the header, taken with each update.
     port : Out(ResultPort(word=32))
         The results.
-    o : Out(stream of {data: 8, last: 1, raw: 1})
+    o : Out(stream of {data: 8, last: 1})
         Bodies of frames.
     events : Out
         One-cycle pulses, by `EVENTS`.

@@ -50,8 +50,8 @@ class Bridge(wiring.Component):
         Serial line.
     bus : Out(BusSignature(word=32, address=A)), request : Out(1), grant : In(1)
         An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
-    i : In(stream of {data: 8, last: 1, raw: 1})
-        Bodies to push, or raw text.
+    i : In(stream of {data: 8, last: 1})
+        Bodies to push.
     events : Out
         One-cycle pulses, by `EVENTS`.
     """

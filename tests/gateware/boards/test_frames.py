@@ -69,18 +69,18 @@ def test_every_changed_bit_is_found() -> None:
             assert list(Decoder(word=24).feed(bytes(changed))) == []
 
 
-# -- bodies to frames, and raw text between them --------------------------------------------------
+# -- bodies to frames ------------------------------------------------------------------------------
 
 
-def run(bodies: list[tuple[bytes, bool]], *, stalls: float, gaps: float) -> bytes:
+def run(bodies: list[bytes], *, stalls: float, gaps: float) -> bytes:
     dut, out, rng = Framer(), bytearray(), random.Random(1)
 
     async def put(ctx):
-        for body, raw in bodies:
+        for body in bodies:
             for k, byte in enumerate(body):
                 while rng.random() < gaps:
                     await ctx.tick()
-                ctx.set(dut.i.payload, {"data": byte, "last": k == len(body) - 1, "raw": raw})
+                ctx.set(dut.i.payload, {"data": byte, "last": k == len(body) - 1})
                 ctx.set(dut.i.valid, 1)
                 await ctx.tick().until(dut.i.ready)
                 ctx.set(dut.i.valid, 0)
@@ -99,23 +99,17 @@ def run(bodies: list[tuple[bytes, bool]], *, stalls: float, gaps: float) -> byte
 
 
 @pytest.mark.parametrize("stalls, gaps", [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
-def test_frames_and_text(stalls: float, gaps: float) -> None:
+def test_frames(stalls: float, gaps: float) -> None:
     rng = random.Random(2)
     bodies, wanted = [], b""
     for _ in range(40):
-        if rng.random() < 0.3:
-            text = bytes(rng.choices([END, ESC, 65, 66], k=rng.randrange(1, 20)))
-            bodies.append((text, True))
-            wanted += text
-        else:
-            words = [
-                int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)), "little")
-                for _ in range(rng.randrange(5))
-            ]
-            kind = rng.choice(list(Kind))
-            frame = encode(kind, words, word=32)
-            bodies.append((bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words), False))
-            wanted += frame
+        words = [
+            int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)), "little")
+            for _ in range(rng.randrange(5))
+        ]
+        kind = rng.choice(list(Kind))
+        bodies.append(bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words))
+        wanted += encode(kind, words, word=32)
     assert run(bodies, stalls=stalls, gaps=gaps) == wanted
 
 

@@ -70,12 +70,10 @@ class Host:
         assert answer is not None and answer[0] is kind, answer
         return answer[1]
 
-    async def push(
-        self, ctx, body: bytes, raw: bool = False, gap: int = 0, last: bool = True
-    ) -> None:
+    async def push(self, ctx, body: bytes, gap: int = 0, last: bool = True) -> None:
         for k, byte in enumerate(body):
             await pause(ctx, gap)
-            payload = {"data": byte, "raw": raw, "last": last and k == len(body) - 1}
+            payload = {"data": byte, "last": last and k == len(body) - 1}
             await put(ctx, self.dut.i, payload, limit=100_000)
 
 
@@ -146,22 +144,6 @@ def test_answers_and_bodies_take_turns(gap: int, host) -> None:
     assert answers >= 4 and answers + end.events[1] == 5  # a third one ahead is dropped
 
 
-def test_text_between_answers(host) -> None:
-    end = host()
-
-    async def test(ctx):
-        await end.send(ctx, encode(Kind.READ, [1], word=32)[:-1])
-        await end.push(ctx, b"hello\r\n", raw=True)
-        await end.send(ctx, bytes([END]))
-        await ctx.tick().repeat(2500)
-        await end.push(ctx, b"there\r\n", raw=True)
-        await ctx.tick().repeat(1000)
-
-    end.run(test)
-    frame = encode(Kind.READ, [0], word=32)
-    assert bytes(end.received) == b"hello\r\n" + frame + b"there\r\n"
-
-
 @pytest.mark.parametrize(
     "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.soak) for k in range(2, 20))]
 )
@@ -192,8 +174,3 @@ def test_nothing_stops_it(seed: int, host) -> None:
             assert await end.ask(ctx, Kind.READ, [n]) == [word]
 
     end.run(test)
-
-
-def test_baud_is_checked() -> None:
-    with pytest.raises(ValueError, match=r"^baud must be at most clock_hz / 8 "):
-        Bridge(clock_hz=1e6, baud=9e5)

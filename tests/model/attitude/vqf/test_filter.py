@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import boresight
 from boresight.model.attitude.vqf import Vqf
 from boresight.model.attitude.vqf.interface import interface_of
 from boresight.model.attitude.vqf.settings import Settings
@@ -19,7 +18,7 @@ from boresight.sim.levels.integer import Emitted
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
-from tests.support.attitude.vqf_package import COLUMNS, angle_deg, by_package, inputs_of, journey
+from tests.support.attitude.vqf_package import angle_deg, by_package, inputs_of, journey
 
 # -- VQF in float64 is the package of its authors, to 1e-6 deg and in every decision --------------
 
@@ -107,17 +106,6 @@ def start(run: Run, up: tuple[float, float, float]) -> Any:
     return inputs_of(run.estimator, records)
 
 
-def test_a_start_on_the_side(full: Run) -> None:
-    equal(full, start(full, (9.81, 0.0, 0.0)))
-
-
-@pytest.mark.parametrize("up", [(0.0, 0.0, -9.81), (0.05, -0.04, -9.81), (1.0, 1.0, -9.7)])
-def test_a_start_upside_down(full: Run, up: tuple[float, float, float]) -> None:
-    """Half a turn about x comes first: the package's means lie about another axis then."""
-    inputs = start(full, up)
-    assert angle_deg(full(inputs)[0], by_package(full.estimator, inputs)["q"]).max() < 0.05
-
-
 def test_a_restart_is_a_new_start(full: Run) -> None:
     records = inputs_of(full.estimator, journey(RATE, seconds=60.0))
     at = round(45.2 * RATE)  # at rest, of which nothing may be left either
@@ -145,26 +133,6 @@ def test_a_gap_is_turned_through(full: Run, six: Run) -> None:
     assert angle_deg(six(inputs_of(six.estimator, short))[0], whole).max() < 0.01
     short[:, 0] = 1.0 / RATE  # not told
     assert angle_deg(six(inputs_of(six.estimator, short))[0], whole)[-1] > 5.0
-
-
-def test_samples_without_force(full: Run) -> None:
-    records = inputs_of(full.estimator, journey(RATE, seconds=30.0))
-    at = [i.name for i in full.estimator.inputs].index("ax")
-    wanted, _ = full(records)
-    none = records.copy()
-    none[:10, at:] = none[400:403, at:] = 0.0
-    q, status = full(none)
-    bits = (status[:, None] >> np.arange(6)) & 1
-    assert bits[:10, 0].all() and not bits[10:, 0].any()
-    assert np.flatnonzero(bits[:, 2]).tolist() == [*range(10), 400, 401, 402]
-    assert angle_deg(q[390:410], wanted[390:410]).max() < 0.5
-
-
-def test_without_a_field_the_heading_is_unknown(full: Run) -> None:
-    records = journey(RATE, seconds=10.0)
-    records[:100, 4:7] = 0.0
-    _, status = full(inputs_of(full.estimator, records))
-    assert ((status[:100] >> 1) & 1).all() and not ((status[100:] >> 1) & 1).any()
 
 
 def test_made_for_the_rates_of_a_log() -> None:
@@ -228,25 +196,6 @@ def test_nothing_saturates_and_the_norm_is_kept(rate_hz: float, mag_rate_hz: flo
 
 
 # -- VQF in Verilog is the integer model at every hostile update, in both configurations ----------
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("mag", ["full", "none"])
-@pytest.mark.parametrize("config", ["small", "fast"])
-def test_hostile_updates(config: str, mag: str) -> None:
-    made, rng = Vqf(200.0, mag=mag), np.random.default_rng(5)
-    motions = [manoeuvre(n, 2400, rng) for n in MANOEUVRES if n != "uneven"]
-    drawn = np.stack([rng.uniform(i.low, i.high, 1000) for i in Vqf.inputs], axis=1)
-    drawn[:, 0] = np.where(rng.random(1000) < 0.02, -0.1, 0.005)
-    records = inputs_of(made, np.concatenate([*motions, drawn]))
-    assert [i.name for i in Vqf.inputs] == list(COLUMNS)
-    columns = {i.name: records[:, k] for k, i in enumerate(made.inputs)}
-    (result,) = boresight.check(made, columns, config=config)["results"]
-    for level in result.levels:
-        assert level.n_mismatch == 0 and level.n_total > 0 and not level.error, level
-        assert level.cycles_predicted == level.cycles_max == level.cycles_min, level
-        assert level.interval_predicted == level.interval_max, level
-    assert {level.level for level in result.levels} == {"fixed", "c", "rtl"}
 
 
 # -- what VQF declares, with and without a magnetometer -------------------------------------------

@@ -1,12 +1,9 @@
 """The inertial sensor's model by itself: a scripted master at its pins, good and bad."""
 
-from pathlib import Path
-
 import pytest
 
 from boresight.sim.attitude.devices.adis16385 import FAULTS, device_text
 from boresight.sim.rtl.compiled import Compiled, build
-from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.attitude.devices.adis16385_bench import log_text
 
 #: Drives frames as told: lines `half setup stall bits word`; prints what comes back.
@@ -146,14 +143,6 @@ def test_rules_of_timing(master: Compiled, frame: tuple[int, ...], complaint: st
     assert int(out[-1].split()[2]) == len(complaints)
 
 
-def test_short_reset(master: Compiled) -> None:
-    assert not run(master, [read(0x56)], start=1000, reset_at=400)[1]
-    text = MASTER.replace("reset_at + 30", "reset_at + 10")
-    short = build("master", {"device.sv": device_text(), "master.sv": text})
-    _, complaints, _ = run(short, [read(0x56)], start=1000, reset_at=400)
-    assert complaints == ["adis16385: violation: short reset: 10, wanted 20"]
-
-
 def test_wrong_number_of_bits_shows_in_diag_stat_once(master: Compiled) -> None:
     commands = [read(0x56), (5, 4, 40, 12, 0), read(0x3C), read(0x3C), read(0x3C)]
     answers, _, _ = run(master, commands)
@@ -215,30 +204,3 @@ def test_fast_and_missing_data_ready(master: Compiled) -> None:
         counts[fault] = sum(text.startswith("ready") for text in out)
     assert counts[""] == 5 and counts["no_data_ready"] == counts["absent"] == 0
     assert 8 * 4 < counts["fast_data_ready"] <= 8 * 5
-
-
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        ("0 5 sleepy\n", "adis16385: faults: no fault sleepy"),
-        ("0 5 absent\n" * 300, "adis16385: faults: more than 256 lines"),
-    ],
-)
-def test_fault_files_are_checked(master: Compiled, text: str, message: str) -> None:
-    done = master.run(
-        {"adis_faults": "faults.txt"},
-        max_cycles=10_000,
-        files={"faults.txt": text, "frames.txt": ""},
-    )
-    assert message in done.stdout
-
-
-def test_missing_files_are_said(master: Compiled) -> None:
-    try:
-        text = master.run(
-            {"adis_log": "none.txt"}, max_cycles=10_000, files={"frames.txt": ""}
-        ).stdout
-    except SimulationFailed as error:
-        text = str(error)
-    assert "adis16385: log: cannot open none.txt" in text
-    assert not Path("none.txt").exists()
