@@ -84,7 +84,7 @@ class Table:
 
 SIN = Table("sin", 0, 0, 127, 128, PRECISE.sinpi, 2, 0.0, 1.0)
 RSQRT = Table("rsqrt", 1, 32, 127, 128, lambda m: 1 / PRECISE.sqrt(m), 2, 1.0, 2.0)
-ASIN = Table("asin", 2, 0, 46, 64, lambda v: PRECISE.asin(v) / PRECISE.pi, 1, 0.0, 0.26)
+ASIN = Table("asin", 2, 0, 46, 64, lambda v: PRECISE.asin(v) / PRECISE.pi, 1, 0.0, 0.263)
 RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1 / m, 2, 1.0, 2.0)
 TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
 
