@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from boresight.gateware.core import build_shared_core
-from boresight.gateware.machine import Machine, at_depth, machine_named
+from boresight.gateware.machine import ALL_CONFIGS, Machine, at_depth, machine_named
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.synthesis.family import Target
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.sim.levels.build import Build
 
-__all__ = ["DepthChoice", "depth_by_time"]
+__all__ = ["DepthChoice", "build_for", "depth_by_time"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,27 @@ class DepthChoice:
             f"to the last urgent output{f' ({others})' if others else ''} by one pass of the "
             f"scheduler and {self.source}"
         )
+
+
+def build_for(
+    make: Callable[[str], Build], config: str, target: str
+) -> tuple[Build, DepthChoice | None]:
+    """The build for a target, and the choice of its depth: the machine that every verb takes.
+
+    Parameters
+    ----------
+    make : callable
+        The build of a configuration.
+    config : str
+        As typed. One whose name has a depth is taken as it is.
+    target : str
+        A part's name, or another word, for which no depth is chosen.
+    """
+    build = make(config.removesuffix("-d7"))
+    if config not in ALL_CONFIGS or target not in TARGETS:
+        return build, None
+    choice = depth_by_time(build, TARGETS[target])
+    return (build, None) if choice is None else (make(choice.config), choice)
 
 
 def depth_by_time(build: Build, target: Target) -> DepthChoice | None:

@@ -15,11 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from boresight.core_files import TARGET_NAMES
+from boresight.depths import build_for
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require_choice, require_whole
@@ -112,7 +115,8 @@ def check(
     simulator : str, optional
         Simulator of the RTL: verilator or icarus; by default Verilator, or Icarus without it.
     target : str, optional
-        Part of the level netlist, and of the page's area: xc6slx9, the default, ecp5-25k, ...
+        Part that the core is for: xc6slx9, the default, ecp5-25k, generic, ... Its machine is the
+        one that compile takes for it. The level netlist and the page's area are of this part.
     params : mapping, optional
         Values other than the defaults; of several estimators such a mapping of each by its name.
     rtl_rows : int, optional
@@ -141,10 +145,10 @@ def check(
     """
     require_whole("steps", steps, 1)
     require_whole("rtl_rows", rtl_rows, 1)
-    machine_named(config)
+    machine_named(config.removesuffix("-d7"))
     check_word(word)
     levels = levels.split(",") if isinstance(levels, str) else levels
-    part = _part(target, levels, page=output is not None)
+    part = _part(target, levels)
     if isinstance(estimator, str) and estimator.endswith(".json"):
         return _again((estimator, *logs), levels=levels, simulator=simulator, target=part)
     names = estimator_names(estimator)
@@ -154,7 +158,8 @@ def check(
         fix = "leave -o out, or check each"
         raise InputError.at("--output", wanted="one estimator", found=found, fix=fix)
     values = params_of_each(names, params)
-    build = Build(*estimators, config=config, word=word, params=values, target=part)
+    make = partial(Build, *estimators, word=word, params=values, target=part)
+    build, choice = build_for(lambda name: make(config=name), config, part)
     messages: list[str] = []
     tell = progress or (lambda text: None)
     checking = Check(
@@ -181,7 +186,8 @@ def check(
         results += checking.run(
             *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
         )
-    lines = [line for result in results for line in result.lines()]
+    lines = [] if choice is None else [str(choice)]
+    lines += [line for result in results for line in result.lines()]
     if kept is not None and kept.written:
         lines.append(f"the difference, to run again: boresight check {reproducer}")
     if output is not None:
@@ -208,19 +214,12 @@ def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[
     return {}
 
 
-def _part(target: str | None, levels: Sequence[str], *, page: bool) -> str:
-    """The part of the level netlist, and of the page."""
+def _part(target: str | None, levels: Sequence[str]) -> str:
+    """The part that the core is for."""
     if target is None:
-        return "xc6slx9"
+        return TARGET_NAMES[0]
     netlist = NetlistSimulated.name in levels
-    if not netlist and not page:
-        raise InputError.at(
-            "--target",
-            wanted="the level netlist, which runs the core after synthesis, or a page",
-            found=f"--levels {','.join(levels)}",
-            fix="say --levels fixed,netlist, or leave --target out",
-        )
-    require_choice("target", target, SIMULATED if netlist else TARGETS)
+    require_choice("target", target, SIMULATED if netlist else (*TARGETS, "generic"))
     return target
 
 

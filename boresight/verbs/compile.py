@@ -38,10 +38,10 @@ from boresight.core_files import (
     write_system,
     write_text,
 )
-from boresight.depths import DepthChoice, depth_by_time
+from boresight.depths import DepthChoice, build_for
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.top import records_design
-from boresight.gateware.machine import ALL_CONFIGS, machine_named
+from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.blocks import check_memory
 from boresight.gateware.synthesis.routed import Mapped, Routed, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
@@ -145,14 +145,12 @@ def compile(
     names = estimator_names(estimator, *others)
     estimators = [find_estimator(n) for n in names]
     own = [e.name for e in estimators]
-    by_time = config in ALL_CONFIGS
-    config = config.removesuffix("-d7")
-    machine_named(config)
+    machine_named(config.removesuffix("-d7"))
     check_word(word)
     chosen = params_of_each(names, params)
-    with_config = partial(Build, *estimators, word=word, params=chosen)
-    build = with_config(config=config)
     target = _target(target, board)
+    make = partial(Build, *estimators, word=word, params=chosen)
+    build, choice = build_for(lambda name: make(config=name), config, target)
     _check_project(board, top)
     _check_route(target, route=route or is_open(board), seeds=seeds, clock=clock)
     expected = core_files(own, target=target, axi=True)
@@ -160,10 +158,8 @@ def compile(
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
     with output_folder(output, "compile", files=expected) as folder:
-        choice = depth_by_time(build, TARGETS[target]) if by_time and target in TARGETS else None
         if choice is not None:
             say(str(choice))
-            build = with_config(config=choice.config)
         core = build.core
         if target in TARGETS:
             check_memory(core.machine, core.image, TARGETS[target])

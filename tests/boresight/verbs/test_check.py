@@ -6,6 +6,8 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 import boresight
 from tests.support.strangers import STRANGERS, csv, program
 
@@ -20,6 +22,16 @@ def test_levels_of_a_log(here: Path, data, said) -> None:
     assert levels["rtl"]["cycles_predicted"] == levels["rtl"]["cycles_max"]
     text = said("check mine.py mine.csv --levels fixed,c -q")
     assert text.count("[0/400] mismatches") == 1 and text.endswith("\ngood\n")
+
+
+@pytest.mark.parametrize(
+    "target", ["xc6slx9", "generic", "ecp5-25k", "ice40-up5k", "lifcl-17", "gw2a-18"]
+)
+def test_the_core_that_is_checked_is_the_one_that_compile_writes(here: Path, target: str) -> None:
+    core = boresight.compile("mine.py", target=target, output="core")
+    check = boresight.check("mine.py", "mine.csv", levels=("fixed",), target=target)
+    (result,) = check.to_json()["results"]
+    assert (result["config"], result["program"]) == (core["config"], core["digest"])
 
 
 def test_beyond_the_tolerance(here: Path, data, said) -> None:
