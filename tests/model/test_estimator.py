@@ -179,14 +179,14 @@ def test_every_estimator_declares_itself(name: str) -> None:
     assert all(i.meaning for i in e.inputs)
     for s in e.states:
         assert s.low <= s.initial <= s.high
-    assert e.compile(word=18).output_names == tuple(o.name for o in e.outputs)
+    assert e.compile(word=max(18, e.least_word)).output_names == tuple(o.name for o in e.outputs)
 
 
 def test_unknown_estimators_are_refused() -> None:
     with pytest.raises(
         InputError,
         match=r"^estimator: wanted one of complementary, .*, found "
-        r"'kalman'; boresight list shows them all$",
+        r"'kalman'; boresight info shows them all$",
     ):
         estimator("kalman")
     assert isinstance(estimator("complementary"), Complementary)

@@ -268,7 +268,7 @@ def test_unknown_names_are_answered_with_the_nearest(installed: None) -> None:
         load("three", Estimator, "estimator", resolve.ESTIMATOR_GROUP)
     assert str(raised.value) == (
         "estimator: wanted file.py:Class, or one of broken, mekf, number, theirs, world, "
-        "found 'three'; boresight list shows them all"
+        "found 'three'; boresight info shows them all"
     )
 
 
