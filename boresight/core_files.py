@@ -10,7 +10,7 @@ from typing import Any
 
 from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
-from boresight.firmware.names import identifier
+from boresight.firmware.names import stem
 from boresight.firmware.validation import validate_c
 from boresight.gateware.boards.bitstream import build_bitstream, open_project, write_open_project
 from boresight.gateware.boards.board import BOARDS
@@ -123,7 +123,7 @@ def core_files(
     beside = integration_names(generic=not has_primitives(target), axi=axi)
     out = ["core.v", "report.json", *REGISTER_FILES, *beside]
     for name in names:
-        out += [f"firmware/{identifier(name)}{end}" for end in (".c", ".h", "_host.c")]
+        out += [f"firmware/{stem(name)}{end}" for end in (".c", ".h", "_host.c")]
     return out
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 
 from boresight.firmware.layout import head
-from boresight.firmware.names import identifier, literal, unique
+from boresight.firmware.names import identifier, literal, stem, unique
 from boresight.model.tools.c_names import comment
 from boresight.model.words.check import check_complete
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
@@ -62,7 +62,7 @@ class Body:
         self.states = [state for state, _ in program.states]
         if prefix is not None and identifier(prefix) != prefix:
             raise ValueError(f"prefix must be a C identifier, not {prefix!r}")
-        name = identifier(program.name) if prefix is None else prefix
+        name = stem(program.name) if prefix is None else prefix
         self.program = program
         self.name = f"{name}_program" if _TYPE_STEM.fullmatch(name) else name
         names = [value.name for value in program.values]

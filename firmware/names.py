@@ -19,6 +19,13 @@ _RESERVED_TEXT = """
     using virtual wchar_t xor xor_eq unix linux
 """
 RESERVED = frozenset(_RESERVED_TEXT.split())
+#: Standard headers: a file of such a name beside the others would be found in place of them.
+_HEADERS_TEXT = """
+    assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg
+    stdbit stdbool stdckdint stddef stdint stdio stdlib stdnoreturn string tgmath threads time
+    uchar wchar wctype
+"""
+HEADERS = frozenset(_HEADERS_TEXT.split())
 
 #: Macros and types of the standard headers.
 RESERVED_PATTERN = re.compile(
@@ -34,6 +41,12 @@ def identifier(name: str) -> str:
     """
     text = c_names.identifier(name)
     return f"{text}_" if text in RESERVED or RESERVED_PATTERN.fullmatch(text) else text
+
+
+def stem(name: str) -> str:
+    """The identifier of a program, which is also the name of its files."""
+    text = identifier(name)
+    return f"{text}_" if text.lower() in HEADERS else text
 
 
 #: `model.tools.c_names.unique` of such identifiers.

@@ -30,7 +30,7 @@ _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _DIRECTIVE = re.compile(r"(?m)^#.*$")
 _MACRO = re.compile(r"(?m)^#define (\w+) (.+)$")
 _LOCAL = re.compile(r"v(\d+)_")
-_HELPERS = re.compile(r"(?s)\n// Functions\n\n(.*?)\n\nvoid ")
+_HELPERS = re.compile(r"(?s)\n// Functions\n\n(?:(.*?)\n\n)??void ")
 
 
 def validate_c(program: Program, name: str, texts: Mapping[str, str]) -> int:
@@ -93,7 +93,7 @@ class _File:
         if macros != _widths(program.arithmetic):
             raise _Unread(f"the macros must be those of {program.arithmetic}, not {macros}")
         body = _HELPERS.split(text)
-        called = body[1] if len(body) == 3 else ""
+        called = (body[1] or "") if len(body) == 3 else ""
         if called != helpers(f"void {body[-1]}"):
             raise _Unread("the functions before init must be those of firmware.helpers")
         header = _DIRECTIVE.sub("", texts[f"{name}.h"]).rsplit("}", 1)[0]

@@ -90,6 +90,14 @@ class Profile:
                 fix="make it anew with boresight fit, or leave it out with --profile none",
             )
         place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
+        unknown = sorted((self.ranges.keys() | self.limits.keys()) - place.keys())
+        if unknown:
+            raise InputError.at(
+                self.place,
+                wanted=f"values of {name}, by their numbers up to {max(place)}",
+                found=str(unknown[0]),
+                fix="make it anew with boresight fit, or leave it out with --profile none",
+            )
         ranges = {place[number]: range_ for number, range_ in self.ranges.items()}
         limits = {place[number]: range_ for number, range_ in self.limits.items()}
         return replace(self, ranges=ranges, limits=limits)
