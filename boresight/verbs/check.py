@@ -21,8 +21,6 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from boresight.core_files import TARGET_NAMES
-from boresight.depths import build_for
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require_choice, require_whole
@@ -158,6 +156,8 @@ def check(
         fix = "leave -o out, or check each"
         raise InputError.at("--output", wanted="one estimator", found=found, fix=fix)
     values = params_of_each(names, params)
+    from boresight.depths import build_for  # it imports the gateware
+
     make = partial(Build, *estimators, word=word, params=values, target=part)
     build, choice = build_for(lambda name: make(config=name), config, part)
     messages: list[str] = []
@@ -217,7 +217,7 @@ def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[
 def _part(target: str | None, levels: Sequence[str]) -> str:
     """The part that the core is for."""
     if target is None:
-        return TARGET_NAMES[0]
+        return "xc6slx9"
     netlist = NetlistSimulated.name in levels
     require_choice("target", target, SIMULATED if netlist else (*TARGETS, "generic"))
     return target

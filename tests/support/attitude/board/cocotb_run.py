@@ -7,6 +7,8 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from boresight.model.errors import ToolMissing
+from boresight.model.tools.needs import embeddable, install_line
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.run import (
     BoardRun,
@@ -37,10 +39,14 @@ def run_under_cocotb(
     Raises
     ------
     ToolMissing
-        Verilator is not installed.
+        Verilator, or Python's library, is not installed.
     SimulationFailed
         The run did not end, or Python heard other bytes than the bench.
     """
+    if not embeddable():
+        raise ToolMissing(
+            f"cocotb needs libpython, which is not found: {install_line('libpython')}"
+        )
     from cocotb_tools.check_results import get_results
     from cocotb_tools.runner import get_runner
 
