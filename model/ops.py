@@ -59,30 +59,37 @@ def _record(kind: str, *numbers: Any) -> Any:
     return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
 
 
-#: Units of angles other than half turns, by what makes half turns of them.
-_ANGLES = {
-    **dict.fromkeys(("rad", "radian", "radians"), "x / math.pi"),
-    **dict.fromkeys(("deg", "degree", "degrees"), "x / 180.0"),
-    **dict.fromkeys(("turn", "turns"), "2.0 * x"),
+#: Units of angles other than half turns: what makes half turns of them, and a full turn.
+ANGLES = {
+    **dict.fromkeys(("rad", "radian", "radians"), ("x / math.pi", 2.0 * math.pi)),
+    **dict.fromkeys(("deg", "degree", "degrees"), ("x / 180.0", 360.0)),
+    **dict.fromkeys(("turn", "turns"), ("2.0 * x", 1.0)),
 }
-#: Kinds of expressions of the unit of their first argument.
-_SAME_UNIT = ("named", "same", "bounded", "neg", "absolute", "clip", "saturated", "wrap")
+#: Kinds of expressions of the unit of their last arguments.
+_SAME_UNIT = ("named", "same", "bounded", "neg", "absolute", "clip", "saturated", "flip", "select")
 
 
-def _unit(x: Any, depth: int = 4) -> str:
-    """Unit of a recorded value where declarations tell it, else empty; sums to some depth."""
-    while x.kind in _SAME_UNIT:
-        x = x.args[0]
-    if x.kind in ("add", "sub") and depth:
-        return next(filter(None, (_unit(arg, depth - 1) for arg in x.args)), "")
-    return str(x.data[4]) if x.kind == "leaf" else ""
+def unit_of(x: Any, depth: int = 6) -> tuple[str, float]:
+    """Unit of a value, and width of the range of the input, state or parameter that has it.
+
+    Recorded values alone have one; a sum, to some depth, that of its first term with a unit. Empty
+    and 0 if it is unknown.
+    """
+    if not isinstance(x, Scalar) or not depth:
+        return "", 0.0
+    if x.kind in ("wrap", "atan2"):
+        return "ht", 2.0
+    if x.kind == "leaf":
+        return str(x.data[4]), x.data[3] - x.data[2]
+    terms = x.args if x.kind in ("add", "sub", *_SAME_UNIT) else ()
+    return next((found for arg in terms if (found := unit_of(arg, depth - 1))[0]), ("", 0.0))
 
 
 def _check_half_turns(x: Scalar) -> None:
     """Refuse an angle of another unit than half turns."""
-    unit = _unit(x)
+    unit, _ = unit_of(x)
     if unit and not same_unit(unit, "ht"):
-        made = _ANGLES.get(unit)
+        made, _ = ANGLES.get(unit, ("", 0.0))
         fix = f"write {made}, or declare the angle in ht" if made else "give it an angle"
         raise InputError.at(author_line(), wanted="an angle in half turns", found=unit, fix=fix)
 

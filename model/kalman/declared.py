@@ -141,7 +141,8 @@ class Measurement:
     gate : float, optional
         Largest innovation in standard deviations; beyond it the measurement is left out.
     wrap : bool
-        z and h are angles in half turns.
+        z and h are angles in half turns. So they are, too, where a declared unit ``ht``,
+        `ops.wrap_ht` or `ops.atan2_ht` says so.
     sd_max : float, optional
         Largest standard deviation of h. By default it follows from those of the states and the
         intervals of the derivatives, which are wide for a row that is one of several kinds.

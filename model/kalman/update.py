@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -550,12 +551,13 @@ def _errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, 
 
 
 def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
-    """What ``measure`` returned.
+    """What ``measure`` returned; angles in half turns wrap.
 
     Raises
     ------
     InputError
-        No measurement, something else, or one whose z, h or r is no number.
+        No measurement, something else, one whose z, h or r is no number, or an angle over a full
+        turn in another unit than half turns.
     """
     is_sequence = isinstance(result, tuple | list)
     invalid = [m for m in result if not isinstance(m, Measurement)] if is_sequence else [result]
@@ -576,7 +578,29 @@ def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
                 found=f"a {type(m.valid).__name__}" if isinstance(m.valid, str) else "a number",
                 fix="compare it with something",
             )
-    return list(result)
+    return [replace(m, wrap=m.wrap or _is_angle(m)) for m in result]
+
+
+def _is_angle(m: Measurement) -> bool:
+    """Whether units say that z or h is an angle in half turns.
+
+    Raises
+    ------
+    InputError
+        It is another angle, over one full turn: its innovation would jump where it wraps.
+    """
+    units = [ops.unit_of(value) for value in (m.z, m.h)]
+    for unit, span in units:
+        _, turn = ops.ANGLES.get(unit, ("", 0.0))
+        if 0.99 * turn < span < 1.05 * turn:
+            raise InputError.at(
+                placed(m.line, "measurement"),
+                wanted="angles over a full turn in half turns, which wrap",
+                found=f"{unit} over {span:g} {unit}",
+                fix='declare input and state as ("NAME", -1.0, 1.0, "ht"); columns of logs in '
+                f"{unit} are converted",
+            )
+    return any(unit == "ht" for unit, _ in units)
 
 
 def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:

@@ -334,6 +334,25 @@ def test_vectors_by_name() -> None:
 # -- what is refused ------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "z", [lambda u: u.angle, lambda u: u.angle - 0.25, lambda u: ops.atan2_ht(u.s, u.c)]
+)
+def test_the_innovation_of_an_angle_wraps_by_its_unit(z: Any) -> None:
+    class Unsaid(Turning):
+        wrap = False
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            return [Measurement(z(u), x.heading, 0.01 * p.r, wrap=self.wrap)]
+
+    class Said(Unsaid):
+        name = "unsaid"
+        wrap = True
+
+    assert Unsaid().compile().digest == Said().compile().digest
+    seen = turning(60)
+    assert far(Unsaid(), seen) < 1e-9  # float64 against the textbook
+
+
 def refused(make: Any) -> str:
     with pytest.raises(InputError) as error:
         make().compile()
@@ -397,6 +416,15 @@ def changed(**members: Any) -> type[Kalman]:
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, wrap="no")]},
             "wrap: True or False, found 'no'",
+        ),
+        (
+            {
+                "inputs": (Input("z", -180.0, 180.0, "deg"),),
+                "outputs": (Output("pos"),),
+                "measure": lambda self, x, u, p: [Measurement(u.z + p.q, x.pos, p.r)],
+            },
+            "measurement: wanted angles over a full turn in half turns, which wrap, found deg over "
+            '360 deg; declare input and state as ("NAME", -1.0, 1.0, "ht")',
         ),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos)]}, "arguments of the call"),
         ({"noise": lambda self, x, p: {}}, "noise of changed: wanted noise(self, x, u, p)"),
