@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import memory, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
@@ -15,7 +15,9 @@ from boresight.gateware.attitude.sensors.adis16385_frames import (
     CONFIG_FRAMES,
     FIRST,
     FIRST_RUN,
+    FRACTION,
     LAST,
+    RANGE_SHIFTS,
     RUN_FRAMES,
     STEPS,
     WORDS,
@@ -86,9 +88,10 @@ class Adis16385(wiring.Component):
         Settings of the device.
     sample : Out(1)
         A checked sample is available in this cycle.
-    index : In(3), word : Out(16)
-        Its words as in `WORDS`, combinational: 3 gyro, 3 accelerometer counts, temperature
-        (sign-extended), DIAG_STAT.
+    index : In(3), word : Out(18)
+        Its words as in `WORDS`, combinational, with `FRACTION` fraction bits: 3 gyro, 3
+        accelerometer counts, temperature (sign-extended), DIAG_STAT. A gyro word is in counts of
+        the +-300 deg/s range (0.0125 deg/s) in every range that SENS_AVG selects.
     stamp : Out(32)
         ``time`` when its data-ready edge was seen, `stamp_delay` cycles after the edge.
     number : Out(16)
@@ -140,7 +143,7 @@ class Adis16385(wiring.Component):
                 "sens_avg": In(16, init=settings.sens_avg),
                 "sample": Out(1),
                 "index": In(range(len(WORDS))),
-                "word": Out(16),
+                "word": Out(16 + FRACTION),
                 "temperature": Out(16),
                 "diag_stat": Out(16),
                 "stamp": Out(32),
@@ -276,26 +279,32 @@ class Adis16385(wiring.Component):
         """Words of the sample, and their own checks."""
         spi, settings = self.spi, self.settings
         m.submodules.buffer = buffer = memory.Memory(
-            shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
+            shape=16 + FRACTION, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
         )
         writer = buffer.write_port()
         reader = buffer.read_port(domain="comb")
         is_temperature = r.place == WORDS.index("TEMP_OUT")
+        word = Signal(signed(16))
         m.d.comb += [
-            writer.addr.eq(r.place),
-            writer.en.eq(r.storing),
-            writer.data.eq(
+            word.eq(
                 Cat(
                     spi.o_data[:12],
                     Mux(is_temperature, spi.o_data[11].replicate(4), spi.o_data[12:]),
                 )
             ),
+            writer.addr.eq(r.place),
+            writer.en.eq(r.storing),
+            writer.data.eq(word << FRACTION),
             reader.addr.eq(self.index),
             self.word.eq(reader.data),
         ]
+        with m.If(r.place < 3):
+            for bits, shift in RANGE_SHIFTS.items():
+                with m.If(r.used["sens_avg"][8:11] == bits):
+                    m.d.comb += writer.data.eq(word << FRACTION - shift)
         for at, latest in (("TEMP_OUT", self.temperature), ("DIAG_STAT", self.diag_stat)):
             with m.If(writer.en & (r.place == WORDS.index(at))):
-                m.d.sync += latest.eq(writer.data)
+                m.d.sync += latest.eq(word)
         limits = (settings.gyro_limit, settings.accel_limit)
         full = ~r.place.all() & at_full_scale(spi.o_data, r.place >= 3, limits)
         with m.If(writer.en):

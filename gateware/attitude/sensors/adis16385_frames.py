@@ -41,6 +41,11 @@ WORDS: Final = (
 CHECKED: Final = ("PROD_ID", "MSC_CTRL", "SMPL_PRD", "SENS_AVG")
 #: Contents of PROD_ID.
 IDENTITY: Final = 0x4001
+#: Ranges of the gyro by bits 10:8 of SENS_AVG (sibling part): how often +-300 deg/s is halved.
+#: All other codes count as +-300 deg/s.
+RANGE_SHIFTS: Final = {2: 1, 1: 2}
+#: Fraction bits of a sample's words, so that every range has the same unit.
+FRACTION: Final = max(RANGE_SHIFTS.values())
 #: Bit of DIAG_STAT: a frame had not 16 clocks (sibling part).
 COMM_FAILURE: Final = 1 << 3
 

@@ -10,6 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.feed_registers import FeedRegisters
 from boresight.gateware.attitude.bus.results import ResultPort, Results
+from boresight.gateware.attitude.sensors.adis16385_frames import FRACTION
 from boresight.gateware.attitude.system.conductor_words import (
     Job,
     State,
@@ -65,7 +66,7 @@ class Conductor(wiring.Component):
         A complete sample with its ``stamp``; both must be stable for 500 cycles.
     stamp : In(32)
         Clock cycle of that sample.
-    index : Out(3), word : In(16)
+    index : Out(3), word : In(16 + FRACTION)
         Which word of it (gyro x, y, z, accelerometer x, y, z); the word, in the same cycle.
     line : In(1), is_counts : In(1), values : In(3 * 16)
         A line of the compass has come; magnetometer counts, or heading, pitch and roll.
@@ -125,7 +126,7 @@ class Conductor(wiring.Component):
                 "sample": In(1),
                 "stamp": In(32),
                 "index": Out(3),
-                "word": In(16),
+                "word": In(16 + FRACTION),
                 "line": In(1),
                 "is_counts": In(1),
                 "values": In(data.ArrayLayout(16, 3)),

@@ -10,6 +10,7 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory
 
 from boresight.gateware.attitude.bus.results import Results
+from boresight.gateware.attitude.sensors.adis16385_frames import FRACTION
 from boresight.gateware.attitude.system.feed import FIELD, HELD, REGISTERS, Fed, reset_word
 from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.attitude.system.plan import RAW, Plan
@@ -226,11 +227,12 @@ class Words:
         # The fourth value of a line is the sample's word ``restart``.
         m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
         m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
-        m.submodules.low = low = Bitwise(function=_either, inputs=4, width=bits)
+        m.submodules.low = low = Bitwise(function=_either, inputs=5, width=bits)
         value.connect(m, *self.values, Cat(Const(0, 15), s.restarting), which[0], which[1])
         stamp, (s0, s1) = self.stamp[32 - self.plan.word :], source
-        high.connect(m, self.waits[bits:], stamp[bits:], self.word, value.o, s0, s1)
-        low.connect(m, self.waits[:bits], stamp[:bits], s0, s1)
+        fraction = Cat(Const(0, bits - FRACTION), self.word[:FRACTION])
+        high.connect(m, self.waits[bits:], stamp[bits:], self.word[FRACTION:], value.o, s0, s1)
+        low.connect(m, self.waits[:bits], stamp[:bits], fraction, s0, s1)
         return Cat(low.o, high.o)
 
     def put_away(self, m: Module, results: Results, header: Value) -> None:
@@ -287,9 +289,9 @@ class Words:
         ]
 
 
-def _either(waits: Any, stamp: Any, s0: Any, s1: Any) -> Any:
-    """`multiplex` of bits that the other two words lack."""
-    return multiplex(waits, stamp, 0, 0, s0, s1)
+def _either(waits: Any, stamp: Any, sample: Any, s0: Any, s1: Any) -> Any:
+    """`multiplex` of bits that a line's words lack."""
+    return multiplex(waits, stamp, sample, 0, s0, s1)
 
 
 def _put(offered: Any, collected: Any, header: Any, s0: Any, s1: Any) -> Any:

@@ -46,6 +46,8 @@ class Samples:
         Clock cycle of each sample, modulo 2^32.
     counts : int (n, 6)
         Gyro x, y, z, accelerometer x, y, z.
+    halvings : int
+        How often the gyro's range of +-300 deg/s is halved (`adis16385_frames.RANGE_SHIFTS`).
     line : int (n,)
         `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
     values : int (n, 3)
@@ -68,6 +70,7 @@ class Samples:
     filter: IntArray
     feed: Mapping[str, int] = field(default_factory=dict)
     new_feed: int = 0
+    halvings: int = 0
 
     def __len__(self) -> int:
         """Count the updates."""
@@ -156,7 +159,8 @@ def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
     changed = np.diff(samples.filter, prepend=samples.filter[:1]) != 0
     restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
     frac = inertial.format(inertial.inputs[0]).frac
-    raw = np.column_stack([samples.counts << frac, stamps, restart])
+    shifts = np.array([frac - samples.halvings] * 3 + [frac] * 3)
+    raw = np.column_stack([samples.counts << shifts, stamps, restart])
     calibrated = interpret(inertial, raw)[0]
     field_words = np.zeros((n, len(FIELD)), dtype=np.int64)
     for kind, program in ((COUNTS, field_program), (HEADING, compass)):

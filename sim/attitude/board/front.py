@@ -71,11 +71,10 @@ def quantise(
     )
 
 
-def inertial_words(log: NineAxis) -> IntArray:
-    """Counts (n, 6) of the gyro and the accelerometer."""
-    return np.column_stack(
-        [_counts(log.gyr, GYRO_SCALE, GYRO_COUNTS), _counts(log.acc, ACC_SCALE, ACC_COUNTS)]
-    )
+def inertial_words(log: NineAxis, halvings: int = 0) -> IntArray:
+    """Counts (n, 6) of gyro and accelerometer; +-300 deg/s is halved ``halvings`` times."""
+    gyro = _counts(log.gyr, GYRO_SCALE / 2**halvings, GYRO_COUNTS)
+    return np.column_stack([gyro, _counts(log.acc, ACC_SCALE, ACC_COUNTS)])
 
 
 def field_words(mag: FloatArray) -> IntArray:

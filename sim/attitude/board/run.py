@@ -50,10 +50,13 @@ class Stimulus:
         Gyro and accelerometer of every sample.
     compass : int (m, 6)
         Heading, pitch, roll [0.1 deg], magnetometer x, y, z [counts] of every line.
+    halvings : int
+        How often the gyro's range of +-300 deg/s is halved.
     """
 
     counts: IntArray
     compass: IntArray
+    halvings: int = 0
 
     def files(self) -> dict[str, str]:
         """The devices' logs, by file name."""
@@ -68,7 +71,7 @@ def _lines(rows: IntArray) -> str:
     return "".join(" ".join(str(v) for v in row) + "\n" for row in rows.tolist())
 
 
-def stimulus(record: Record, board: Board) -> Stimulus:
+def stimulus(record: Record, board: Board, *, halvings: int = 0) -> Stimulus:
     """Return a nine-axis record as the data of both devices: row k is sample k, whatever its time.
 
     The compass sends headings of the record's attitude.
@@ -97,7 +100,7 @@ def stimulus(record: Record, board: Board) -> Stimulus:
         )
     rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
     compass = np.hstack([heading_words(q[rows]), field_words(log.mag[rows])])
-    return Stimulus(inertial_words(log), compass)
+    return Stimulus(inertial_words(log, halvings), compass, halvings)
 
 
 def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
@@ -306,6 +309,7 @@ def judge(
         restart,
         np.full(n, filter),
         feed or {},
+        halvings=stimulus.halvings,
     )
     chain = run_chain([part.program for part in board.core.parts], samples)
     lost = int(edge[-1] - edge[0]) + 1 - n

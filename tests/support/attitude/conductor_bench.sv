@@ -17,7 +17,7 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
 
     attitude_core dut (
         .clk(clk), .rst(rst), .\time (cycle), .sample(sample), .stamp(stamp), .index(index),
-        .word(words[index]), .line(line), .is_counts(is_counts), .values(values),
+        .word({words[index], 2'b00}), .line(line), .is_counts(is_counts), .values(values),
         .filter(filter), .source(source), .run(run), .restart(restart), .updated(updated),
         .number(number), .events(events), .ports__0__take(updated), .ports__0__index(index0),
         .ports__0__value(value0), .ports__1__take(take1), .ports__1__index(index1),

@@ -93,7 +93,14 @@ def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
     assert set(errors) == {4 * PERIOD}  # decimation by 2**2
 
 
-#: Waits of a few ticks of 256 cycles.
+@pytest.mark.parametrize("sens_avg, scale", [(0x0402, 1), (0x0202, 2), (0x0102, 4), (0x0302, 1)])
+def test_rates_have_one_unit_in_every_range(bench: ReaderBench, sens_avg: int, scale: int) -> None:
+    """Full scale is 24000 counts of the device in each range; the accelerometer has one range."""
+    counts = [24000, -23999, 1, -1, 20000, 32767, 2047, 0]
+    happened = bench.run(samples=4, log=[counts] * 9, settings=(0x0006, 0x0001, sens_avg))
+    wanted = (*(count / scale for count in counts[:3]), *counts[3:])
+    assert [s.words for s in happened.samples] == [wanted] * 4
+    assert "over_range" in happened.flags[-1][1]
 
 
 def test_restart_starts_over(bench: ReaderBench) -> None:

@@ -185,7 +185,7 @@ class Bench:
         ctx.set(signal, 0)
 
     async def sample(self, ctx, stamp: int = 5000, wait: bool = True) -> None:
-        self.words = [self.rng.getrandbits(16) for _ in range(6)]
+        self.words = [self.rng.getrandbits(18) for _ in range(6)]
         ctx.set(self.dut.stamp, stamp)
         before = self.updates
         await self.pulse(ctx, self.dut.sample)
@@ -398,7 +398,7 @@ class Model:
         if self.state == "line":
             return [value << plan.count_bits for value in c.values]
         if self.state == "inertial":
-            counts = [count << plan.count_bits for count in c.counts]
+            counts = [count << plan.count_bits - 2 for count in c.counts]
             return [*counts, c.stamp >> 32 - plan.word, self.restarting << plan.word - 1]
         assert self.state == "filter"
         return [
@@ -496,7 +496,7 @@ def test_any_events_in_any_cycle(make, seed: int) -> None:
                 await bench.pause(ctx, rng.randrange(3))
             if event < 0.5:  # the reader holds the words of a sample that is at work
                 if model.state in ("idle", "line") and not model.waiting:
-                    bench.words = [rng.getrandbits(16) for _ in range(6)]
+                    bench.words = [rng.getrandbits(18) for _ in range(6)]
                     ctx.set(dut.stamp, rng.getrandbits(32))
                 await bench.pulse(ctx, dut.sample)
             elif event < 0.8:

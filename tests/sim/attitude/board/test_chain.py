@@ -1,8 +1,6 @@
 """The board's integer model: devices' values, spans, times."""
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from boresight.model.errors import InputError
 from boresight.model.nine_axis import INPUTS
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.attitude.board.front import quantise, words_as_record
-from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.levels.level import outputs_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
@@ -177,25 +174,3 @@ def test_boresight_run_gives_the_same_words(
     result = run(name, path, levels="fixed")
     for output, values in outputs_of(programs[number], chain.outputs).items():
         assert (result["outputs"][output] == values).all(), output
-
-
-# --------------------------------------------------------------------------------------------------
-# one update's way, out of a run made by hand: every border in microseconds from data-ready
-
-#: Data-ready of two samples, nine frames in each, sample and update behind them; at 100 MHz.
-READY = (1_000, 101_000)
-BOARD: Any = SimpleNamespace(
-    setup=REAL,
-    system=SimpleNamespace(
-        plan=SimpleNamespace(
-            names=("complementary", "own", "calibrate_inertial"), lengths=(250, 350, 60), inertial=2
-        )
-    ),
-)
-
-
-# --------------------------------------------------------------------------------------------------
-# speeds: the scaled ones are the real ones, sixteen times as fast, as far as a line can go
-
-
-# -- the figure: every frame, every part of the core's work, and the paper's time beside ours -----

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.gateware.attitude.system.attitude_frame import WORDS, attitude_of
+from boresight.gateware.attitude.system.interface import ORDERS
 from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.model.errors import InputError
 from boresight.sim.attitude.board.faults import FaultTrial, trial_log
@@ -116,6 +117,24 @@ def test_magnetometer_counts(board, what) -> None:
     assert not {"inertial_fault", "saturated"} & set(last.flag_names)
 
 
+def test_another_range_of_the_gyro_gives_the_same_attitude(board) -> None:
+    """At +-150 deg/s a count is half of that at +-300 deg/s."""
+    log = synthetic_log(seconds=1, rate_hz=1024, seed=1, acceleration=0.3)
+    slow = stimulus(log, board, halvings=1)
+    assert np.abs(slow.counts[:, :3]).max() > 12_000
+    settings = {"filter": COMPLEMENTARY, "output_divider": 1, "inertial_sens_avg": 0x0202}
+    settings["order"] = next(o.mask for o in ORDERS if o.name == "restart_inertial")
+    run = run_board(board, slow, updates=600, settings=settings)
+    verdict = judge(board, slow, run, filter=COMPLEMENTARY, source=2)
+    assert (verdict.mismatches, verdict.first) == (0, "")
+    wide = run_board(
+        board, stimulus(log, board), updates=600, settings={**settings, "inertial_sens_avg": 0x0402}
+    )
+    names = [WORDS.index(name) for name in ("heading", "pitch", "roll")]
+    apart = (run.frames[:, names] - wide.frames[:, names]) * (180.0 / 2**31)
+    assert np.abs(apart).max() < 0.05
+
+
 def test_divider(board, what) -> None:
     settings = {"filter": COMPLEMENTARY, "output_divider": 4}
     run = run_board(board, what, updates=60, settings=settings)
@@ -184,10 +203,6 @@ def test_without_unknown_values(board, what) -> None:
         assert np.array_equal(ours, theirs), field.name
 
 
-# --------------------------------------------------------------------------------------------------
-# what the bench and the system are built with for given speeds; conftest.py builds it for real
-
-
 # -- the bench's events, read from their text -----------------------------------------------------
 
 TEXT = """\
@@ -225,11 +240,7 @@ def test_what_is_never_a_pass(text: str, message: str) -> None:
         read_trace(text)
 
 
-# --------------------------------------------------------------------------------------------------
-# faults on the complete board: seen, survived, gone. `boresight simulate --faults` has all
-
-#: Device, fault, span; the events that tell of it, how soon; whether samples are lost.
-
+# -- trials of faults --------------------------------------------------------------------------
 
 TURNED = {"seen_after_s": 0.1, "device": "adis", "fault": "fast_turn_z"}
 
@@ -264,15 +275,6 @@ def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
     }
     trial = FaultTrial(**{"device": "hmr", "fault": "glitches", "fault_s": 0.9, **values})
     assert (trial.harmless, trial.good) == (harmless, good)
-
-
-# -- the page of a board: its figures in the units that it names, and what failed in red ----------
-
-RUN = {
-    **{"filter": "a<b", "updates": 1234, "lost_samples": 0, "mismatches": 0, "fields": 7},
-    **{"transfer_cycles": (28_000, 29_150), "program_cycles": 344, "beside_program_us": 3.456},
-    **{"in_registers_us": 298.764, "frame_end_us": 712.6},
-}
 
 
 # -- values that are wrong in good form: which rows, and by how much ------------------------------

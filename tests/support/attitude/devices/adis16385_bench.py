@@ -40,14 +40,14 @@ class Sample:
     line : int
         Line of the log that the device had at the data-ready edge, from 1 on.
     words : tuple of int
-        Signed words.
+        Signed words, in counts of +-300 deg/s.
     """
 
     time: int
     stamp: int
     number: int
     line: int
-    words: tuple[int, ...]
+    words: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ def _read(text: str, speed: float) -> Happened:
 
 def _record(happened: Happened, time: int, kind: str, rest: list[str]) -> None:
     if kind == "S":
-        words = tuple(_signed(word) for word in rest[3:])
+        words = tuple(_signed(word, 18) / 4 for word in rest[3:])
         stamp, number, log_line = (int(word) for word in rest[:3])
         happened.samples.append(Sample(time, stamp, number, log_line, words))
     elif kind == "E":
@@ -220,8 +220,9 @@ def _record(happened: Happened, time: int, kind: str, rest: list[str]) -> None:
         {"D": happened.edges, "C": happened.frames, "R": happened.resets}[kind].append(time)
 
 
-def _signed(digits: str) -> int:
-    return (int(digits, 16) ^ 0x8000) - 0x8000
+def _signed(digits: str, bits: int = 16) -> int:
+    sign = 1 << bits - 1
+    return (int(digits, 16) ^ sign) - sign
 
 
 def _names(digits: str, names: tuple[str, ...]) -> frozenset[str]:

@@ -5,7 +5,8 @@
 // +fault_to=CYCLE switch faults on in between.
 //
 // Printed, time first:
-//   time S stamp number line w0 .. w7   a good sample; `line` of the log at its data-ready edge
+//   time S stamp number line w0 .. w7   a good sample, words in quarters (hex); `line` of the log
+//                                       at its data-ready edge
 //   time E events flags                 a cycle with events (hex)
 //   time F flags                        flags have changed (hex)
 //   time D                              data-ready edge at the pin
@@ -29,7 +30,8 @@ module adis16385_bench #(
     input wire rst
 );
     wire cs_n, sclk, mosi, miso, data_ready, reset_n, sample, log_done;
-    wire [15:0] word, number, temperature, diag_stat;
+    wire [17:0] word;
+    wire [15:0] number, temperature, diag_stat;
     wire [31:0] stamp, line, instants, frames, violations;
     wire [7:0] flags;
     wire [8:0] events;
@@ -42,7 +44,7 @@ module adis16385_bench #(
     reg [31:0] latest_before;
     reg ready_before, cs_before, reset_before;
     reg [31:0] line_at_edge, line_now, sample_time;
-    reg [15:0] words[0:7];
+    reg [17:0] words[0:7];
 
     adis16385 reader (
         .clk(clk), .rst(rst), .cs_n(cs_n), .sclk(sclk), .mosi(mosi), .miso(miso),
