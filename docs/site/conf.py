@@ -1,4 +1,4 @@
-"""The site: these pages and the docstrings, by Sphinx (decision 0012). `make docs` builds it."""
+"""The site: these pages and the docstrings, by Sphinx. `make docs` builds it."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 IEEE 754 fixes ``+ - * /`` and the square root to the last bit, nothing else. Sines, arc sines and
 logarithms of C libraries, of numpy's vector code and sums of a BLAS differ in last bits between
 processors and versions, so nothing that becomes part of a program may come from them
-(``docs/decisions/0013-same-bits.md``). These functions compute with `PRECISE`, whose
+(``docs/decisions.md``). These functions compute with `PRECISE`, whose
 arithmetic is that of integers, and rounded once.
 """
 

@@ -29,7 +29,7 @@ def test_all_pages_of_the_site_are_here():
     written = {
         path.relative_to(pages.ROOT).as_posix()
         for path in (pages.ROOT / "docs").rglob("*.md")
-        if path.parent.name != "decisions"
+        if path.name != "commands.md"
     }
     assert written | {"README.md"} == set(pages.PAGES)
     assert len(written) > 15

@@ -40,6 +40,7 @@ PAGES = sorted(
         *(f"docs/{f}*.md" for f in ("", "learn/", "reference/", "systems/")),
     )
     for path in ROOT.glob(pattern)
+    if path.name != "commands.md"  # `make docs` writes it
 )
 #: First words of command lines that set up an environment or need more than a computer.
 SETUP = ("python3", ".", "pip", "make", "source")
