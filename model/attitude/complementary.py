@@ -42,9 +42,9 @@ FIELD_UNKNOWN = -1024.0  #: uT^2, mean squared field that says: heading not alig
 #: Bits of the output ``status``.
 STATUS_BITS = {
     0: "aligning: no attitude yet",
-    1: "heading not aligned: no magnetometer sample so far",
+    1: "heading not aligned: no magnetometer sample with a level field so far",
     2: "accelerometer not used: specific force outside its gate",
-    3: "no magnetometer sample",
+    3: "no magnetometer sample, or no level field",
     4: "magnetometer sample not used: field strength outside its gate",
     5: "gyro at or beyond its full scale",
     6: "near vertical: 1/cos(pitch) limited",
@@ -113,7 +113,7 @@ class Complementary(Estimator):
             "squared specific force above which the "
             "accelerometer is not used; the default leaves the gate open",
         ),
-        _gain("mag_min_sq", 4.0, 4e3, "uT^2", "squared field below which there is no sample"),
+        _gain("mag_min_sq", 9.0, 4e3, "uT^2", "squared level field below which there is no sample"),
         _gain(
             "mag_gate",
             0.4,
@@ -196,7 +196,8 @@ class Complementary(Estimator):
         reference = ops.named(
             "reference", ops.wrap_ht(ops.where(leveling, 0.0, x.heading_ht + p.declination_ht))
         )
-        inverse = ops.rsqrt(opposite * opposite + adjacent * adjacent)
+        level_sq = opposite * opposite + adjacent * adjacent
+        inverse = ops.rsqrt(level_sq)
         angle = unit_angle_ht(opposite, adjacent, inverse)
         # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.
         residual = ops.named("residual", ops.wrap_ht(reference - angle))
@@ -205,12 +206,13 @@ class Complementary(Estimator):
         force_sq = force[0] * force[0] + force[1] * force[1] + force[2] * force[2]
         acc_bad = (force_sq - p.acc_min_sq) * (p.acc_max_sq - force_sq) < 0.0
         field_sq = field[0] * field[0] + field[1] * field[1] + field[2] * field[2]
-        mag_missing = field_sq < p.mag_min_sq
+        no_field = level_sq < FIELD_SCALE * FIELD_SCALE * p.mag_min_sq
+        mag_missing = leveling | no_field
         since_mag = ops.saturated(x.since_mag + u.dt, 1.0)
         deviation = field_sq - x.field_sq
         mag_odd = ops.absolute(deviation) > p.mag_gate * x.field_sq
-        mag_unused = leveling | (mag_missing | mag_odd)
-        first_field = ~(leveling | mag_missing) & (x.field_sq < 0.0)
+        mag_unused = mag_missing | mag_odd
+        first_field = ~mag_missing & (x.field_sq < 0.0)
 
         # Proportional corrections, eq. (13).
         dt_g = ops.where(leveling | acc_bad, 0.0, u.dt * (1.0 / GRAVITY))
@@ -284,7 +286,7 @@ class Complementary(Estimator):
             leveling,
             field_mean < 0.0,
             acc_bad,
-            mag_missing,
+            mag_missing & ~leveling,
             field_odd,
             rate_sq >= p.gyro_max_sq,
             near_vertical,

@@ -83,8 +83,8 @@ BIAS_P0 = 0.2  #: variance of the bias before the first alignment, scaled.
 ALIGNED = 1.0 / 16.0  #: squared level over vertical force below which the tilt is aligned.
 FOUND = 2.0**-11  #: squared east field over north field below which the heading is found.
 #: Squared level force, over g, and squared east field from which on an alignment says something:
-#: without a force, or with a field along the vertical, nothing is aligned.
-LEAST_FORCE, LEAST_FIELD = 2.0**-6, 2.0**-17
+#: without a force, or with less than 1/16 of the field level, nothing is aligned.
+LEAST_FORCE, LEAST_FIELD = 2.0**-6, FOUND / 16.0
 
 #: Bits of the output ``status``.
 STATUS_BITS = {

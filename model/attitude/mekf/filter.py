@@ -82,6 +82,7 @@ RATE_LIMIT = 64.0  #: rad/s, largest low-passed rate.
 MEAN_WEIGHT = 512.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate less the bias stand for.
 HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 HORIZONTAL_SQ_LIMIT = 16384.0  #: uT^2, its largest square: the less, the finer a weak one's.
+STEEP = 16.0  #: vertical over horizontal field from which on it tells no heading.
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
 FIELD_AGE = 0.2499  #: s, what is left of it with a new field: less, so that it needs no clamp.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
@@ -374,9 +375,10 @@ class Mekf(Estimator):
         slower = ~forgotten & (ops.where(jumped, -1.0, speed_sq - x.fastest_sq) < 0.0)
         forgotten_sq = x.fastest_sq - FASTEST_FORGET * dt * x.fastest_sq
 
+        steep = STEEP * x.horizontal < ops.absolute(x.vertical)
         flags = (
             leveling & no_vertical,
-            heading_unknown & stale,
+            (heading_unknown & stale) | (steep & ~heading_unknown),
             no_vertical,
             no_field,
             p.heading_var < odd_var,

@@ -31,7 +31,7 @@ START = (("w", 1.0 - 2.0**-31), ("x", 0.0), ("y", 0.0), ("z", 0.0))
 #: Bits of the output ``status``.
 STATUS_BITS = {
     0: "no attitude yet: no specific force so far",
-    1: "heading not aligned: no magnetometer sample so far",
+    1: "heading not aligned: no magnetometer sample so far, or a field along the vertical",
     2: "accelerometer not used: no specific force",
     3: "no magnetometer sample",
     4: "field odd: it counts less than half as much as the undisturbed one",

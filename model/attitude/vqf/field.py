@@ -14,6 +14,7 @@ from boresight.model.attitude.vqf.settings import FIELD_MOST, Settings, counted,
 __all__ = ["Heading", "heading_of"]
 
 _SEEN_SQ = 0.01  #: uT^2, squared field from which on there is a sample.
+_VERTICAL = 0.48  #: half turns, dip from which on a field tells no heading: 1/16 of it is level.
 _REFERENCE_MOST = 2.0 * FIELD_MOST  #: uT, of a low-passed one
 
 
@@ -90,9 +91,8 @@ def heading_of(
         "dip_v": dip_states[0][1],
         "delta": ops.where(restart, 0.0, delta),
     }
-    return Heading(
-        delta, states, unknown=after["mag_count"] < 0.5, missing=missing, disturbed=disturbed
-    )
+    unknown = (after["mag_count"] < 0.5) | (ops.absolute(dips[0]) > _VERTICAL)
+    return Heading(delta, states, unknown=unknown, missing=missing, disturbed=disturbed)
 
 
 def _judged(

@@ -24,7 +24,7 @@ START = (BELOW_ONE, 0.0, 0.0, 0.0)  #: attitude at the start; its norm is mended
 #: Bits of the output ``status``.
 STATUS_BITS = {
     0: "no attitude yet: no specific force so far",
-    1: "heading not aligned: no magnetometer sample so far",
+    1: "heading not aligned: no magnetometer sample so far, or a field along the vertical",
     2: "accelerometer not used: no specific force",
     3: "no magnetometer sample",
     4: "field disturbed: the heading follows the gyro",

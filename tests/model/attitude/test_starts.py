@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
 from boresight.sim.rotations.outputs import attitude_of
-from tests.support.exact_sensors import ACC, apart, at_rest, bits, run_fixed, run_float
+from tests.support.exact_sensors import ACC, MAG, apart, at_rest, bits, run_fixed, run_float
 
 #: Filters, and the largest angle between fixed point and float64 from the first row on, in degrees,
 #: by word width. `complementary` finds its attitude in three samples.
@@ -50,14 +50,21 @@ def test_a_start_in_any_position(name: str, word: int) -> None:
     assert error[skipped:].max() < FILTERS[name][word]
 
 
-def test_a_dead_accelerometer_or_a_vertical_field_is_no_attitude() -> None:
-    """`ekf_bias` says so by bits 0 and 1 of its status."""
-    estimator = estimator_of("ekf_bias")
-    x = at_rest(orientations()[:1], 300, 0.01, FIELD)
-    dead, vertical = x.copy(), at_rest(orientations()[:1], 300, 0.01, (0.1, 0.1, -45.0))
-    dead[:, ACC] = np.random.default_rng(0).normal(0.0, 0.02, dead[:, ACC].shape)
-    for records, bit in ((dead, 0b01), (vertical, 0b10)):
-        assert (bits(run_fixed(estimator, records)) & bit).all()
+@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_dead_accelerometer_or_a_vertical_field_is_no_attitude(name: str, noise: float) -> None:
+    """Bit 0 of the status says so, or 1 of the heading; with the noise of sensors, too."""
+    estimator, rng = estimator_of(name), np.random.default_rng(0)
+    x, vertical = (
+        at_rest(orientations()[::25], 300, 0.01, field) for field in (FIELD, (0.1, 0.1, -45.0))
+    )
+    for each in (x, vertical):
+        each[:, MAG] += 0.5 * noise * rng.normal(size=each[:, MAG].shape)
+    dead = x.copy()
+    dead[:, ACC] = 0.1 * noise * rng.normal(size=dead[:, ACC].shape)
+    heading = 0b01 if name == "ekf_quaternion" else 0b10  # it has no attitude without a heading
+    for records, bit in ((dead, 0b01), (vertical, heading)):
+        assert (bits(run_fixed(estimator, records))[3:] & bit).all()
     assert not (bits(run_fixed(estimator, x))[-1] & 0b11).any()
 
 
