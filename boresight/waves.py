@@ -11,7 +11,7 @@ from boresight.sim.compare.check import KEPT
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.records.feed import feed
-from boresight.sim.records.log import Log
+from boresight.sim.records.files import Log
 from boresight.sim.records.record import joined
 from boresight.sim.rtl.wave import write_wave
 

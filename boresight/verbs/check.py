@@ -50,8 +50,7 @@ from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.synthesised import NetlistSimulated
-from boresight.sim.records.files import log_files
-from boresight.sim.records.log import Log, logs_of
+from boresight.sim.records.files import Log, log_files, logs_of
 from boresight.sim.result import Result
 from boresight.sim.rtl.netlist import SIMULATED
 from boresight.waves import WAVE_FOLDER, write_waves

@@ -45,7 +45,7 @@ from boresight.sim.explore.measure import digest_of, measured, planned
 from boresight.sim.explore.page import render_page
 from boresight.sim.explore.table import OF_AREA, demands_of, quantities, quantity_of, result_of
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_logs
+from boresight.sim.records.files import logs_of
 from boresight.sim.result import Result
 
 __all__ = ["GROUPS", "explore"]
@@ -176,12 +176,12 @@ def explore(
             found="no --synth",
             fix="add --synth, or --route",
         )
-    read = read_logs(inputs)
+    read = logs_of(inputs, load=True)
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
-    for record, _ in read:
+    for log in read:
         if not arguments:
-            feed(found, record)
+            feed(found, log.first)
     if scheduler is not None and not isinstance(estimator, str):
         raise InputError.at(
             "scheduler",
@@ -189,18 +189,18 @@ def explore(
             found="an object",
             fix="give a text, or leave the scheduler out",
         )
-    files = [path for _, path in read if path is not None]
+    files = [log.path for log in read if log.path is not None]
     folder, of = Path(output), f"explore-{found.name}"
     page = OutputFile(folder / f"{of}.html", inputs=files)
     journal = Journal(folder / f"{of}.jsonl", again=again)
     journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
     say(f"{found.name}: {len(cases)} combinations")
     exploration = Exploration(
-        tuple(record if path is None else str(path.absolute()) for record, path in read),
+        tuple(log.first if log.path is None else str(log.path.absolute()) for log in read),
         tuple(sorted((values or {}).items())),
         steps,
         seeds,
-        digest_of([record for record, _ in read]),
+        digest_of([log.first for log in read]),
     )
     plans, tasks = planned(exploration, cases, area=synth, route=route)
     with cluster(scheduler, executor) as workers:

@@ -48,8 +48,7 @@ from boresight.sim.fit.observe import Inputs, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feeds
-from boresight.sim.records.files import log_files
-from boresight.sim.records.log import Log, logs_of
+from boresight.sim.records.files import Log, log_files, logs_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import World, world_of

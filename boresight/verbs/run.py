@@ -53,6 +53,7 @@ from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feeds
 from boresight.sim.records.files import (
     FORMATS,
+    ahead,
     blocks_of,
     check_written,
     content_of,
@@ -61,7 +62,6 @@ from boresight.sim.records.files import (
     write_pieces,
 )
 from boresight.sim.records.record import Column, Record
-from boresight.sim.records.stream import ahead
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.rotations.outputs import attitude_of

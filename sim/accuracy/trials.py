@@ -14,7 +14,7 @@ from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import ANGLES, units_of
 from boresight.sim.records.bundled import bundled, bundled_names
 from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
-from boresight.sim.records.log import Log, logs_of
+from boresight.sim.records.files import Log, logs_of
 from boresight.sim.records.nine_axis import NineAxis
 
 __all__ = ["Trial", "read_trials"]

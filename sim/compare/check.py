@@ -32,7 +32,7 @@ from boresight.sim.levels.registry import LEVELS
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.examine import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
-from boresight.sim.records.log import Log
+from boresight.sim.records.files import Log
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 

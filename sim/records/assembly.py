@@ -22,7 +22,7 @@ from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
-from boresight.sim.records.record import Column, Record, index_place, name_of
+from boresight.sim.records.record import Column, Place, Record, name_of
 from boresight.sim.records.topics import GAP_STEPS, NS, Clock, Order, Recording, Topic
 from boresight.sim.rotations.rotation import quaternion_normalise
 
@@ -82,9 +82,7 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     notes += dict.fromkeys(text for s in series for text in s.order.notes(s.topic.name))
     notes += Clock.of_steps(np.diff(base.stamps) / NS).notes(base.topic.name)
     comparison = any(s.source.comparison for s in series)
-    return Record(
-        name_of(path), columns_of, index_place(str(path)), str(path), tuple(notes), comparison
-    )
+    return Record(name_of(path), columns_of, Place(str(path)), str(path), tuple(notes), comparison)
 
 
 def _first_match(

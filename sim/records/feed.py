@@ -16,19 +16,15 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.methods import called
 from boresight.model.units import linear
 from boresight.model.words.program import Program
-from boresight.sim.records.log import Log
+from boresight.sim.records.files import Log, ahead
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Record, index_place, joined, place_of_steps
+from boresight.sim.records.record import ROWS, Place, Record, joined
 from boresight.sim.records.selection import selection
-from boresight.sim.records.stream import ahead
 from boresight.sim.records.topics import Clock
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "require_rate"]
-
-#: Rows of a part.
-ROWS = 1 << 16
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
@@ -180,7 +176,7 @@ class Feeder:
                 "--from and --to",
             )
         self.estimator = estimator
-        self._start, self._place = 0, index_place("")
+        self._start, self._place = 0, Place("")
         self._reader = InputReader(
             estimator, lambda row, _, name: self._place(row - self._start, name)
         )
@@ -190,7 +186,7 @@ class Feeder:
         estimator, reader = self.estimator, self._reader
         start, self._place = reader.rows, record.place
         if "dt" not in record.columns:
-            self._place = place_of_steps(record.place)
+            self._place = replace(record.place, by_time=True)
         self._start = start
         if not start:
             _refuse_missing(estimator, record)

@@ -1,47 +1,45 @@
-"""Log files by suffix: `FORMATS`; CSV otherwise."""
+"""Log files by suffix: `FORMATS`, recordings of topics, CSV otherwise.
+
+`Log` reads a file in blocks, as often as wanted.
+"""
 
 from __future__ import annotations
 
+import gzip
 import io
 import os
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple, TypeVar
 
-from boresight.model.errors import InputError
-from boresight.sim.records.archive import format_npz, parse_npz
+from boresight.model.errors import InputError, ToolMissing
+from boresight.model.tools.extras import optional
+from boresight.sim.records import tables
 from boresight.sim.records.assembly import Reader, record_from
 from boresight.sim.records.bags import is_bag, read_bag
-from boresight.sim.records.columnar import (
-    format_feather,
-    format_mat,
-    packer_gzip,
-    packer_zstd,
-    parse_feather,
-    parse_mat,
-    parse_parquet,
-    pieces_of_parquet,
-    unpack_gzip,
-    unpack_zstd,
-    write_parquet,
-)
+from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.maps import read_map, ready_map
-from boresight.sim.records.reading import opened, read_bytes
-from boresight.sim.records.record import Record, joined
+from boresight.sim.records.reading import opened
+from boresight.sim.records.record import ROWS, Record, joined, resized, timed
 from boresight.sim.records.selection import selection
-from boresight.sim.records.stream import resized, timed
-from boresight.sim.records.text import ROWS, parse_csv, pieces_of_csv, write_csv
+from boresight.sim.records.text import read_csv, write_csv
 from boresight.sim.records.ulog import read_ulog
 
 __all__ = [
     "FORMATS",
     "RECORDINGS",
+    "Log",
+    "ahead",
     "blocks_of",
     "check_written",
     "content_of",
-    "in_pieces",
     "log_files",
-    "read_logs",
+    "logs_of",
     "read_pieces",
     "read_record",
     "record_of",
@@ -49,56 +47,85 @@ __all__ = [
     "write_pieces",
 ]
 
+T = TypeVar("T")
+
 
 class Format(NamedTuple):
-    """Reader and writer of the content of a log file.
+    """Reader and writer of the blocks of a log file.
 
-    ``write`` takes blocks of a log that follow each other; without ``pieces`` a file is read whole.
+    ``kind`` names it in messages about damage that the library which reads it finds. ``whole``
+    tells that reading takes memory for all of it.
     """
 
-    parse: Callable[[Path, bytes], Record]
+    read: Callable[[Path, BinaryIO], Iterator[Record]]
     write: Callable[[BinaryIO, Iterable[Record]], None]
-    pieces: Callable[[Path, BinaryIO], Iterator[Record]] | None = None
+    kind: str = ""
+    whole: bool = False
 
 
-def _from_record(pack: Callable[[Record], bytes]) -> Callable[[BinaryIO, Iterable[Record]], None]:
-    """A writer of blocks by a function that packs a record."""
+def _whole(
+    kind: str, read: Callable[[BinaryIO], Iterator[tables.Arrays]], pack: Callable[[Record], bytes]
+) -> Format:
+    """A format whose library takes all of a file at once."""
 
     def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
         file.write(pack(joined(list(blocks))))
 
-    return write
+    return Format(lambda path, file: tables.records_of(path, read(file)), write, kind, True)
 
 
-def _packed(packer: Callable[[BinaryIO], Any]) -> Callable[[BinaryIO, Iterable[Record]], None]:
-    """A writer of CSV through a packer."""
+def _packed(kind: str, unpack: Callable[[BinaryIO], Any], pack: Callable[[Any], Any]) -> Format:
+    """CSV through a packer."""
 
     def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
-        with packer(file) as packed:
+        with pack(file) as packed:
             write_csv(packed, blocks)
 
-    return write
+    return Format(lambda path, file: read_csv(path, unpack(file)), write, kind)
 
 
-_CSV = Format(parse_csv, write_csv, pieces_of_csv)
-#: Formats by the end of the file's name.
+class _Open(io.RawIOBase):
+    """A file that stays open when its packer is closed."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, content: Any) -> int:
+        return self._file.write(content)
+
+
+def _unzstd(file: BinaryIO) -> Any:
+    return io.BufferedReader(optional("pyarrow").CompressedInputStream(file, "zstd"))
+
+
+def _zstd(file: BinaryIO) -> Any:
+    return optional("pyarrow").CompressedOutputStream(_Open(file), "zstd")
+
+
+_CSV = Format(read_csv, write_csv)
+#: Formats by the end of the file's name. Of packed CSV the same bytes at any time.
 FORMATS = {
     ".csv": _CSV,
-    ".csv.gz": Format(
-        lambda path, content: parse_csv(path, unpack_gzip(path, content)), _packed(packer_gzip)
+    ".csv.gz": _packed(
+        "a file packed by gzip",
+        lambda file: gzip.GzipFile(fileobj=file),
+        lambda file: gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=0),
     ),
-    ".csv.zst": Format(
-        lambda path, content: parse_csv(path, unpack_zstd(path, content)), _packed(packer_zstd)
+    ".csv.zst": _packed("a file packed by zstd", _unzstd, _zstd),
+    ".npz": _whole("an .npz archive of plain arrays", tables.read_npz, tables.npz_of),
+    ".parquet": Format(
+        lambda path, file: tables.records_of(path, tables.read_parquet(file)),
+        tables.write_parquet,
+        "a Parquet file",
     ),
-    ".npz": Format(parse_npz, _from_record(format_npz)),
-    ".parquet": Format(parse_parquet, write_parquet, pieces_of_parquet),
-    ".feather": Format(parse_feather, _from_record(format_feather)),
-    ".mat": Format(parse_mat, _from_record(format_mat)),
+    ".feather": _whole("a Feather file", tables.read_feather, tables.feather_of),
+    ".mat": _whole("a MAT file up to version 7", tables.read_mat, tables.mat_of),
 }
 #: Suffixes of other kinds of files, under which no log is written.
 _FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py"}
-#: Expected of a path in messages about files that cannot be opened.
-_READABLE = "a log file that can be read"
 #: Suffixes of CSV under other names.
 _OF_TEXT = ("", ".txt", ".dat", ".log", ".tsv")
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
@@ -110,6 +137,10 @@ RECORDINGS: dict[str, tuple[Reader, str]] = {
 }
 
 
+#: Largest file that is held in memory, bytes.
+_MEMORY_LIMIT = 8 << 20
+
+
 def read_record(path: str | os.PathLike[str]) -> Record:
     """Read a log file.
 
@@ -119,10 +150,7 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         It cannot be read or holds no log; the one-line message names the file, the line and the
         column (for ``.npz`` the array and the index, counted from 0).
     """
-    path = Path(path)
-    if selection().is_identity:
-        return joined([*_blocks(path, whole=True)])
-    return joined([*_selected(path)])
+    return joined([*blocks_of(path)])
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
@@ -156,27 +184,6 @@ def _logs_below(path: Path) -> list[Path]:
     logs = bags | {p for p in files if p.parent not in bags}
     # In hidden folders are files that are being written, or were when a process was killed.
     return sorted(p for p in logs if not any(x[0] == "." for x in p.relative_to(path).parts[:-1]))
-
-
-def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
-    """Return records with their paths; None for data in memory (`Record.of`).
-
-    Data in memory without a name are called ``record``, ``record2``, ...
-
-    Raises
-    ------
-    InputError
-        A bad log, or a folder without logs.
-    """
-    out: list[tuple[Record, Path | None]] = []
-    unnamed = 0
-    for log in logs:
-        if isinstance(log, str | Path):
-            out += [(read_record(path), path) for path in log_files([log])]
-            continue
-        unnamed += not isinstance(log, Record)
-        out.append((Record.of(log, name=f"record{unnamed if unnamed > 1 else ''}"), None))
-    return out
 
 
 def record_of(data: Any, *, name: str = "record") -> Record:
@@ -231,11 +238,6 @@ def blocks_of(path: str | os.PathLike[str]) -> Iterator[Record]:
     return _blocks(path) if selection().is_identity else _selected(path)
 
 
-def in_pieces(path: Path) -> bool:
-    """Whether `read_pieces` holds no more than a block of such a file."""
-    return recording_of(path) is None and _format(path).pieces is not None
-
-
 def recording_of(path: Path) -> tuple[Reader, str] | None:
     """Reader of a recording's topics and name of its ready map; None for a table."""
     if is_bag(path):
@@ -250,8 +252,8 @@ def _selected(path: Path) -> Iterator[Record]:
     return blocks if rows.is_identity else rows.pieces(blocks)
 
 
-def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
-    """A file as it is, in blocks or as one."""
+def _blocks(path: Path) -> Iterator[Record]:
+    """A file as it is, in blocks."""
     if (recording := recording_of(path)) is not None:
         read, name = recording
         toml = selection().map
@@ -264,26 +266,155 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
             found="a table, whose columns are inputs",
             fix="leave --map out",
         )
-    form = _format(path)
-    try:
-        if whole or form.pieces is None:
-            yield form.parse(path, read_bytes(path, _READABLE))
-            return
-        with opened(path, _READABLE) as file:
-            yield from form.pieces(path, file)
-    except InputError as error:
-        suffix = path.suffix.lower()
-        is_known = suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,))
-        if is_known or not error.parts or error.parts["wanted"] == _READABLE:
+    form, suffix = _format(path), path.suffix.lower()
+    with opened(path, "a log file that can be read") as file:
+        try:
+            yield from form.read(path, file)
+        except InputError as error:
+            is_known = suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,))
+            if is_known or not error.parts:
+                raise
+            known = ", ".join((*FORMATS, *RECORDINGS))
+            fix = f"files *{suffix} are read as CSV; logs are {known}"
+            raise InputError.at(**{**error.parts, "fix": fix}) from None
+        except (ToolMissing, GeneratorExit):
             raise
-        raise InputError.at(
-            error.parts["where"],
-            wanted=error.parts["wanted"],
-            found=error.parts["found"],
-            fix=f"files *{suffix} are read as CSV; logs are {', '.join((*FORMATS, *RECORDINGS))}",
-        ) from None
+        except Exception as error:  # libraries let out whatever they meet in damaged bytes
+            if not form.kind:
+                raise
+            (reason, *_) = (str(error).strip() or type(error).__name__).splitlines()
+            raise InputError.at(
+                str(path),
+                wanted=form.kind,
+                found=f"a file that cannot be read as one ({reason[:120]})",
+                fix="write it again, or give it the suffix of what it holds",
+            ) from None
 
 
 def _format(path: Path) -> Format:
     name = path.name.lower()
     return next((form for suffix, form in FORMATS.items() if name.endswith(suffix)), _CSV)
+
+
+def _identity(record: Record) -> Record:
+    return record
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """A log.
+
+    Attributes
+    ----------
+    name : str
+        Name of its records.
+    data : Record or Path
+        The samples, or the file with them, of which no more than a block is held.
+    steps : int, optional
+        Leading samples; by default all.
+    path : Path, optional
+        The file that it is from.
+    derived : callable
+        Each block goes through it.
+    """
+
+    name: str
+    data: Record | Path
+    steps: int | None = None
+    path: Path | None = None
+    derived: Callable[[Record], Record] = _identity
+
+    @classmethod
+    def of(
+        cls, data: Any, steps: int | None = None, *, name: str = "record", load: bool = False
+    ) -> Log:
+        """The leading samples of a log file, or of data in memory (`Record.of`).
+
+        A file of more than 8 MB is read again each time, but for ``load``.
+
+        Raises
+        ------
+        InputError
+            Bad data; of a long file only the first rows are read.
+        """
+        if isinstance(data, Log):
+            return data
+        if not isinstance(data, str | Path):
+            record = Record.of(data, name=name).head(steps)
+            return cls(record.name, record)
+        path = Path(data)
+        in_blocks = not load and recording_of(path) is None and not _format(path).whole
+        if in_blocks and os.path.isfile(path) and os.path.getsize(path) > _MEMORY_LIMIT:
+            return cls(next(read_pieces(path)).name, path, steps, path)
+        record = read_record(path).head(steps)
+        return cls(record.name, record, path=path)
+
+    def through(self, work: Callable[[Record], Record]) -> Log:
+        """The log whose samples are converted by a function, block by block."""
+        if isinstance(self.data, Record):
+            return replace(self, data=work(self.data))
+        return replace(self, derived=lambda block: work(self.derived(block)))
+
+    @property
+    def comparison(self) -> bool:
+        """Its reference is another device's estimate, not truth."""
+        return self.first.comparison or (self.path is not None and is_comparison(self.path))
+
+    @property
+    def first(self) -> Record:
+        """All of a log in memory, of a file the first 65,536 rows."""
+        return self.data if isinstance(self.data, Record) else next(self.blocks(ROWS))
+
+    def __len__(self) -> int:
+        """Count the samples; a file is read for it."""
+        if isinstance(self.data, Record):
+            return len(self.data)
+        return sum(map(len, self.blocks(ROWS)))
+
+    def blocks(self, rows: int) -> Iterator[Record]:
+        """The samples in blocks of so many rows, with their time steps; one as it is.
+
+        Raises
+        ------
+        InputError
+            As `read_pieces`.
+        """
+        if isinstance(self.data, Record):
+            fits = len(self.data) <= rows
+            yield from [self.data] if fits else resized(timed([self.data]), rows)
+            return
+        count = 0
+        for block in read_pieces(self.data, rows):
+            yield self.derived(block if self.steps is None else block.head(self.steps - count))
+            count += len(block)
+            if self.steps is not None and count >= self.steps:
+                return
+
+
+def logs_of(logs: Iterable[Any], steps: int | None = None, *, load: bool = False) -> list[Log]:
+    """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ...
+
+    ``load``: see `Log.of`.
+
+    Raises
+    ------
+    InputError
+        A bad log, or a folder without logs.
+    """
+    paths = (log_files([x]) if isinstance(x, str | Path) else [x] for x in logs)
+    out, unnamed = list[Log](), 0
+    for log in chain.from_iterable(paths):
+        unnamed += not isinstance(log, Record | Path)
+        name = f"record{unnamed if unnamed > 1 else ''}"
+        out.append(Log.of(log, steps, name=name, load=load))
+    return out
+
+
+def ahead(items: Iterable[T]) -> Iterator[T]:
+    """The same items, none of them None, each made in a thread while the last one is used."""
+    make = partial(copy_context().run, next, iter(items), None)
+    with ThreadPoolExecutor(1) as thread:
+        future = thread.submit(make)
+        while (item := future.result()) is not None:
+            future = thread.submit(make)
+            yield item

@@ -16,7 +16,7 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.sim.records.record import TRUTH, Column, Record, index_place, steps_of
+from boresight.sim.records.record import TRUTH, Column, Place, Record, steps_of
 
 __all__ = ["NineAxis", "check_norm", "truth_names"]
 
@@ -91,7 +91,7 @@ class NineAxis:
             columns |= dict(zip(QUATERNION, self.q.T, strict=True))
         if self.mov is not None:
             columns["mov"] = self.mov.astype(np.float64)
-        location = index_place(f"log {self.name!r}")
+        location = Place(f"log {self.name!r}")
         return Record(self.name, {n: Column(v.copy()) for n, v in columns.items()}, location)
 
     def __len__(self) -> int:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -22,27 +23,62 @@ from boresight.model.units import UnitError, linear
 __all__ = [
     "MEDIAN_OF",
     "RESTART_S",
+    "ROWS",
     "TRUTH",
     "Column",
+    "Place",
     "Record",
-    "index_place",
     "joined",
-    "place_of_steps",
+    "resized",
     "rows_of",
-    "shifted",
     "steps_of",
+    "timed",
 ]
 
 
 #: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"
+#: Rows of a block.
+ROWS = 1 << 16
 #: Steps of which the first one is the median: a long log is read in pieces.
 MEDIAN_OF = 1000
 #: s, a time step that restarts the attitude filters.
 RESTART_S = -0.25
 
-#: Location of a value, for messages: (row, column) -> "a.csv, line 7, column gx".
-Place = Callable[[int, str], str]
+
+@dataclass(frozen=True)
+class Place:
+    """Location of the values of a record, for messages: ``a.csv, line 7, column gx``.
+
+    Attributes
+    ----------
+    where : str
+        Name of the data.
+    line : int, optional
+        Line of the first row; without it a value is named by its index from 0: ``data, gx[6]``.
+    start, every : int
+        Row k is row ``start + k * every`` of the data.
+    by_time : bool
+        Time steps are the differences of the column ``t``, which is named in their place.
+    """
+
+    where: str
+    line: int | None = None
+    start: int = 0
+    every: int = 1
+    by_time: bool = False
+
+    def __call__(self, row: int, column: str) -> str:
+        """Location of a value by row and column."""
+        row = self.start + row * self.every
+        column = "t" if self.by_time and column == "dt" else column
+        if self.line is None:
+            return f"{self.where}, {column}[{row}]"
+        return f"{self.where}, line {row + self.line}, column {column}"
+
+    def rows(self, start: int, every: int = 1) -> Place:
+        """Locations of the rows from ``start`` on, one of ``every``."""
+        return replace(self, start=self.start + start * self.every, every=self.every * every)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +87,10 @@ class Column:
 
     values: FloatArray
     unit: str | None = None
+
+    def head(self, name: str) -> str:
+        """Header of the column, ``gx[deg/s]``."""
+        return name if self.unit is None else f"{name}[{self.unit}]"
 
 
 def name_of(path: Path) -> str:
@@ -61,33 +101,6 @@ def name_of(path: Path) -> str:
         .stem.encode("utf-8", "surrogateescape")
         .decode("utf-8", "replace")
     )
-
-
-def index_place(where: str) -> Place:
-    """Return a function that names values by array and index from 0: ``<where>, gx[12]``."""
-    return partial(_by_index, where)
-
-
-def _by_index(where: str, row: int, column: str) -> str:
-    return f"{where}, {column}[{row}]"
-
-
-def place_of_steps(place: Place) -> Place:
-    """Return a function that names a time step which is computed by its time, in column ``t``."""
-    return partial(_by_time, place)
-
-
-def _by_time(place: Place, row: int, column: str) -> str:
-    return place(row, "t" if column == "dt" else column)
-
-
-def shifted(place: Place, start: int) -> Place:
-    """Return a function that names the values of rows from ``start`` on, counted from 0."""
-    return partial(_from_start, place, start)
-
-
-def _from_start(place: Place, start: int, row: int, column: str) -> str:
-    return place(row + start, column)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +114,8 @@ class Record:
     columns : mapping of str to Column
         Columns of equal length; ``t`` is the time, in seconds if without unit.
         ``NAME_true`` holds the true values of output NAME.
-    place : callable
-        Function (row, column) that names a value in messages.
+    place : Place
+        Location of the values, for messages.
     source : str
         Name of the record in messages: the file.
     notes : tuple of str
@@ -121,7 +134,7 @@ class Record:
 
     name: str
     columns: Mapping[str, Column]
-    place: Place = field(default=index_place("record"))
+    place: Place = field(default=Place("record"))
     source: str = ""
     notes: tuple[str, ...] = ()
     comparison: bool = False
@@ -256,9 +269,9 @@ class Record:
                 found=type(data).__name__,
                 fix='give for example {"t": t, "z": z}',
             )
-        arrays = {str(n): _array(name, str(n), data[n]) for n in names}
+        arrays = [(str(n), _array(name, str(n), data[n])) for n in names]
         columns, faults = columns_of(name, arrays)
-        return cls(name, columns, index_place(name), faults=faults)
+        return cls(name, columns, Place(name), faults=faults)
 
 
 def steps_of(where: str, t: npt.NDArray[Any]) -> FloatArray:
@@ -299,13 +312,57 @@ def rows_of(record: Record, start: int, end: int) -> Record:
     if (start, end) == (0, len(record)):
         return record
     columns = {n: Column(c.values[start:end], c.unit) for n, c in record.columns.items()}
-    return record.derived(columns, shifted(record.place, start))
+    return record.derived(columns, record.place.rows(start))
 
 
-def refuse_late(record: Record, before: float) -> None:
-    """Refuse the next block of a log unless it begins after ``before``, the end of the last one."""
-    if record.columns["t"].values[0] <= before:
-        raise _time_error(record, 0, before)
+def timed(blocks: Iterable[Record]) -> Iterator[Record]:
+    """Blocks of one log, each with its time steps as a part of the log.
+
+    Raises
+    ------
+    InputError
+        A time that does not increase from one block to the next.
+    """
+    blocks, first = iter(blocks), list[Record]()
+    for block in blocks:
+        first.append(block)
+        if sum(map(len, first)) > MEDIAN_OF:
+            break
+    if not first:
+        return
+    t_last: float | None = None
+    column_last = 0.0  # t_last, in the unit of the column
+    for block in chain([joined(first)], blocks):
+        if "t" not in block.columns or "dt" in block.columns or len(block) == 1 and t_last is None:
+            yield block
+            continue
+        t = block.values("t", "s")
+        if t_last is None:
+            steps = steps_of(block.where, t)
+        else:
+            if block.columns["t"].values[0] <= column_last:
+                raise _time_error(block, 0, column_last)
+            steps = np.diff(t, prepend=t_last)
+        t_last, column_last = float(t[-1]), float(block.columns["t"].values[-1])
+        columns = {**block.columns, "dt": Column(steps)}
+        yield block.derived(columns, replace(block.place, by_time=True))
+
+
+def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
+    """The same rows in blocks of so many; the last may be shorter."""
+    pending, count = list[Record](), 0
+    for block in blocks:
+        pending.append(block)
+        count += len(block)
+        if count < rows:
+            continue
+        merged = joined(pending)
+        for start in range(0, count - count % rows, rows):
+            yield rows_of(merged, start, start + rows)
+        pending = [rows_of(merged, count - count % rows, count)] if count % rows else []
+        count %= rows
+    if pending:
+        yield joined(pending)
 
 
 def _time_error(record: Record, row: int, previous: float) -> InputError:
@@ -370,7 +427,7 @@ def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
 
 
 def columns_of(
-    where: str, arrays: Mapping[str, npt.NDArray[Any]], *, copy: bool = True
+    where: str, arrays: Sequence[tuple[str, npt.NDArray[Any]]], *, copy: bool = True
 ) -> tuple[dict[str, Column], dict[str, InputError]]:
     """Convert arrays by name to columns, with units from brackets in the names.
 
@@ -389,12 +446,8 @@ def columns_of(
     """
     columns: dict[str, Column] = {}
     faults: dict[str, InputError] = {}
-    for head, array in arrays.items():
-        name, unit = split_header(where, head)
-        if name in columns:
-            raise InputError.at(
-                where, wanted="every column once", found=f"two named {name}", fix="keep one"
-            )
+    heads, held = [head for head, _ in arrays], [array for _, array in arrays]
+    for (name, unit), array in zip(split_headers(where, heads), held, strict=True):
         if array.ndim != 1 or array.dtype.kind not in "biuf":
             faults[name] = InputError.at(
                 f"{where}, column {name}",
@@ -402,12 +455,26 @@ def columns_of(
                 found=f"{array.dtype}, shape {array.shape}",
                 fix="convert it",
             )
-            lengths = [len(other) for other in arrays.values() if other.ndim]
+            lengths = [len(other) for other in held if other.ndim]
             if not lengths:
                 raise faults[name]
             array = np.full(len(array) if array.ndim else lengths[0], np.nan)
         columns[name] = Column(array.astype(np.float64, copy=copy), unit)
     return columns, faults
+
+
+def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | None]]:
+    """Names and units of columns; raises InputError as `split_header`, and for a name twice."""
+    pairs = [split_header(where, head) for head in heads]
+    for name, count in Counter(name for name, _ in pairs).items():
+        if count > 1:
+            raise InputError.at(
+                where,
+                wanted="every column once",
+                found=f"{count} columns {name}",
+                fix="keep one of them",
+            )
+    return pairs
 
 
 def split_header(where: str, head: str) -> tuple[str, str | None]:

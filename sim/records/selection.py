@@ -158,7 +158,6 @@ def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
     rest = rows_of(record, end, len(record)) if end < len(record) else None
     if not end:
         return None, rest
-    last = np.arange(every - 1, end, every)
     columns = {}
     for name, column in record.columns.items():
         values = column.values[:end].reshape(-1, every)
@@ -170,10 +169,7 @@ def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
             for k in range(every - 2, -1, -1):  # the latest sample of a slower sensor
                 thin = np.where(np.isnan(thin), values[:, k], thin)
         columns[name] = Column(thin, column.unit)
-    place = record.place
-    return replace(
-        record, columns=columns, place=lambda row, name: place(int(last[row]), name)
-    ), rest
+    return replace(record, columns=columns, place=record.place.rows(every - 1, every)), rest
 
 
 def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:

@@ -12,7 +12,7 @@ import csv
 import io
 import re
 from collections.abc import Iterable, Iterator
-from functools import partial
+from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from shlex import quote
@@ -23,14 +23,13 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.units import check_unit
-from boresight.sim.records.columnar import fast_rows, fast_table
-from boresight.sim.records.record import Column, Record, name_of, split_header
+from boresight.sim.records.record import Column, Place, Record, name_of, split_headers
 
-__all__ = ["ROWS", "format_csv", "parse_csv", "pieces_of_csv", "write_csv"]
+__all__ = ["read_csv", "write_csv"]
 
 
-#: Values from which on pyarrow is worth its import, and rows that are written at once.
-_FAST_FROM, ROWS = 100_000, 1 << 16
+#: Values from which on pyarrow is worth its import.
+_FAST_FROM = 100_000
 #: Texts of no sample, in any case.
 _NONE = ("", "nan", "-nan")
 #: Bytes that are read at once.
@@ -43,33 +42,17 @@ _SEPARATORS = (
 )
 
 
-def format_csv(record: Record) -> bytes:
-    """Write each float64 with the shortest digits that read back exactly; NaN as an empty field."""
-    buffer = io.BytesIO()
-    write_csv(buffer, [record])
-    return buffer.getvalue()
-
-
 def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
-    """Write blocks that follow each other; see `format_csv`."""
+    """Write blocks of a log: the shortest digits that read back exactly, NaN as an empty field."""
     for k, record in enumerate(blocks):
         if not k:
-            file.write(_head(record))
+            header = io.StringIO()
+            heads = (column.head(name) for name, column in record.columns.items())
+            csv.writer(header, lineterminator="\n").writerow(heads)
+            file.write(header.getvalue().encode())
         values = [c.values for c in record.columns.values()]
-        for start in range(0, len(record), ROWS):
-            part = [v[start : start + ROWS] for v in values]
-            long = k or len(record) * len(values) > _FAST_FROM
-            fast = fast_rows(part) if long else None
-            file.write(_lines(part) if fast is None else fast)
-
-
-def _head(record: Record) -> bytes:
-    header = io.StringIO()
-    csv.writer(header, lineterminator="\n").writerow(
-        name if column.unit is None else f"{name}[{column.unit}]"
-        for name, column in record.columns.items()
-    )
-    return header.getvalue().encode()
+        fast = _fast_lines(values) if k or len(record) * len(values) > _FAST_FROM else None
+        file.write(_lines(values) if fast is None else fast)
 
 
 def _lines(values: list[FloatArray]) -> bytes:
@@ -78,151 +61,83 @@ def _lines(values: list[FloatArray]) -> bytes:
     return f"{body}\n".replace("nan", "").encode()
 
 
-def parse_csv(path: Path, content: bytes) -> Record:
-    """Parse and check the content of a CSV log.
+def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
+    """Read a CSV log in blocks.
 
     Parameters
     ----------
     path : Path
         Path for the record's name and messages.
-    content : bytes
-        The file.
+    file : binary file
+        Its content.
 
     Raises
     ------
     InputError
-        The content is not such a table; the message names line and column.
+        The content is not such a table; the message names line and column. Rows before have been
+        given then.
     """
-    if (plain := _plain(path, content)) is not None:
-        return plain
-    lines = _lines_of(path, content)
-    top = next((k for k, s in enumerate(lines) if not _is_remark(s)), None)
-    if top is None:
+    top, offset, is_empty = 0, 0, True
+    while True:
+        line = file.readline()
+        if b"\r" in line.rstrip(b"\r\n"):  # line ends of old: all of the file is one line
+            file = io.BytesIO(line.replace(b"\r", b"\n") + file.read().replace(b"\r", b"\n"))
+            line = file.readline()
+        if not line:
+            raise InputError.at(
+                str(path),
+                wanted="a header of column names",
+                found="an empty file" if is_empty else "only blank lines and comments",
+                fix="write the header and one line per sample",
+            )
+        is_empty = is_empty and not line.strip()
+        top, offset = top + 1, offset + len(line)
+        text = _text(path, top, offset - len(line), line).rstrip("\n")
+        if text.strip() and not text.startswith("#") and text.strip().strip('"') != "sep=,":
+            break
+    heads = _header(path, top, text)
+    first, pending = top + 1, b""
+    while block := file.read(_BLOCK):
+        # Blank lines are left out at the end of the file alone.
+        block = pending + block + file.readline()
+        end = len(block) if len(heads) == 1 else len(block.rstrip())
+        end = block.find(b"\n", end) + 1 or len(block) if 0 < end < len(block) else end
+        lines, pending = block[:end], block[end:]
+        if lines:
+            yield (record := _record(path, first, offset, heads, lines))
+            first, offset = first + len(record), offset + len(lines)
+    if first == top + 1:
         raise InputError.at(
-            str(path),
-            wanted="a header of column names",
-            found="only blank lines and comments" if content.strip() else "an empty file",
-            fix="write the header and one line per sample",
-        )
-    heads = _header(path, top + 1, lines[top])
-    rows = lines[top + 1 :]
-    if rows and not rows[-1]:  # after the last line break
-        rows.pop()
-    while (
-        len(heads) > 1 and rows and not rows[-1].strip()
-    ):  # in a single column an empty line is a missing sample
-        rows.pop()
-    if not rows:
-        raise InputError.at(
-            f"{path}, line {top + 1}",
+            f"{path}, line {top}",
             wanted="rows of samples below the header",
             found="none",
             fix="write one line per sample",
         )
-    table, faults = _table(path, top + 2, [name for name, _ in heads], rows)
-    return _record(path, top, heads, table, faults)
 
 
 def _record(
-    path: Path,
-    top: int,
-    heads: list[tuple[str, str | None]],
-    table: FloatArray,
-    faults: dict[str, InputError],
+    path: Path, first: int, offset: int, heads: list[tuple[str, str | None]], lines: bytes
 ) -> Record:
+    """The record of some lines: from line ``first``, byte ``offset`` of a file on."""
+    names, faults = [name for name, _ in heads], dict[str, InputError]()
+    is_long = len(lines) >= 10 * _FAST_FROM and len(names) > 1
+    table = _fast_table(lines, names) if is_long else None
+    if table is None:
+        rows = _text(path, first, offset, lines).split("\n")
+        if not rows[-1]:  # after the last line break
+            rows.pop()
+        table, faults = _table(path, first, names, rows)
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-    location = partial(_location, path, top + 2)
-    return Record(name_of(path), columns, location, str(path), faults=faults)
+    return Record(name_of(path), columns, Place(str(path), first), str(path), faults=faults)
 
 
-def _plain(path: Path, content: bytes) -> Record | None:
-    """The record of a long file of plain numbers, by pyarrow; None for any other."""
-    if len(content) < 10 * _FAST_FROM or content.startswith(codecs.BOM_UTF8):
-        return None
-    start, top = 0, 0
-    while True:
-        end = content.find(b"\n", start)
-        line = content[start:end]
-        if end < 0 or b"\r" in line[:-1] or b"\0" in line:
-            return None
-        if not _is_remark(line):
-            break
-        start, top = end + 1, top + 1
-    try:
-        heads = _header(path, top + 1, line.decode().rstrip("\r"))
-    except UnicodeDecodeError:
-        return None
-    body = memoryview(content)[end + 1 : len(content.rstrip())]
-    table = fast_table(body, [name for name, _ in heads]) if len(heads) > 1 else None
-    return None if table is None else _record(path, top, heads, table, {})
-
-
-def _location(path: Path, first_line: int, row: int, column: str) -> str:
-    return f"{path}, line {row + first_line}, column {column}"
-
-
-def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
-    """Parse a CSV log in pieces, which together are the result of `parse_csv`.
-
-    Raises
-    ------
-    InputError
-        As `parse_csv`; rows before have been given then.
-    """
-    block = file.read(_BLOCK)
-    is_short, block = len(block) < _BLOCK, block.removeprefix(codecs.BOM_UTF8)
-    top, end = 0, 0
-    while True:
-        start, end = end, block.find(b"\n", end) + 1
-        line = block[start:end]
-        if not end or not _is_remark(line):
-            break
-        top += 1
-    if not end or is_short or block.count(b"\r") != block.count(b"\r\n"):
-        yield parse_csv(path, block + file.read())
-        return
-    (text, *_) = _lines_of(path, line)
-    heads = _header(path, top + 1, text)
-    rest, first = block[end:], top + 2
-    while block:
-        block = file.read(_BLOCK)
-        # Blank lines are left out at the end of the file alone; a row may end in the next block.
-        line_end = rest.rfind(b"\n") + 1
-        lines = rest[: _end_of_rows(rest[:line_end], len(heads))] if block else rest
-        rest = rest[len(lines) :] + block
-        if not block and len(heads) > 1:
-            lines = lines.rstrip()
-        if not lines:
-            continue
-        table = fast_table(lines, [n for n, _ in heads]) if len(heads) > 1 else None
-        faults: dict[str, InputError] = {}
-        if table is None:
-            rows = _lines_of(path, lines)
-            if not rows[-1]:
-                rows.pop()
-            table, faults = _table(path, first, [n for n, _ in heads], rows)
-        yield _record(path, first - 2, heads, table, faults)
-        first += len(table)
-
-
-def _is_remark(line: str | bytes) -> bool:
-    """Whether a line above the header is blank, a comment, or Excel's ``sep=,``."""
-    text = line.decode("latin-1") if isinstance(line, bytes) else line
-    return not text.strip() or text.startswith("#") or text.strip().strip('"') == "sep=,"
-
-
-def _end_of_rows(lines: bytes, width: int) -> int:
-    """Where the last row ends, but for blank lines behind it."""
-    end = len(lines.rstrip()) if width > 1 else len(lines)
-    return lines.find(b"\n", end) + 1 if 0 < end < len(lines) else end
-
-
-def _lines_of(path: Path, content: bytes) -> list[str]:
-    """Lines of a text file with any line ends; raises InputError for a binary file."""
+def _text(path: Path, first: int, offset: int, content: bytes) -> str:
+    """Text of some lines, with plain line ends; raises InputError for what is no UTF-8 text."""
     if b"\0" in content:
         is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        start = len(content.rstrip(b"\0"))
-        is_cut = b"\0" not in content[:start] and start > 0
+        used = content.rstrip(b"\0")
+        start = offset + len(used)
+        is_cut = b"\0" not in used and start > 0
         raise InputError.at(
             str(path),
             wanted="a CSV log in UTF-8 text",
@@ -236,16 +151,16 @@ def _lines_of(path: Path, content: bytes) -> list[str]:
             else "export it as UTF-8; other formats need their suffix, as .npz or .parquet",
         )
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-8-sig" if offset == 0 else "utf-8")
     except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
+        line = first + content.count(b"\n", 0, error.start)
         raise InputError.at(
             f"{path}, line {line}",
             wanted="a CSV log in UTF-8 text",
             found=f"the byte {content[error.start]:#04x}, as of text in Latin-1",
             fix=f"iconv -f latin1 -t utf-8 {quote(str(path))} > {_beside(path, 'utf8')}",
         ) from None
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
@@ -278,17 +193,8 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
             found="none for the first one (an index of pandas?)",
             fix="name it, or write the file without it (index=False)",
         )
-    heads = [split_header(where, field) for field in fields]
-    names = [name for name, _ in heads]
-    duplicate = next((name for name in names if names.count(name) > 1), None)
-    if duplicate is not None:
-        raise InputError.at(
-            where,
-            wanted="every column once",
-            found=f"{names.count(duplicate)} columns {duplicate}",
-            fix="keep one of them",
-        )
-    if all(_number(name) is not None for name in names):
+    heads = split_headers(where, fields)
+    if all(_number(name) is not None for name, _ in heads):
         raise InputError.at(
             where,
             wanted="a header of column names",
@@ -367,7 +273,7 @@ def _table(
             )
             continue
         faults[names[column]] = InputError.at(
-            _location(path, first_line, row, names[column]),
+            f"{path}, line {row + first_line}, column {names[column]}",
             wanted="a finite number",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
@@ -420,3 +326,69 @@ def _number(field: str) -> float | None:
     except ValueError:
         return None
     return value if np.isfinite(value) else None
+
+
+def _fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
+    """Parse lines of plain numbers, as `_table` does; None where anything is unusual.
+
+    Returns
+    -------
+    float64 (rows, columns) or None
+        NaN for an empty field, or "nan". None: pyarrow is not here, or the lines must be looked at
+        one by one, for whatever they hold that is no finite number.
+    """
+    try:
+        csv, arrow = import_module("pyarrow.csv"), import_module("pyarrow")
+    except ImportError:
+        return None
+    try:
+        table = csv.read_csv(
+            arrow.BufferReader(body),
+            csv.ReadOptions(column_names=names),
+            csv.ParseOptions(quote_char=False, ignore_empty_lines=False),
+            csv.ConvertOptions(
+                column_types=dict.fromkeys(names, arrow.float64()),
+                null_values=["", "nan", "NaN"],
+                check_utf8=False,
+            ),
+        )
+    except arrow.ArrowInvalid:
+        return None
+    values = np.empty((table.num_rows, len(names)), order="F")
+    for k, column in enumerate(table.columns):
+        values[:, k] = column.to_numpy()
+        missing = np.count_nonzero(np.isnan(values[:, k]))
+        if missing != column.null_count or np.isinf(values[:, k]).any():
+            return None
+    # A row without any number may be an empty line, which arrow takes for one.
+    blank = np.isnan(values[:, 0])
+    return None if blank.any() and np.isnan(values[blank]).all(axis=1).any() else values
+
+
+def _fast_lines(columns: list[FloatArray]) -> bytes | None:
+    """Write lines as `_lines` does, to the byte; None without pyarrow."""
+    try:
+        arrow, compute = import_module("pyarrow"), import_module("pyarrow.compute")
+    except ImportError:
+        return None
+    texts = []
+    for values in columns:
+        text = compute.cast(arrow.array(values), arrow.string())
+        size = np.abs(values)
+        # Python writes "5.0", where arrow has "5"; beyond these limits the exponents differ too.
+        is_integer = (values == np.floor(values)) & (size < 1e10)
+        by_repr = ~is_integer & ((size < 1e-4) | (size >= 1e10))
+        if is_integer.any():
+            zero = compute.binary_join_element_wise(text.filter(arrow.array(is_integer)), ".0", "")
+            text = compute.replace_with_mask(text, arrow.array(is_integer), zero)
+        if by_repr.any():
+            reprs = arrow.array(list(map(repr, values[by_repr].tolist())))
+            text = compute.replace_with_mask(text, arrow.array(by_repr), reprs)
+        if (missing := np.isnan(values)).any():
+            text = compute.if_else(arrow.array(missing), "", text)
+        texts.append(text)
+    lines = compute.binary_join_element_wise(*texts, ",")
+    rows = compute.binary_join_element_wise(lines, "", "\n")
+    first, last = rows.offset, rows.offset + len(rows)
+    ends = np.frombuffer(rows.buffers()[1], np.int32)
+    return memoryview(rows.buffers()[2])[ends[first] : ends[last]].tobytes()

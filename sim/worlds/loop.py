@@ -16,7 +16,7 @@ from boresight.model.methods import called
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed, require_rate
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import TRUTH, Column, Record, index_place
+from boresight.sim.records.record import TRUTH, Column, Place, Record
 from boresight.sim.worlds.world import World
 
 __all__ = ["Loop", "Parting", "close_loop", "drive", "parting"]
@@ -101,7 +101,7 @@ class Loop:
             i.name: Column(samples[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
         }
         columns |= {f"{n}{TRUTH}": Column(v) for n, v in self.truth.items()}
-        return Record(name, columns, index_place(name))
+        return Record(name, columns, Place(name))
 
 
 @dataclass(frozen=True)

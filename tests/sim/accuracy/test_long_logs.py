@@ -9,7 +9,7 @@ import pytest
 
 import boresight
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
-from boresight.sim.records import feed, log
+from boresight.sim.records import feed, files
 from boresight.sim.records.files import content_of
 from boresight.sim.records.selection import Selection, selected
 
@@ -36,7 +36,7 @@ def test_accuracy_and_tune_hold_no_long_file(
     held = figures(tmp_path)
     assert [each["samples"] for each in held[0]["logs"]] == [200, 200]
     most = list[int]()
-    monkeypatch.setattr(log, "_MEMORY_LIMIT", 0)
+    monkeypatch.setattr(files, "_MEMORY_LIMIT", 0)
     take = feed.Feeder.take
     monkeypatch.setattr(
         feed.Feeder, "take", lambda self, record: most.append(len(record)) or take(self, record)

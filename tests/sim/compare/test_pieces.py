@@ -24,11 +24,10 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel, words_of
 from boresight.sim.levels.level import Run
 from boresight.sim.levels.rtl import Simulated
-from boresight.sim.records import log as logs
+from boresight.sim.records import files as logs
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import content_of, read_record
-from boresight.sim.records.log import Log
+from boresight.sim.records.files import Log, content_of, read_record
 from boresight.sim.records.record import Record
 
 WALK = read_record(bundled("ximu_walk"))

@@ -24,7 +24,7 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.plausible import warnings_of
-from boresight.sim.records.record import Column, Record, columns_of, index_place, split_header
+from boresight.sim.records.record import Column, Place, Record, columns_of, split_header
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -91,16 +91,14 @@ def test_gaps_and_other_columns_may_fall() -> None:
 
 def test_head() -> None:
     whole = Record(
-        "r",
-        {"z": Column(np.arange(3.0), "m"), "w": Column(np.arange(3.0) + 5.0)},
-        lambda row, column: f"{column} of {row}",
+        "r", {"z": Column(np.arange(3.0), "m"), "w": Column(np.arange(3.0) + 5.0)}, Place("walk")
     )
     assert whole.head(None) is whole.head(3) is whole.head(9) is whole
     cut = whole.head(2)
     assert (cut.name, len(cut)) == ("r", 2)
     assert cut.columns["w"].values.tolist() == [5.0, 6.0]
     assert (cut.columns["z"].unit, cut.columns["w"].unit) == ("m", None)
-    assert cut.place(1, "z") == "z of 1"
+    assert cut.place(1, "z") == "walk, z[1]"
 
 
 def test_a_head_keeps_the_steps_of_the_whole() -> None:
@@ -171,7 +169,7 @@ def test_of_records() -> None:
         ({"z": np.array(["2020-01-01"], dtype="M8[D]")}, "mine, column z: wanted real numbers"),
         ({"z": [[1.0], [1.0, 2.0]]}, "mine, column z: wanted real numbers, shape (n,), found list, "
          "not convertible to an array; convert it"),
-        ({"z": [1.0], " z[m]": [1.0]}, "mine: wanted every column once, found two named z; keep "),
+        ({"z": [1.0], " z[m]": [1.0]}, "mine: wanted every column once, found 2 columns z; keep "),
         ({}, "record 'mine': wanted columns with one value for each sample, at least one, found "),
     ],
 )  # fmt: skip
@@ -181,7 +179,9 @@ def test_data_that_is_no_record(data: Any, message: str) -> None:
 
 
 def test_truth_values_and_integers_are_numbers() -> None:
-    made, _ = columns_of("x", {"flag": np.array([True, False]), "n": np.array([3], dtype=np.uint8)})
+    made, _ = columns_of(
+        "x", [("flag", np.array([True, False])), ("n", np.array([3], dtype=np.uint8))]
+    )
     assert made["flag"].values.tolist() == [1.0, 0.0]
     assert made["n"].values.tolist() == [3.0]
 
@@ -210,7 +210,7 @@ def test_header_fields_that_are_none(head: str) -> None:
 
 
 def test_places() -> None:
-    assert index_place("a.npz")(7, "gx") == "a.npz, gx[7]"
+    assert Place("a.npz")(7, "gx") == "a.npz, gx[7]"
 
 
 # -- the nine-axis log as a record, and back ------------------------------------------------------

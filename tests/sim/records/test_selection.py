@@ -15,9 +15,8 @@ from boresight.model.errors import InputError
 from boresight.sim.records import maps
 from boresight.sim.records.feed import Feeder, feed
 from boresight.sim.records.files import content_of, read_pieces, read_record
-from boresight.sim.records.record import Record, joined
+from boresight.sim.records.record import Record, joined, timed
 from boresight.sim.records.selection import Selection, selected
-from boresight.sim.records.stream import timed
 from tests.support.estimators import ALL
 
 

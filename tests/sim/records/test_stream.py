@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import pytest
 
 from boresight.model.errors import InputError
+from boresight.sim.records.files import ahead
 from boresight.sim.records.selection import Selection, selected, selection
-from boresight.sim.records.stream import ahead
 
 pytestmark = pytest.mark.pythons
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,9 +16,10 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
-from boresight.sim.records.text import format_csv, parse_csv
+from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, Parting, close_loop, drive, parting
 from boresight.sim.worlds.world import World
+from tests.support.records import parsed
 
 NAN = float("nan")
 
@@ -95,7 +95,7 @@ def test_what_it_saw_is_a_log() -> None:
     """Run again on any level it gives the same outputs: gaps and flags are kept."""
     for level in ("numpy", "fixed"):
         result = closed(Plant(), level)
-        again = parse_csv(Path("loop.csv"), format_csv(result.record(Half(), "loop")))
+        again = parsed("loop.csv", content_of("loop.csv", result.record(Half(), "loop")))
         assert list(again.columns) == ["z", "c", "u_true"]
         feed_columns = feed(Half(), again)
         assert np.array_equal(feed_columns.inputs, result.inputs)

@@ -1,0 +1,271 @@
+"""Tables by the libraries that read them: Parquet and Feather (pyarrow), MAT (scipy), ``.npz``.
+
+Each gives arrays by the names of the columns, with units in brackets; in a MAT file, whose names
+cannot hold them, in a struct ``units``. Arrays of several columns are split: ``gyr``, ``acc`` and
+``mag`` (n, 3) into ``gx`` to ``mz``, and ``q`` (n, 4) into ``qw`` to ``qz``. ``fs``, or
+``restart``, makes a column ``dt``: 1/fs or the differences of ``t``, and `RESTART_S` where a filter
+restarts.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any, BinaryIO, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.arrays import FloatArray
+from boresight.model.declarations import QUATERNION
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
+from boresight.sim.records.nine_axis import TRIADS
+from boresight.sim.records.record import RESTART_S, Place, Record, columns_of, name_of, steps_of
+
+__all__ = [
+    "Arrays",
+    "feather_of",
+    "mat_of",
+    "npz_of",
+    "read_feather",
+    "read_mat",
+    "read_npz",
+    "read_parquet",
+    "records_of",
+    "write_parquet",
+]
+
+#: Arrays by the names of their columns.
+Arrays: TypeAlias = Sequence[tuple[str, npt.NDArray[Any]]]
+
+#: Arrays of several columns, and these.
+_TRIPLES = {**{key: names for key, (names, _) in TRIADS.items()}, "q": QUATERNION}
+#: Bytes of all arrays of an archive, at most.
+_LARGEST = 4 << 30
+
+
+def records_of(path: Path, blocks: Iterable[Arrays]) -> Iterator[Record]:
+    """The records of a file's arrays, in blocks that follow each other.
+
+    Raises
+    ------
+    InputError
+        None, two of one name, or one that is no column; the message names array and index, from 0.
+    """
+    start, where = 0, str(path)
+    for arrays in blocks:
+        if not arrays:
+            raise InputError.at(
+                where, wanted="arrays", found="an empty archive", fix="store one array per column"
+            )
+        columns, faults = columns_of(where, _flattened(where, arrays), copy=False)
+        yield Record(name_of(path), columns, Place(where, start=start), where, faults=faults)
+        start += len(next(iter(columns.values())).values)
+
+
+def _flattened(where: str, arrays: Arrays) -> Arrays:
+    """Split arrays of several columns, and make ``fs`` and ``restart`` a column ``dt``."""
+    flat: list[tuple[str, npt.NDArray[Any]]] = []
+    extra = {key: array for key, array in arrays if key in ("fs", "restart")}
+    for key, array in arrays:
+        names = _TRIPLES.get(key)
+        if key in extra:
+            continue
+        if names is None or array.ndim == 1:
+            flat.append((key, array))
+        elif array.ndim == 2 and array.shape[1] == len(names):
+            flat += [(name, array[:, k]) for k, name in enumerate(names)]
+        else:
+            raise InputError.at(
+                f"{where}, array {key}",
+                wanted=f"shape (n, {len(names)})",
+                found=str(array.shape),
+                fix="store one row per sample",
+            )
+    return [*flat, ("dt", _steps(where, dict(flat), **extra))] if extra else flat
+
+
+def _steps(
+    where: str,
+    flat: Mapping[str, npt.NDArray[Any]],
+    fs: npt.NDArray[Any] | None = None,
+    restart: npt.NDArray[Any] | None = None,
+) -> FloatArray:
+    """Time steps of a rate [Hz], or of the times, with restarts."""
+    if "t" not in flat or "dt" in flat:
+        raise InputError.at(
+            where,
+            wanted="t, and no dt, beside fs or restart",
+            found=", ".join(flat),
+            fix="give the times, or the steps themselves in dt",
+        )
+    columns, faults = columns_of(where, [("t", flat["t"])])
+    if faults:
+        raise faults["t"]
+    t = columns["t"].values
+    if fs is None:
+        dt = steps_of(where, t)
+    elif fs.shape == () and fs.dtype.kind in "iuf" and np.isfinite(fs) and fs > 0:
+        dt = np.full(len(t), 1.0 / float(fs))
+    else:
+        raise InputError.at(
+            f"{where}, fs",
+            wanted="one number above 0 (Hz)",
+            found=repr(fs.tolist())[:40],
+            fix="correct it, or leave it out to use the times",
+        )
+    if restart is None:
+        return dt
+    if restart.shape != dt.shape or restart.dtype.kind not in "biu":
+        raise InputError.at(
+            f"{where}, array restart",
+            wanted=f"truth values, shape {dt.shape}",
+            found=f"{restart.dtype}, shape {restart.shape}",
+            fix="store one for each sample",
+        )
+    return np.where(restart != 0, RESTART_S, dt)
+
+
+def read_npz(file: BinaryIO) -> Iterator[Arrays]:
+    """Arrays of an archive; raises InputError for more bytes than `_LARGEST`."""
+    content = io.BytesIO(file.read())
+    if not zipfile.is_zipfile(content):
+        raise ValueError("no archive, as numpy.savez writes it")
+    content.seek(0)
+    archive = np.load(content, allow_pickle=False)
+    size = sum(info.file_size for info in archive.zip.infolist())
+    if size > _LARGEST:
+        raise InputError.at(
+            getattr(file, "name", "archive"),
+            wanted=f"at most {_LARGEST >> 30} GiB of arrays",
+            found=f"{size / 2**30:.3g} GiB, unpacked",
+            fix="write it as Parquet, which is read in pieces",
+        )
+    arrays = [(key, archive[key]) for key in archive.files]
+    if not all(isinstance(array, np.ndarray) for _, array in arrays):
+        raise ValueError("a member is no array")
+    yield arrays
+
+
+def read_mat(file: BinaryIO) -> Iterator[Arrays]:
+    """Vectors and matrices of a MAT file up to version 7."""
+    try:
+        contents = optional("scipy.io").loadmat(io.BytesIO(file.read()))
+    except NotImplementedError:
+        raise ValueError("version 7.3, which is HDF5: save it with -v7") from None
+    units = contents.pop("units", np.zeros(0))
+    heads = {n: f"{n}[{units[n].item().item()}]" for n in units.dtype.names or ()}
+    yield [(heads.get(n, n), _vector(n, a)) for n, a in contents.items() if n[:2] != "__"]
+
+
+def _vector(name: str, value: Any) -> npt.NDArray[Any]:
+    """MATLAB has matrices only: a row or a column is a vector, and the rate a number."""
+    array: npt.NDArray[Any] = np.asarray(value)
+    if name == "fs" and array.size == 1:
+        return array.reshape(())
+    return array.ravel() if array.ndim == 2 and 1 in array.shape else array
+
+
+def read_feather(file: BinaryIO) -> Iterator[Arrays]:
+    """Columns of a Feather file (version 2, or 1)."""
+    yield _numbers(_arrow("feather").read_table(_arrow().BufferReader(file.read())))
+
+
+def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
+    """Columns of a Parquet file, 65,536 rows at a time."""
+    parquet, is_empty = _arrow("parquet"), True
+    with _pool():
+        # It would hold its read-ahead buffers to the end of the file.
+        table = parquet.ParquetFile(file, pre_buffer=False)
+    for batch in table.iter_batches(batch_size=1 << 16):
+        is_empty = False
+        yield _numbers(batch)
+    if is_empty:  # which is refused
+        yield [(name, np.zeros(0)) for name in table.schema_arrow.names]
+
+
+def _numbers(table: Any) -> Arrays:
+    """Columns of an arrow table, or batch, as arrays."""
+    table.validate(full=True)
+    options = {} if hasattr(table, "combine_chunks") else {"zero_copy_only": False}
+    arrays = [column.to_numpy(**options) for column in table.columns]
+    return list(zip(table.schema.names, arrays, strict=True))
+
+
+def _arrow(name: str = "") -> ModuleType:
+    return optional(f"pyarrow.{name}" if name else "pyarrow")
+
+
+@contextmanager
+def _pool() -> Iterator[Any]:
+    """Memory of the C library, for arrow's readers that are made meanwhile.
+
+    Its own, by default, gives memory back between the pieces of a log and takes it again page by
+    page: an eighth of the time of a run.
+    """
+    arrow = _arrow()
+    previous = arrow.default_memory_pool()
+    arrow.set_memory_pool(arrow.system_memory_pool())
+    try:
+        yield arrow.system_memory_pool()
+    finally:
+        arrow.set_memory_pool(previous)
+
+
+def _heads(record: Record) -> dict[str, FloatArray]:
+    """Columns of a record by name, with their units in brackets."""
+    return {c.head(name): c.values for name, c in record.columns.items()}
+
+
+def npz_of(record: Record) -> bytes:
+    """Pack a record: one array for each column."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **_heads(record))
+    return buffer.getvalue()
+
+
+def mat_of(record: Record) -> bytes:
+    """Pack a record: a column vector for each column, and the struct ``units``."""
+    arrays: dict[str, Any] = {n: c.values[:, None] for n, c in record.columns.items()}
+    if units := {n: c.unit for n, c in record.columns.items() if c.unit is not None}:
+        arrays["units"] = units
+    buffer = io.BytesIO()
+    optional("scipy.io").savemat(buffer, arrays, long_field_names=True, do_compression=True)
+    content = buffer.getvalue()
+    return b"MATLAB 5.0 MAT-file".ljust(116) + content[116:]  # scipy writes the time there
+
+
+def feather_of(record: Record) -> bytes:
+    """Pack a record: one column for each, compressed by LZ4."""
+    buffer = io.BytesIO()
+    _arrow("feather").write_feather(_arrow().table(_heads(record)), buffer, compression="lz4")
+    return buffer.getvalue()
+
+
+def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    """Write blocks that follow each other: a column for each, compressed by LZ4.
+
+    Bytes of like weight stand together (BYTE_STREAM_SPLIT): measured values repeat too seldom for
+    a dictionary, which takes four times as long and twice the space.
+    """
+    parquet, writer = _arrow("parquet"), None
+    for block in blocks:
+        table = _arrow().table(_heads(block))
+        if writer is None:
+            with _pool() as pool:
+                writer = parquet.ParquetWriter(
+                    file,
+                    table.schema,
+                    compression="lz4",
+                    use_dictionary=False,
+                    use_byte_stream_split=True,
+                    memory_pool=pool,
+                )
+        writer.write_table(table)
+    if writer is not None:
+        writer.close()
