@@ -15,7 +15,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, Seen, formats_of, run_of_words
-from boresight.sim.records.segments import interpret
+from boresight.sim.levels.segments import interpret
 
 __all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
 

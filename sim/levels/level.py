@@ -133,7 +133,7 @@ class Level(ABC):
     #: Whether runs have the states, of a level that can show them.
     traced: bool = True
     #: States (n, n_states) that another level had in the records of the next run. A level may use
-    #: them to compute parts of it side by side (`sim.records.segments`), never to believe them.
+    #: them to compute parts of it side by side (`sim.levels.segments`), never to believe them.
     shown: IntArray | None = None
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:

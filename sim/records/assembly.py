@@ -23,7 +23,7 @@ from boresight.model.tools.extras import optional
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Place, Record, name_of
-from boresight.sim.records.topics import GAP_STEPS, NS, Clock, Order, Recording, Topic
+from boresight.sim.records.topics import GAP_STEPS, NS, Order, Recording, Topic
 from boresight.sim.rotations.rotation import quaternion_normalise
 
 __all__ = ["Reader", "record_from"]
@@ -80,7 +80,6 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
         for k, name in enumerate(s.source.columns):
             columns_of[name] = Column(np.ascontiguousarray(table[:, k]), unit)
     notes += dict.fromkeys(text for s in series for text in s.order.notes(s.topic.name))
-    notes += Clock.of_steps(np.diff(base.stamps) / NS).notes(base.topic.name)
     comparison = any(s.source.comparison for s in series)
     return Record(name_of(path), columns_of, Place(str(path)), str(path), tuple(notes), comparison)
 

@@ -265,7 +265,7 @@ def _irregular_steps(estimator: Estimator, record: Record) -> Iterator[str]:
             f"{every} rows as one step"
         )
     clock = Clock.of_steps(record.steps()[1:])
-    for note in clock.gap_notes() if timed else clock.notes():
+    for note in clock.notes(jitter=not timed):
         yield note if timed else f"{note}: {estimator.name} has no input dt, and counts each as one"
 
 

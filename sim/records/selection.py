@@ -19,7 +19,15 @@ import numpy as np
 from boresight.model.errors import InputError, require_choice
 from boresight.model.units import UnitError, linear
 from boresight.sim.records.maps import read_map
-from boresight.sim.records.record import MEDIAN_OF, RESTART_S, Column, Record, joined, rows_of
+from boresight.sim.records.record import (
+    MEDIAN_OF,
+    RESTART_S,
+    ROWS,
+    Column,
+    Record,
+    resized,
+    rows_of,
+)
 from boresight.sim.records.topics import GAP_STEPS
 
 __all__ = ["GAPS", "Selection", "selected", "selection"]
@@ -108,56 +116,55 @@ class Selection:
         InputError
             A gap that is refused; no row; no times, of which a slice or gaps are wanted.
         """
-        blocks = _marked(blocks, self.gaps) if self.gaps else blocks
+        available = count = 0
+        where, span = "", ""
+
+        def chosen() -> Iterator[Record]:
+            nonlocal available, where
+            marked = _marked(blocks, self.gaps) if self.gaps else blocks
+            for block in self._slice(marked) if self._sliced else marked:
+                available, where = available + len(block), block.where
+                if len(block):
+                    yield block
+
+        thinned = resized(chosen(), -(-ROWS // self.every) * self.every)
+        for block in chosen() if self.every == 1 else (_thinned(b, self.every) for b in thinned):
+            if len(block):
+                count += len(block)
+                yield block
+        if not count:
+            if self._sliced:
+                end = f" to {self.end_s:g} s" if math.isfinite(self.end_s) else ""
+                span = f" from {self.start_s:g} s{end} of the log"
+            raise InputError.at(
+                where,
+                wanted=f"{self.every} rows or more{span}" if available else f"rows{span}",
+                found=str(available) if available else "none",
+                fix="choose a smaller --every" if available else "choose another slice",
+            )
+
+    def _slice(self, blocks: Iterable[Record]) -> Iterator[Record]:
+        """The rows of the times that are selected."""
         first: float | None = None
-        remainder = last_block = None
-        count = available = 0
         for block in blocks:
-            low, high = 0, len(block)
-            if "t" in block.columns:
-                t = block.values("t", "s")
-                first = float(t[0]) if first is None else first
-                ends = (first + self.start_s, first + self.end_s)
-                low, high = np.searchsorted(t, ends).tolist()
-            elif self._sliced:
+            if "t" not in block.columns:
                 raise InputError.at(
                     block.where,
                     wanted="a column t, of which a slice is taken",
                     found="none",
                     fix="add the times, or leave --from and --to out",
                 )
-            available += high - low
-            if low < high:
-                part = rows_of(block, low, high)
-                if self.every > 1:
-                    part = part if remainder is None else joined([remainder, part])
-                    thinned, remainder = _thinned(part, self.every)
-                    if thinned is not None:
-                        count += len(thinned)
-                        yield thinned
-                else:
-                    count += len(part)
-                    yield part
-            last_block = block
+            t = block.values("t", "s")
+            first = float(t[0]) if first is None else first
+            low, high = np.searchsorted(t, (first + self.start_s, first + self.end_s)).tolist()
+            yield rows_of(block, low, high)
             if high < len(block):
                 break
-        if not count and last_block is not None:
-            end_text = f" to {self.end_s:g} s" if math.isfinite(self.end_s) else ""
-            where = f" from {self.start_s:g} s{end_text} of the log" if self._sliced else ""
-            raise InputError.at(
-                last_block.where,
-                wanted=f"rows{where}" if not available else f"{self.every} rows or more{where}",
-                found=str(available) if available else "none",
-                fix="choose another slice" if not available else "choose a smaller --every",
-            )
 
 
-def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
-    """Every n-th row with the sum of the time steps up to it, and the remaining rows."""
+def _thinned(record: Record, every: int) -> Record:
+    """Every n-th row, with the sum of the time steps up to it."""
     end = len(record) - len(record) % every
-    rest = rows_of(record, end, len(record)) if end < len(record) else None
-    if not end:
-        return None, rest
     columns = {}
     for name, column in record.columns.items():
         values = column.values[:end].reshape(-1, every)
@@ -169,7 +176,7 @@ def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
             for k in range(every - 2, -1, -1):  # the latest sample of a slower sensor
                 thin = np.where(np.isnan(thin), values[:, k], thin)
         columns[name] = Column(thin, column.unit)
-    return replace(record, columns=columns, place=record.place.rows(every - 1, every)), rest
+    return record.derived(columns, record.place.rows(every - 1, every))
 
 
 def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:

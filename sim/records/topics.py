@@ -199,17 +199,12 @@ class Clock:
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
         return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
 
-    def gap_notes(self, name: str = "") -> list[str]:
-        """A line for gaps, if there are any."""
-        prefix, count = f"{name}: " if name else "", self.gaps
-        return [f"{prefix}gaps in the times: {count}, longest {self.longest_s:.3g} s"] * (count > 0)
-
-    def notes(self, name: str = "") -> list[str]:
-        """A line for gaps and one for jitter."""
-        lines, prefix = self.gap_notes(name), f"{name}: " if name else ""
-        if self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
+    def notes(self, *, jitter: bool = True) -> list[str]:
+        """A line for gaps and one for jitter, if there are any."""
+        lines = [f"gaps in the times: {self.gaps}, longest {self.longest_s:.3g} s"]
+        lines *= self.gaps > 0
+        if jitter and self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
             lines.append(
-                f"{prefix}steps of {1e3 / self.rate_hz:.3g} ms differ by "
-                f"{1e3 * self.jitter_s:.3g} ms (rms)"
+                f"steps of {1e3 / self.rate_hz:.3g} ms differ by {1e3 * self.jitter_s:.3g} ms (rms)"
             )
         return lines

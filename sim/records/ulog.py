@@ -43,14 +43,15 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
     notes = []
     try:
         complete, lost, is_cut = _complete_messages(content)
-        if lost:
-            notes.append(f"{path.name}: damaged, {lost} bytes are left out")
         if is_cut:
             notes.append(f"{path.name} ends in the middle of a message, the rows before are read")
         with redirect_stdout(io.StringIO()):  # pyulog prints remarks
-            sets = read(io.BytesIO(complete), None if wanted is None else list(wanted)).data_list
+            log = read(io.BytesIO(complete), None if wanted is None else list(wanted))
+        if lost or log.file_corruption:
+            rows = ", and rows behind them" if log.file_corruption else ""
+            notes.append(f"{path.name}: damaged, {lost} bytes are left out{rows}")
         topics: dict[str, Topic] = {}
-        for data in sets:
+        for data in log.data_list:
             name = f"{data.name}.{data.multi_id}" if data.name in topics else data.name
             stamps = data.data["timestamp"].astype(np.int64) * 1000
             topics[name] = Topic(name, data.name if name == data.name else name, stamps, data.data)

@@ -28,7 +28,7 @@ from boresight.model.attitude.front.inertial import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.records.segments import interpret
+from boresight.sim.levels.segments import interpret
 
 __all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "run_chain"]
 

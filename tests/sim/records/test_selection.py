@@ -122,7 +122,7 @@ def test_gaps_of_a_log_with_steps_alone() -> None:
     with pytest.raises(InputError, match=r"dt\[1\]: wanted steps of at most 0.03 s, .* of 0.04 s"):
         [*Selection.of(gaps="refuse").pieces(blocks)]
     *_, last = Selection.of(gaps="restart", every=2).pieces(blocks)
-    assert last.columns["dt"].values.tolist() == pytest.approx([0.02, -0.25])
+    assert last.columns["dt"].values.tolist() == pytest.approx([0.02, 0.02, 0.02, -0.25])
     assert last.notes == ("gaps in the times, where the filter restarts: 1, the longest of 0.04 s",)
 
 

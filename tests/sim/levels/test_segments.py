@@ -8,7 +8,7 @@ import pytest
 from boresight.firmware.build import CModel
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.records.segments import interpret
+from boresight.sim.levels.segments import interpret
 from tests.support.random_program import random_inputs, random_program
 
 pytestmark = pytest.mark.pythons
