@@ -23,7 +23,7 @@ from boresight.model.tools.extras import optional
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Place, Record, name_of
-from boresight.sim.records.topics import GAP_STEPS, NS, Order, Recording, Topic
+from boresight.sim.records.topics import GAP_STEPS, NS, Clock, Order, Recording, Topic
 from boresight.sim.rotations.rotation import quaternion_normalise
 
 __all__ = ["Reader", "record_from"]
@@ -80,6 +80,7 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
         for k, name in enumerate(s.source.columns):
             columns_of[name] = Column(np.ascontiguousarray(table[:, k]), unit)
     notes += dict.fromkeys(text for s in series for text in s.order.notes(s.topic.name))
+    notes += Clock.of_steps(np.diff(base.stamps) / NS).notes()
     comparison = any(s.source.comparison for s in series)
     return Record(name_of(path), columns_of, Place(str(path)), str(path), tuple(notes), comparison)
 
@@ -239,7 +240,7 @@ def _in_rows(path: Path, s: _Series, base: _Series, notes: list[str]) -> FloatAr
     out[row[inside]] = s.values[inside]
     behind = inside & (row > 0)
     if passed := int(behind.sum() - len(np.unique(row[behind]))):
-        notes.append(f"{s.topic.name}: samples passed by a later one of the same row: {passed}")
+        notes.append(f"{s.topic.name}: {passed} samples dropped, a newer one falls into the same row")
     return out
 
 
