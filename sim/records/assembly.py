@@ -240,7 +240,9 @@ def _in_rows(path: Path, s: _Series, base: _Series, notes: list[str]) -> FloatAr
     out[row[inside]] = s.values[inside]
     behind = inside & (row > 0)
     if passed := int(behind.sum() - len(np.unique(row[behind]))):
-        notes.append(f"{s.topic.name}: {passed} samples dropped, a newer one falls into the same row")
+        notes.append(
+            f"{s.topic.name}: {passed} samples dropped, a newer one falls into the same row"
+        )
     return out
 
 

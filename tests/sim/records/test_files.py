@@ -158,23 +158,16 @@ def test_a_wrong_cell_of_a_long_file_is_named() -> None:
         result.numbers("z")
 
 
-def test_files_by_suffix(tmp_path: Path) -> None:
-    for name, content in (("a.NPZ", packed(z=[1.5])), ("b.txt", b"z\n1.5\n")):
-        (tmp_path / name).write_bytes(content)
-        result = read_record(str(tmp_path / name))
-        assert result.name == name[0] and result.columns["z"].values.tolist() == [1.5]
-    with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
-        read_record(tmp_path / "c.csv")
-
-
 def test_of_paths_and_of_memory(tmp_path: Path) -> None:
-    path = tmp_path / "walk.csv"
-    path.write_text("z[m]\n1.5\n")
-    for source in (path, str(path)):
+    (tmp_path / "walk.txt").write_text("z[m]\n1.5\n")
+    (tmp_path / "b.NPZ").write_bytes(packed(**{"z[m]": [1.5]}))
+    for source in (tmp_path / "walk.txt", str(tmp_path / "b.NPZ")):
         result = record_of(source)
-        assert result.name == "walk"
+        assert result.name == Path(source).stem
         assert result.columns["z"].values.tolist() == [1.5] and result.columns["z"].unit == "m"
     assert record_of(result) is result and record_of({"z": [1.0]}, name="mine").name == "mine"
+    with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
+        read_record(tmp_path / "c.csv")
 
 
 def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
@@ -204,17 +197,9 @@ def test_bytes(tmp_path: Path) -> None:
         read_bytes("", "a file")
 
 
-def test_json(tmp_path: Path) -> None:
-    path = tmp_path / "a.json"
-    path.write_bytes(b'\xef\xbb\xbf{"a": [1, 2.5, null, "b"]}')
-    assert read_json(path, "a map") == {"a": [1, 2.5, None, "b"]}
-
-
-@pytest.mark.pythons
 @pytest.mark.parametrize(
-    "content, reason",
+    ("content", "reason"),
     [
-        (b"", "an empty file"),
         (b"  \n", "an empty file"),
         (b"\0\0\0", "no JSON in line 1, column 1"),
         (b"\xff\xfe", "bytes that are not UTF-8 text"),
@@ -226,8 +211,10 @@ def test_json(tmp_path: Path) -> None:
         (b"[" * 100_000, "lists or objects nested too deeply"),
     ],
 )
-def test_what_is_no_json(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_json(tmp_path: Path, content: bytes, reason: str) -> None:
     path = tmp_path / "a.json"
+    path.write_bytes(b'\xef\xbb\xbf{"a": [1, 2.5, null, "b"]}')
+    assert read_json(path, "a map") == {"a": [1, 2.5, None, "b"]}
     path.write_bytes(content)
     message = f"{path}: wanted a map, found {reason}; correct the file"
     with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
@@ -277,12 +264,8 @@ def test_round_trip(values: list[np.ndarray], heads: list[str], said: list[str |
 
 
 def test_text_as_written() -> None:
-    held = {
-        "t": Column(np.array([0.0, 0.1]), "s"),
-        "nano": Column(np.array([NAN, 1e-300])),
-        "k": Column(np.array([-0.0, 3.0]), ""),
-    }
-    assert content_of("a.csv", Record("r", held)) == b"t[s],nano,k[]\n0.0,,-0.0\n0.1,1e-300,3.0\n"
+    held = Record.of({"t[s]": [0.0, 0.1], "nano": [NAN, 1e-300], "k[]": [-0.0, 3.0]})
+    assert content_of("a.csv", held) == b"t[s],nano,k[]\n0.0,,-0.0\n0.1,1e-300,3.0\n"
 
 
 @pytest.mark.parametrize(
@@ -415,57 +398,30 @@ def archive_parsed(**arrays: Any) -> dict[str, Column]:
     return dict(result.columns)
 
 
-def test_archive_round_trip() -> None:
-    held = {
-        "t": Column(T, "s"),
-        "nan": Column(np.array([np.nan, -0.0, 5e-324, 1e308])),
-        "k": Column(np.arange(4.0), ""),
-    }
-    result = parsed_file("walk.npz", content_of("walk.npz", Record("r", held)))
-    assert list(result.columns) == list(held)
-    for name, column in held.items():
-        assert result.columns[name].values.tobytes() == column.values.tobytes()
-        assert result.columns[name].unit == column.unit
-    assert result.place(2, "k") == "walk.npz, k[2]"
+RESTART = [False, False, True, False]
 
 
-def test_nine_axis_form() -> None:
-    gyr, acc, mag = (np.arange(12.0).reshape(4, 3) + 100 * k for k in range(3))
-    q = np.arange(16.0).reshape(4, 4)
-    result = archive_parsed(t=T, gyr=gyr, acc=acc, mag=mag, q=q)
-    assert list(result) == [
-        "t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz", "qw", "qx", "qy", "qz"
-    ]  # fmt: skip
-    assert result["gz"].values.tolist() == [2.0, 5.0, 8.0, 11.0]
-    assert result["ax"].values.tolist() == [100.0, 103.0, 106.0, 109.0]
-    assert result["my"].values.tolist() == [201.0, 204.0, 207.0, 210.0]
-    assert result["qw"].values.tolist() == [0.0, 4.0, 8.0, 12.0]
-    assert result["qz"].values.tolist() == [3.0, 7.0, 11.0, 15.0]
-
-
-def test_a_column_may_have_the_name_of_a_triple() -> None:
-    assert archive_parsed(q=[1.0, 2.0])["q"].values.tolist() == [1.0, 2.0]
-
-
-def test_steps() -> None:
-    restart = [False, False, True, False]
-    assert "dt" not in archive_parsed(t=T)
-    assert archive_parsed(t=T, fs=8)["dt"].values.tolist() == [0.125] * 4
-    assert archive_parsed(t=T, fs=8.0, restart=restart)["dt"].values.tolist() == [
-        0.125,
-        0.125,
-        -0.25,
-        0.125,
-    ]
-    # The first is the median of 0.5, 0.25, 1.
-    assert archive_parsed(t=T, restart=restart)["dt"].values.tolist() == [0.5, 0.5, -0.25, 1.0]
-    assert archive_parsed(t=T, restart=[1, 0, 0, 0])["dt"].values.tolist() == [
-        -0.25,
-        0.5,
-        0.25,
-        1.0,
-    ]
-    assert set(archive_parsed(t=T, fs=8, restart=restart)) == {"t", "dt"}
+@pytest.mark.parametrize(
+    ("arrays", "wanted"),
+    [
+        ({"gyr": np.arange(12.0).reshape(4, 3)}, {"gx": [0, 3, 6, 9], "gz": [2, 5, 8, 11]}),
+        ({"acc": np.arange(12.0).reshape(4, 3)}, {"ax": [0, 3, 6, 9], "az": [2, 5, 8, 11]}),
+        ({"mag": np.arange(12.0).reshape(4, 3)}, {"mx": [0, 3, 6, 9], "mz": [2, 5, 8, 11]}),
+        ({"q": np.arange(8.0).reshape(2, 4)}, {"qw": [0, 4], "qx": [1, 5], "qz": [3, 7]}),
+        ({"q": [1.0, 2.0]}, {"q": [1, 2]}),  # a column may have the name of several
+        ({"t": T}, {"t": T, "dt": None}),
+        ({"t": T, "fs": 8}, {"dt": [0.125] * 4, "fs": None}),
+        ({"t": T, "fs": 8.0, "restart": RESTART}, {"dt": [0.125, 0.125, -0.25, 0.125]}),
+        # The first is the median of 0.5, 0.25, 1.
+        ({"t": T, "restart": RESTART}, {"dt": [0.5, 0.5, -0.25, 1.0], "restart": None}),
+        ({"t": T, "restart": [1, 0, 0, 0]}, {"dt": [-0.25, 0.5, 0.25, 1.0]}),
+    ],
+)
+def test_archives(arrays: Any, wanted: dict[str, Any]) -> None:
+    result = archive_parsed(**arrays)
+    for name, values in wanted.items():
+        assert (name in result) == (values is not None)
+        assert values is None or result[name].values.tolist() == list(values)
 
 
 @pytest.mark.parametrize(
