@@ -16,9 +16,9 @@ from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
-from boresight.gateware.attitude.system.attitude_core import AttitudeCore
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.bridge import Bridge
+from boresight.gateware.attitude.system.conductor import Conductor
 from boresight.gateware.attitude.system.interface import (
     FRAME_FLAGS,
     ORDERS,
@@ -26,7 +26,6 @@ from boresight.gateware.attitude.system.interface import (
     system_map,
     system_registers,
 )
-from boresight.gateware.attitude.system.programs import core_plan
 from boresight.gateware.attitude.system.system_bus import ADDRESS_BITS, SystemBus
 from boresight.gateware.boards.board import Line
 from boresight.gateware.bus.csr import layout_of, packed
@@ -46,7 +45,7 @@ class AttitudeSystem(wiring.Component):
     ::
 
         ADIS16385 -- Adis16385 --\                   /-- results -- SystemBus -- Bridge -- host
-                                  AttitudeCore ------<               |
+                                  Conductor ---------<               |
         HMR3300 ---- Hmr3300 ----/                    \-- AttitudeOutput --------/
                                                                      Wishbone slave
 
@@ -103,12 +102,11 @@ class AttitudeSystem(wiring.Component):
         self.core = core
         self.clock_hz = clock_hz
         self.host_baud = host_baud
-        self.plan = core_plan(core)
         self.wishbone = wishbone
         self._inertial = inertial or Adis16385(clock_hz=clock_hz)
         self._compass = compass or Hmr3300(clock_hz=clock_hz)
-        self._attitude = AttitudeCore(core=core, readers=2)
-        reads = self._attitude.read_cycles
+        self._attitude = Conductor(core=core)
+        self.plan, reads = self._attitude.plan, self._attitude.read_cycles
         self._bridge = Bridge(
             clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS, read_cycles=reads
         )
@@ -119,7 +117,7 @@ class AttitudeSystem(wiring.Component):
         self._sources = (
             ("inertial", self._inertial),
             ("compass", self._compass),
-            ("core", self._attitude.conductor),
+            ("core", self._attitude),
             ("host", self._bridge),
             ("output", self._output),
         )
@@ -231,7 +229,7 @@ class AttitudeSystem(wiring.Component):
             self.probe_running.eq(inertial.flags.running),
             self.probe_updated.eq(attitude.updated),
             self.probe_line.eq(compass.line),
-            self.probe_program.eq(attitude.conductor.choice),
+            self.probe_program.eq(attitude.choice),
             self.probe_counts.eq(compass.is_counts),
             self.probe_events.eq(bus.events),
             *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),

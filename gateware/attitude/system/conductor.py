@@ -1,15 +1,15 @@
-"""The update controller: takes samples through the core and stores the results."""
+"""The update controller: takes samples through the core's programs and stores the results."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.feed_registers import FeedRegisters
 from boresight.gateware.attitude.bus.results import ResultPort, Results
+from boresight.gateware.attitude.bus.stream_buffer import StreamBuffer
 from boresight.gateware.attitude.sensors.adis16385_frames import FRACTION
 from boresight.gateware.attitude.system.conductor_words import (
     Job,
@@ -19,44 +19,49 @@ from boresight.gateware.attitude.system.conductor_words import (
     last_words,
     table,
 )
-from boresight.gateware.attitude.system.feed import reset_word
 from boresight.gateware.attitude.system.interface import HEADER
-from boresight.gateware.attitude.system.plan import Plan
+from boresight.gateware.attitude.system.plan import plan_of, reset_word
 from boresight.gateware.bus.csr import packed
-from boresight.gateware.engine.engine import word_layout
+from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.core import Core
+from boresight.gateware.engine.engine import Engine
+
+__all__ = ["Conductor"]
 
 
 class Conductor(wiring.Component):
-    """The update controller: calibration, filter, results; then the field for the next update.
+    """The core with its update controller: calibration, filter, results, field.
 
     Every good inertial sample goes through `calibrate_inertial`, then its words, with those of the
-    field or zeros, through the filter, after those estimators whose words it reads (its chain). A
-    line of the compass waits until the next update is complete, goes through the program for it,
-    and its field is used once, in the update after that. `calibrate_inertial` is selected while
-    the controller is idle.
+    field or zeros, through the filter. A line of the compass waits until the next update is
+    complete, goes through the program for it, and its field is used once, in the update after
+    that. `calibrate_inertial` is selected while the controller is idle.
 
     The time step is the difference of the stamps of the samples used. It is negative, which
     restarts the filter, for the first sample, after ``restart``, ``run`` low or a watchdog, when
     another filter is chosen, and after a gap (`model.attitude.front.inertial.GAP_S`).
 
-    Words of a record that no sensor gives come from registers, whose words an update takes all
-    together (`gateware.attitude.bus.feed_registers`).
+    Words of a record that no sensor gives come from input registers. They are written one by one;
+    ``feed_take`` copies all of them to the controller's memory while no estimator is being fed, so
+    that every update reads one complete set. ``feed_busy`` is high until the last one is copied;
+    no word is written meanwhile.
 
     A sample that comes during the update of the last one is dropped, one that comes while the field
     is computed waits. If the core does not finish a job within `patience`, the job is aborted: one
     word with ``last`` brings the core back to the start of a record.
+
+    With a core whose memories have a register behind them (`Machine.has`), so have the results, and
+    two words wait between controller and core.
 
     **Latency** `latency` of the filter: cycles from ``sample`` to ``updated``, without writes to
     the core's parameters or a new set of input registers, each of which can add a few.
 
     Parameters
     ----------
-    plan : Plan
-        The core's programs.
+    core : Core
+        Core of `gateware.attitude.system.programs.system_core`.
     readers : int
         Readers of the results.
-    read_cycles : int
-        Of the results.
 
     Members
     -------
@@ -79,10 +84,8 @@ class Conductor(wiring.Component):
         Samples are used.
     restart : In(1)
         The next update restarts the filter.
-    i : Out(stream), o : In(stream), choice : Out, chosen : In(1), framing : In(1)
-        The core (`gateware.engine.engine.Engine` with a selector).
-    saturated : In(1)
-        Its ``saturated_update``.
+    choice : Out
+        Number of the program that the core is told to run.
     updated : Out(1)
         New results can be taken in this cycle.
     number : Out(16)
@@ -94,7 +97,10 @@ class Conductor(wiring.Component):
     events : Out
         One-cycle pulses, by `EVENTS`.
     feed_en : In(1), feed_index : In(5), feed_data : In(W), feed_take : In(1), feed_busy : Out(1)
-        Input registers, see `FeedRegisters`; only if an estimator has some.
+        Input registers; only if an estimator has some.
+    bus : In(BusSignature(word=W))
+        The core's registers: parameters and status. The program is not chosen here. Writes take
+        2 cycles more than those of a core, whose acknowledgement comes late in a cycle.
     """
 
     #: Meaning of the bits of ``events``.
@@ -108,10 +114,12 @@ class Conductor(wiring.Component):
         "watchdog",
     )
 
-    def __init__(self, *, plan: Plan, readers: int = 2, read_cycles: int = 1) -> None:
-        self.plan = plan
+    def __init__(self, *, core: Core, readers: int = 2) -> None:
+        self.core = core
+        self.plan = plan = plan_of(core)
         self.readers = readers
-        self.read_cycles = read_cycles
+        #: Cycles to read a result.
+        self.read_cycles = 2 if core.machine.has("memory") else 1
         word = plan.word
         feed = {
             "feed_en": In(1),
@@ -134,17 +142,13 @@ class Conductor(wiring.Component):
                 "source": In(2),
                 "run": In(1),
                 "restart": In(1),
-                "i": Out(stream.Signature(word_layout(word))),
-                "o": In(stream.Signature(word_layout(word))),
                 "choice": Out(range(len(plan.names)), init=plan.inertial),
-                "chosen": In(1),
-                "framing": In(1),
-                "saturated": In(1),
                 "updated": Out(1),
                 "number": Out(16),
                 "last_output": Out(4),
                 "ports": In(ResultPort(word=word)).array(readers),
                 "events": Out(len(self.EVENTS)),
+                "bus": In(BusSignature(word=word)),
                 **(feed if plan.feed.registers else {}),
             }
         )
@@ -153,8 +157,7 @@ class Conductor(wiring.Component):
     def _watch_bit(self) -> int:
         """Bit of ``time`` whose half period is longer than 1.5 times any update."""
         lengths = self.plan.lengths
-        chains = [sum(lengths[k] for k in chain) for chain in self.plan.chains]
-        longest = lengths[self.plan.inertial] + max(*chains, *lengths) + 32
+        longest = lengths[self.plan.inertial] + max(lengths) + 32
         return (longest + longest // 2).bit_length()
 
     @property
@@ -165,31 +168,38 @@ class Conductor(wiring.Component):
     def latency(self, number: int) -> int:
         """Cycles from ``sample`` to ``updated`` with this filter.
 
-        1 before the first word, the lengths of all programs, 4 for the change of program between
-        two of them, 3 until the last change is seen and the results can be taken.
+        1 before the first word, the lengths of calibration and filter, 4 for the change between
+        the two, 3 until the last change is seen and the results can be taken; and 1 for each of
+        the two if words wait before the core.
         """
-        lengths = [self.plan.lengths[k] for k in (self.plan.inertial, *self.plan.chains[number])]
-        return 1 + sum(lengths) + 4 * (len(lengths) - 1) + 3
+        lengths = self.plan.lengths
+        waits = 2 if self.read_cycles == 2 else 0
+        return 1 + lengths[self.plan.inertial] + 4 + lengths[number] + 3 + waits
 
     def elaborate(self, platform: Any) -> Module:
         """Requests from outside; job, state and count; the words to and from the core."""
         m = Module()
         s = Step(self.plan)
-        fire = s.offer & self.i.ready
+        m.submodules.engine = engine = Engine(
+            machine=self.core.machine, image=self.core.image, selector=True
+        )
+        i = self._to_core(m, s, engine)
+        self._bus(m, engine)
+        fire = s.offer & i.ready
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
-        late = self._requests(m, s, accepted)
+        late = self._requests(m, s, accepted, engine.framing)
         words = Words(
             self.plan,
             s,
-            i=self.i,
-            o=self.o,
+            i=i,
+            o=engine.o,
             fire=fire,
             stamp=self.stamp,
             word=self.word,
             values=self.values,
         )
         new_set = self._registers(m, s, words)
-        m.d.comb += [s.next_count.eq(s.count), self.i.valid.eq(s.offer), self.o.ready.eq(1)]
+        m.d.comb += [s.next_count.eq(s.count), i.valid.eq(s.offer), engine.o.ready.eq(1)]
         ends = [s.count == last_words(self.plan, s, before=n) for n in range(2)]
         m.d.sync += [
             s.count.eq(s.next_count),
@@ -203,7 +213,7 @@ class Conductor(wiring.Component):
             with m.Case(State.FEED):
                 self._feed(m, s, fire)
             with m.Case(State.COLLECT):
-                self._collect(m, s)
+                self._collect(m, s, engine.o)
             with m.Case(State.FINISH):
                 self._finish(m, s, accepted, new_set)
             with m.Case(State.TURN):  # until ``chosen`` is that of the new choice
@@ -213,10 +223,38 @@ class Conductor(wiring.Component):
                 self._flush(m, s, fire)
         with m.If(late):
             m.d.sync += [s.state.eq(State.FLUSH), s.ends.eq(1)]
-        self._outputs(m, s, words)
+        self._outputs(m, s, words, i.payload, engine.saturated_update)
         return m
 
-    def _requests(self, m: Module, s: Step, accepted: Value) -> Value:
+    def _to_core(self, m: Module, s: Step, engine: Engine) -> Any:
+        """The stream to the core and the choice of its program, through a buffer if it is deep."""
+        if self.read_cycles == 1:
+            m.d.comb += [engine.choice.eq(self.choice), s.chosen.eq(engine.chosen)]
+            return engine.i
+        m.submodules.words = words = StreamBuffer(layout=engine.i.payload.shape())
+        wiring.connect(m, words.o, engine.i)
+        # Words of a record that wait are of the program chosen for them.
+        choice = Signal.like(self.choice)
+        same = Signal()  # as of the cycle before, like the engine's ``chosen``
+        with m.If(words.empty):
+            m.d.sync += choice.eq(self.choice)
+        m.d.sync += same.eq(choice == self.choice)
+        m.d.comb += [engine.choice.eq(choice), s.chosen.eq(engine.chosen & same)]
+        return words.i
+
+    def _bus(self, m: Module, engine: Engine) -> None:
+        """The core's registers: strobe and acknowledgement of a write through flip-flops."""
+        bus, core = self.bus, engine.bus
+        done = Signal()
+        m.d.comb += [
+            core.addr.eq(bus.addr),
+            core.w_data.eq(bus.w_data),
+            bus.r_data.eq(core.r_data),
+            bus.w_ack.eq(done),
+        ]
+        m.d.sync += [core.w_stb.eq(bus.w_stb & ~core.w_ack & ~done), done.eq(core.w_ack)]
+
+    def _requests(self, m: Module, s: Step, accepted: Value, framing: Value) -> Value:
         """Requests of samples, lines, host and clock; events. Returns the watchdog."""
         with m.If(self.line):  # also one that is not used has changed the words
             m.d.sync += [
@@ -238,7 +276,7 @@ class Conductor(wiring.Component):
             "restart": self.updated & s.restarting,
             "sample_dropped": self.sample & self.run & (busy | s.waiting),
             "field_dropped": self.line & s.line_waits,
-            "framing": self.framing,
+            "framing": framing,
             "watchdog": late,
         }
         m.d.comb += self.events.eq(Cat(pulses[name] for name in self.EVENTS))
@@ -256,7 +294,7 @@ class Conductor(wiring.Component):
             m.d.comb += s.begin.eq(1)
             m.d.sync += [
                 s.state.eq(State.FEED),
-                s.offer.eq(self.chosen),
+                s.offer.eq(s.chosen),
                 s.waiting.eq(0),
                 self.number.eq(self.number + 1),
                 s.running.eq(wanted),
@@ -264,35 +302,30 @@ class Conductor(wiring.Component):
                 s.restarting.eq(s.restart_next | (wanted != s.running)),
                 s.fresh.eq(0),
                 s.use_field.eq(s.fresh & Mux(s.field_counts, self.source[0], self.source[1])),
-                s.step.eq(0),
-                s.clamped.eq(0),
             ]
 
     def _feed(self, m: Module, s: Step, fire: Value) -> None:
         """Feed the record, then choose the next state."""
-        plan = self.plan
-        is_inertial = s.job == Job.INERTIAL
-        behind = Mux(s.last, plan.inertial, s.following)
-        m.d.sync += s.offer.eq(self.chosen & ~(fire & s.ends))
+        m.d.sync += s.offer.eq(s.chosen & ~(fire & s.ends))
         with m.If(fire):
             m.d.comb += s.next_count.eq(Mux(s.ends, 0, s.count + 1))
         with m.If(fire & s.ends):
             m.d.sync += [
                 s.state.eq(State.COLLECT),
-                self.choice.eq(Mux(is_inertial, s.program, behind)),
+                self.choice.eq(Mux(s.job == Job.INERTIAL, s.running, self.plan.inertial)),
             ]
 
-    def _collect(self, m: Module, s: Step) -> None:
+    def _collect(self, m: Module, s: Step, o: Any) -> None:
         """Collect output words."""
-        ended: Value = self.o.valid & self.o.payload.last
+        ended: Value = o.valid & o.payload.last
         if self.plan.early:
             ended = ended | s.ended
-        with m.If(self.o.valid):
-            m.d.comb += s.next_count.eq(Mux(self.o.payload.last, 0, s.count + 1))
+        with m.If(o.valid):
+            m.d.comb += s.next_count.eq(Mux(o.payload.last, 0, s.count + 1))
         with m.If(ended):
             m.d.sync += s.state.eq(State.FINISH)
             with m.If(s.job == Job.INERTIAL):  # the sign of the time step, its last word
-                m.d.sync += s.restarting.eq(self.o.payload.data[-1])
+                m.d.sync += s.restarting.eq(o.payload.data[-1])
 
     def _finish(self, m: Module, s: Step, accepted: Value, new_set: Value) -> None:
         """Choose the next job."""
@@ -303,17 +336,11 @@ class Conductor(wiring.Component):
                 s.state.eq(Mux(new_set, State.FINISH, State.FEED)),
                 s.job.eq(Mux(new_set, Job.INERTIAL, Job.FILTER)),
             ]
-        with m.Elif((s.job == Job.FILTER) & ~s.last):
-            m.d.sync += [
-                s.state.eq(State.FEED),
-                s.step.eq(s.step + 1),
-                s.clamped.eq(s.clamped | self.saturated),
-            ]
         with m.Elif(s.job == Job.FILTER):
-            with m.If(self.chosen):
+            with m.If(s.chosen):
                 m.d.comb += s.complete.eq(1)
                 m.d.sync += s.state.eq(State.IDLE)
-            with m.If(self.chosen & s.line_waits):
+            with m.If(s.chosen & s.line_waits):
                 m.d.sync += [
                     s.state.eq(State.TURN),
                     s.line_waits.eq(accepted),
@@ -342,32 +369,45 @@ class Conductor(wiring.Component):
             m.d.sync += s.state.eq(State.IDLE)
 
     def _registers(self, m: Module, s: Step, words: Words) -> Value:
-        """Copy input registers to the memory. Returns whether a copy is under way."""
-        registers = self.plan.feed.registers
-        if not registers:
+        """Input registers, and their copy to the memory. Returns whether a copy is under way."""
+        plan = self.plan
+        if not plan.feed.registers:
             return Const(0)
-        m.submodules.registers = unit = FeedRegisters(
-            word=self.plan.word, init=[reset_word(value) for value in registers.values()]
+        mask = (1 << plan.word) - 1
+        m.submodules.registers = registers = memory.Memory(
+            shape=plan.word,
+            depth=32,
+            init=[reset_word(value) & mask for value in plan.feed.registers.values()],
+            attrs={"ram_style": "distributed"},
         )
+        w_port, r_port = registers.write_port(), registers.read_port()
+        wanted, going = Signal(), Signal()
+        index, following = Signal(5), Signal(5)
+        ready = ~words.calibrated
+        done = going & ready & (index == len(plan.feed.registers) - 1)
         m.d.comb += [
-            unit.w_en.eq(self.feed_en),
-            unit.w_index.eq(self.feed_index),
-            unit.w_data.eq(self.feed_data),
-            unit.take.eq(self.feed_take),
-            self.feed_busy.eq(unit.busy),
-            unit.free.eq((s.state == State.IDLE) & ~s.begin),
-            unit.ready.eq(~words.calibrated),
-            words.set_valid.eq(unit.valid),
-            words.set_index.eq(unit.index),
-            words.set_data.eq(unit.data),
+            w_port.addr.eq(self.feed_index),
+            w_port.data.eq(self.feed_data),
+            w_port.en.eq(self.feed_en & ~self.feed_busy),
+            r_port.addr.eq(following),
+            following.eq(Mux(going, index + ready, 0)),
+            self.feed_busy.eq(wanted | going),
+            words.set_valid.eq(going),
+            words.set_index.eq(index),
+            words.set_data.eq(r_port.data),
         ]
+        m.d.sync += index.eq(following)
+        with m.If(self.feed_take):
+            m.d.sync += wanted.eq(1)
+        with m.If(wanted & (s.state == State.IDLE) & ~s.begin & ~going):
+            m.d.sync += [going.eq(1), wanted.eq(0)]
         with m.If(s.complete):
             m.d.sync += s.set_fresh.eq(0)
-        with m.If(unit.done):
-            m.d.sync += s.set_fresh.eq(1)
-        return unit.valid
+        with m.If(done):
+            m.d.sync += [going.eq(0), s.set_fresh.eq(1)]
+        return going
 
-    def _outputs(self, m: Module, s: Step, words: Words) -> None:
+    def _outputs(self, m: Module, s: Step, words: Words, payload: Any, saturated: Value) -> None:
         """Words to the core and to the results."""
         plan = self.plan
         m.submodules.results = results = Results(
@@ -381,8 +421,8 @@ class Conductor(wiring.Component):
             results.complete.eq(s.complete),
             self.index.eq(s.count),
             self.last_output.eq(table(s.running, [n - 1 for n in plan.outputs])),
-            self.i.payload.last.eq(s.ends),
-            self.i.payload.data.eq(words.offered(m)),
+            payload.last.eq(s.ends),
+            payload.data.eq(words.offered(m)),
         ]
         header = packed(
             HEADER,
@@ -392,7 +432,7 @@ class Conductor(wiring.Component):
                 "field_used": s.use_field,
                 "field_counts": s.field_counts & s.use_field,
                 "restart": s.restarting,
-                "saturated": self.saturated | s.clamped,
+                "saturated": saturated,
             },
         )
         words.put_away(m, results, header)

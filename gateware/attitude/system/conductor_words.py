@@ -11,9 +11,16 @@ from amaranth.lib import memory
 
 from boresight.gateware.attitude.bus.results import Results
 from boresight.gateware.attitude.sensors.adis16385_frames import FRACTION
-from boresight.gateware.attitude.system.feed import FIELD, HELD, REGISTERS, Fed, reset_word
 from boresight.gateware.attitude.system.interface import Place
-from boresight.gateware.attitude.system.plan import RAW, Plan
+from boresight.gateware.attitude.system.plan import (
+    FIELD,
+    HELD,
+    RAW,
+    REGISTERS,
+    Fed,
+    Plan,
+    reset_word,
+)
 from boresight.gateware.engine.bitwise import Bitwise, multiplex
 
 
@@ -47,18 +54,14 @@ class Source(Enum):
 
 
 class Step:
-    """Registers of the update controller, and signals derived from them.
-
-    ``running`` is the estimator of the update; ``step`` counts along its chain, ``program`` is the
-    current program, ``following`` the next one, ``last`` marks the last one.
-    """
+    """Registers of the update controller, and signals between its parts."""
 
     def __init__(self, plan: Plan) -> None:
         self.state = Signal(State)
         self.job = Signal(Job)
         self.count = Signal(4)
         self.next_count = Signal(4)
-        self.running = Signal(range(plan.filters))
+        self.running = Signal(range(plan.filters))  # the estimator of the update
         self.use_field = Signal()  # the update at work has a fresh field
         self.restarting = Signal()  # ... a negative time step
         self.restart_next = Signal(init=1)
@@ -76,17 +79,7 @@ class Step:
         self.offer = Signal()
         self.ends = Signal()
         self.ended = Signal()  # the last word has come before the record was given
-        self.clamped = Signal()  # a program of the chain before this one has saturated
-        longest = max(map(len, plan.chains))
-        self.step = Signal(range(longest))
-        padded = [(*c, *[c[-1]] * (longest - len(c))) for c in plan.chains]
-        at = [table(self.running, [c[k] for c in padded]) for k in range(longest)]
-        ends = [
-            table(self.running, [int(len(c) <= k + 1) for c in plan.chains]) for k in range(longest)
-        ]
-        self.program = table(self.step, at)
-        self.following = table(self.step, [*at[1:], at[-1]])
-        self.last = table(self.step, ends)
+        self.chosen = Signal()  # the core runs ``choice`` since the cycle before
 
 
 def table(index: Value, entries: Sequence[Any]) -> Value:
@@ -109,7 +102,7 @@ def last_words(plan: Plan, s: Step, *, before: int = 0) -> Value:
     """Number of the word so many ``before`` the last one of the current job's record."""
     last = 1 + before
     counts = [(len(record) - last) % (1 << len(s.count)) for record in plan.feed.records]
-    of_filter = table(s.program, counts)
+    of_filter = table(s.running, counts)
     is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
     return Mux(is_inertial, len(RAW) - last, Mux(is_filter, of_filter, 3 - last))
 
@@ -180,7 +173,7 @@ class Words:
         s = self.s
         records = self.plan.feed.records
         distinct = sorted(set(records), key=records.index)
-        which = table(s.program, [distinct.index(r) for r in records])
+        which = table(s.running, [distinct.index(r) for r in records])
         with m.Switch(which):
             for number, record in enumerate(distinct):
                 case = m.Case(number) if number < len(distinct) - 1 else m.Default()
@@ -238,7 +231,7 @@ class Words:
     def put_away(self, m: Module, results: Results, header: Value) -> None:
         """Write words to the result memory."""
         s, i, o = self.s, self.i, self.o
-        is_filter = (s.job == Job.FILTER) & s.last
+        is_filter = s.job == Job.FILTER
         region = Signal(2)
         count = s.count
         taking = s.state
@@ -257,9 +250,7 @@ class Words:
         with m.Switch(taking):
             with m.Case(State.FEED):
                 m.d.comb += [
-                    results.w_en.eq(
-                        i.valid & i.ready & ~s.job[1] & ((s.job == Job.INERTIAL) | s.last)
-                    ),
+                    results.w_en.eq(i.valid & i.ready & ~s.job[1]),
                     region.eq(Mux(is_filter, Place.INPUTS >> 4, Place.RAWS >> 4)),
                 ]
             with m.Case(State.COLLECT):

@@ -16,8 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from boresight.gateware.attitude.system.feed import reset_word
-from boresight.gateware.attitude.system.plan import FRONT_NAMES
+from boresight.gateware.attitude.system.plan import FRONT_NAMES, reset_word
 from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description, Records, Word, describe
@@ -251,7 +250,7 @@ def system_map(
     events : sequence of str
         Names of the counted events, bit 0 first; ``bad_address`` is added after them.
     feed : mapping, optional
-        Inputs read from registers (`gateware.attitude.system.feed.Feed`).
+        Inputs read from registers (`gateware.attitude.system.plan.Feed`).
     counter_bits : int
         Bits of a counter.
     """

@@ -6,8 +6,7 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from boresight.gateware.attitude.system.feed import MOST_REGISTERS
-from boresight.gateware.attitude.system.plan import FRONT_NAMES, SYSTEM_WORDS, Plan, plan_of
+from boresight.gateware.attitude.system.plan import FRONT_NAMES, MOST_REGISTERS, SYSTEM_WORDS
 from boresight.gateware.core import Core, build_shared_core
 from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.front.sensed import SENSED, Sensed, board_params
@@ -162,8 +161,3 @@ def system_core(
         values[name] = {**values.get(name, {}), **overrides}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
     return build_shared_core(programs, config)
-
-
-def core_plan(core: Core) -> Plan:
-    """Plan of a core for the update controller; see `plan_of` for the errors."""
-    return plan_of([part.program for part in core.parts], [part.schedule for part in core.parts])

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from boresight.gateware.attitude.system.feed import (
+from boresight.gateware.attitude.system.plan import (
     FIELD,
+    FRONT_NAMES,
     HELD,
     PLACES,
     REGISTERS,
@@ -22,7 +23,6 @@ from boresight.gateware.attitude.system.feed import (
     feed_of,
     reset_word,
 )
-from boresight.gateware.attitude.system.plan import FRONT_NAMES
 from boresight.model.arrays import BoolArray
 from boresight.model.attitude.front.inertial import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap

@@ -142,7 +142,7 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
         and len(run.frames) == verdict.updates > 0
     )
     plan = board.system.plan
-    length = sum(plan.lengths[k] for k in plan.chains[filter])
+    length = plan.lengths[filter]
     excess = verdict.core_cycles[1] - length
     return BoardFigures(
         filter=name,

@@ -6,7 +6,6 @@ import pytest
 from amaranth.hdl import Const, Module, Signal
 
 from boresight.gateware.attitude.bus.counters import EventCounters
-from boresight.gateware.attitude.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.csr import Csr, packed
 from boresight.gateware.registers.model import Access, BitField, Register
 from tests.support.bench import pulse
@@ -231,31 +230,3 @@ def test_clear_and_wrap(simulate) -> None:
 def test_parameters_are_checked(options: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         EventCounters(**options)
-
-
-# -- input registers: a set goes as a whole, whatever is written meanwhile ------------------------
-
-
-def test_a_set_begins_with_words_of_either_sign(simulate) -> None:
-    """Which stay while nothing is written."""
-    dut = FeedRegisters(word=26, init=[-3, 1])
-
-    async def bench(ctx):
-        ctx.set(dut.w_data, 7)
-        await ctx.tick()
-        ctx.set(dut.free, 1)
-        ctx.set(dut.ready, 1)
-        await pulse(ctx, dut.take)
-        words = []
-        while ctx.get(dut.busy):
-            _, _, valid, word = await ctx.tick().sample(dut.valid, dut.data)
-            words += [word] * valid
-        assert words == [(1 << 26) - 3, 1]
-
-    simulate(dut, bench)
-
-
-@pytest.mark.parametrize("count", [0, 33])
-def test_count_is_checked(count: int) -> None:
-    with pytest.raises(ValueError, match=rf"^init must have 1 to 32 words, not {count}$"):
-        FeedRegisters(word=32, init=[0] * count)

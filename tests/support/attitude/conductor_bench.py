@@ -8,6 +8,7 @@ The bench (``conductor_bench.sv``) takes one command a cycle::
     f N, o N, u N, r     filter, source, run, restart
     b ADDRESS WORD       write on the bus, until it is acknowledged (word hexadecimal)
     d ADDRESS            read on the bus
+    e K WORD, k          input register K (word hexadecimal); take the set
     n N                  wait for N updates in all
     t, q                 second reader: take, print its words
     x BITS               an upset: bits for the conductor's registers (hexadecimal)
@@ -21,7 +22,6 @@ from pathlib import Path
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_core import AttitudeCore
 from boresight.gateware.attitude.system.conductor import Conductor
 from boresight.gateware.core import Core
 from boresight.gateware.verilog import to_verilog
@@ -80,6 +80,7 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
         "bench",
         {"attitude_core.sv": text, "bench.sv": bench},
         parameters={"WORD": word, "FILTER_BITS": len(top.filter)},
+        arguments=("-DFEED",) if top.plan.feed.registers else (),
     ).run(
         max_cycles=max_cycles, files={**memories, "script.txt": "".join(f"{s}\n" for s in script)}
     )
@@ -87,13 +88,13 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
 
 
 #: What was made of a core, by its identity; the core is kept, so that nothing else gets it.
-_MADE: dict[int, tuple[Core, AttitudeCore, str, dict[str, str]]] = {}
+_MADE: dict[int, tuple[Core, Conductor, str, dict[str, str]]] = {}
 
 
-def _made(core: Core) -> tuple[AttitudeCore, str, dict[str, str]]:
+def _made(core: Core) -> tuple[Conductor, str, dict[str, str]]:
     """The core with its conductor, its Verilog and the contents of its memories."""
     if id(core) not in _MADE:
-        top = AttitudeCore(core=core)
+        top = Conductor(core=core)
         verilog = to_verilog(top, "attitude_core", instances=False)
         _MADE[id(core)] = (core, top, *split_memories(verilog))
     return _MADE[id(core)][1:]

@@ -1,6 +1,8 @@
 // Plays a script (script.txt) to the attitude core and prints what it does; see conductor_bench.py.
 module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
-    reg sample, line, is_counts, run, restart, take1, w_stb;
+    reg sample, line, is_counts, run, restart, take1, w_stb, feed_en, feed_take;
+    reg [4:0] feed_index;
+    wire feed_busy;
     reg [31:0] stamp, cycle;
     reg [15:0] words [0:7];
     reg [47:0] values;
@@ -22,7 +24,15 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
         .number(number), .events(events), .ports__0__take(updated), .ports__0__index(index0),
         .ports__0__value(value0), .ports__1__take(take1), .ports__1__index(index1),
         .ports__1__value(value1), .bus__addr(addr), .bus__w_data(w_data), .bus__w_stb(w_stb),
-        .bus__w_ack(w_ack), .bus__r_data(r_data));
+        .bus__w_ack(w_ack), .bus__r_data(r_data)
+`ifdef FEED
+        , .feed_en(feed_en), .feed_index(feed_index), .feed_data(w_data), .feed_take(feed_take),
+        .feed_busy(feed_busy)
+`endif
+        );
+`ifndef FEED
+    assign feed_busy = 0;
+`endif
 
     integer file, scanned, k, left, updates, wanted, dump0, dump1, reading;
     reg [7:0] command;
@@ -31,7 +41,7 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
 
     initial begin
         file = $fopen("script.txt", "r");
-        {sample, line, is_counts, run, restart, take1, w_stb} = 0;
+        {sample, line, is_counts, run, restart, take1, w_stb, feed_en, feed_take, feed_index} = 0;
         {stamp, cycle, values, filter, source, index0, index1, addr, w_data} = 0;
         {left, updates, wanted, dump0, dump1, reading} = 0;
         upset = 0;
@@ -41,7 +51,7 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     always @(posedge clk) begin
         cycle <= cycle + 1;
         if (!rst) begin
-            {sample, line, restart, take1, upset} <= 0;
+            {sample, line, restart, take1, upset, feed_take} <= 0;
             if (sample) $display("S %0d", cycle);
             if (events[6:1] != 0) $display("E %0d %0d", cycle, events);
             // The newest update is read by the first port at once, index by index.
@@ -65,8 +75,9 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
                 if (reading == 1) $display("R %0d %0h", addr, r_data);
             end
             if (w_stb && w_ack) w_stb <= 0;
+            if (!feed_busy) feed_en <= 0;
             if (left != 0) left <= left - 1;
-            else if ((!w_stb || w_ack) && updates >= wanted && reading == 0) begin
+            else if ((!w_stb || w_ack) && !(feed_en && feed_busy) && updates >= wanted && reading == 0) begin
                 scanned = $fscanf(file, "%c", command);
                 if (scanned != 1) $finish;
                 case (command)
@@ -96,6 +107,11 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
                         scanned = $fscanf(file, "%d\n", a);
                         addr <= a; reading <= 2;
                     end
+                    "e": begin
+                        scanned = $fscanf(file, "%d %h\n", a, b);
+                        feed_index <= a; w_data <= b; feed_en <= 1;
+                    end
+                    "k": begin scanned = $fscanf(file, "\n"); feed_take <= 1; end
                     "n": begin scanned = $fscanf(file, "%d\n", a); wanted <= a; end
                     "t": begin scanned = $fscanf(file, "\n"); take1 <= 1; end
                     "x": begin scanned = $fscanf(file, "%h\n", a); upset <= 1; end
@@ -109,10 +125,9 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     // Any state at all: every register of the conductor at once.
     always @(negedge clk) begin
         if (upset) begin
-            {dut.conductor.state, dut.conductor.job, dut.conductor.count, dut.conductor.running,
-             dut.conductor.i__valid, dut.conductor.waiting, dut.conductor.line_waits,
-             dut.conductor.line_counts, dut.conductor.fresh, dut.conductor.field_counts,
-             dut.conductor.use_field, dut.conductor.restarting, dut.conductor.choice} = a;
+            {dut.state, dut.job, dut.count, dut.running, dut.offer, dut.waiting, dut.line_waits,
+             dut.line_counts, dut.fresh, dut.field_counts, dut.use_field, dut.restarting,
+             dut.choice} = a;
         end
     end
 endmodule

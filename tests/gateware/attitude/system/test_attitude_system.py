@@ -62,7 +62,7 @@ def test_with_wishbone_it_elaborates(core: Core) -> None:
 
 def test_latency_is_the_sum_of_its_parts(core: Core) -> None:
     system = AttitudeSystem(core=core)
-    core_cycles = system._attitude.conductor.latency(0)
+    core_cycles = system._attitude.latency(0)
     assert system.latency_cycles(0) == system.transfer_cycles + core_cycles
     assert system.latency_cycles(0) <= system.transfer_cycles + system.plan.lengths[0] + 100
 

@@ -1,4 +1,4 @@
-"""The conductor's words, the feed and the plan of programs."""
+"""The plan of a core's programs, and where the words of their records come from."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from boresight.gateware.attitude.system.feed import (
+from boresight.gateware.attitude.system.plan import (
+    FRONT_NAMES,
     HELD,
     PLACES,
     REGISTERS,
@@ -14,25 +15,13 @@ from boresight.gateware.attitude.system.feed import (
     Fed,
     Feed,
     feed_of,
+    plan_of,
     reset_word,
 )
-from boresight.gateware.attitude.system.plan import FRONT_NAMES, plan_of
-from boresight.gateware.attitude.system.programs import core_plan, system_core
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.model.declarations import Input, Output
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-
-# -- tables and layouts of the conductor; test_conductor.py runs it whole -------------------------
-
-
-#: Estimator 1 reads what estimator 0 gives; records of 4 and 7 words.
-PLAN: Any = SimpleNamespace(
-    filters=2, chains=((0,), (0, 1)), feed=SimpleNamespace(records=((None,) * 4, (None,) * 7))
-)
-
-
-# -- the script of samples, and what is read out of the bench's text ------------------------------
-
 
 # -- where the words of records come from, by the names of inputs ---------------------------------
 
@@ -120,13 +109,19 @@ def made(core):
     return [p.program for p in core.parts], [p.schedule for p in core.parts]
 
 
+def planned(programs, schedules) -> Any:
+    parts = zip(programs, schedules, strict=False)
+    core = SimpleNamespace(parts=[SimpleNamespace(program=p, schedule=s) for p, s in parts])
+    return plan_of(core)
+
+
 def test_plan(core) -> None:
-    plan = core_plan(core)
+    plan = plan_of(core)
     assert plan.names == ("complementary", *FRONT_NAMES)
     assert (plan.filters, plan.inertial, plan.field, plan.compass) == (1, 1, 2, 3)
     assert plan.lengths == tuple(p.schedule.length for p in core.parts)
     assert (plan.word, plan.outputs, plan.count_bits) == (32, (8,), 16)
-    assert plan.chains == ((0,),) and not plan.feed.wide and not plan.early
+    assert not plan.feed.wide and not plan.early
 
 
 def test_front_programs_must_be_the_last(made) -> None:
@@ -135,7 +130,7 @@ def test_front_programs_must_be_the_last(made) -> None:
         with pytest.raises(
             ValueError, match=r"^programs must be estimators, then calibrate_inertial"
         ):
-            plan_of(wrong, schedules)
+            planned(wrong, schedules)
 
 
 def change(program, number, **what):
@@ -152,13 +147,13 @@ def test_binary_points_must_be_the_filters(made, front: int, output: int, name: 
     number = programs[front].outputs[output]
     programs[front] = change(programs[front], number, frac=programs[front].values[number].frac - 1)
     with pytest.raises(ValueError, match=rf"^input {name} of complementary must be fixed<32,"):
-        plan_of(programs, schedules)
+        planned(programs, schedules)
 
 
 def test_an_unknown_name_is_a_register(made) -> None:
     programs, schedules = list(made[0]), made[1]
     programs[0] = change(programs[0], programs[0].inputs[0], name="time")
-    plan = plan_of(programs, schedules)
+    plan = planned(programs, schedules)
     assert list(plan.feed.registers) == ["time"]
     assert plan.feed.records[0][0] == Fed(REGISTERS)
 
