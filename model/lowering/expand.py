@@ -28,6 +28,8 @@ _BINADES = 31
 _SLACK = 2e-8
 #: Largest over least squared length up to which the inverse root of a sum of squares is exact.
 _LENGTHS = 32.0
+#: Most binades between the ranges of a vector's components.
+_FURTHEST = 22
 
 
 def expand(
@@ -122,6 +124,12 @@ class Expansion(Graph):
         swap, squares = self.less(xx, yy), self.add(xx, yy)
         if squares.kind != "const" and not squares.high <= _LENGTHS * squares.low:
             sizes = {rounded.binary_exponent(max(-a.low, a.high)) for a in (x, y)}
+            if max(sizes) - min(sizes) > _FURTHEST and "const" not in (x.kind, y.kind):
+                raise self.outside(
+                    min(x, y, key=lambda a: max(-a.low, a.high)),
+                    f"components of ops.atan2_ht whose ranges differ by at most 2^{_FURTHEST}",
+                    "limit the larger one with ops.clip",
+                )
             for _ in sizes:
                 swap = self.less(self.absolute(x), self.absolute(y))
                 larger = self.larger(self.absolute(x), self.absolute(y))
@@ -207,7 +215,8 @@ class Expansion(Graph):
         rest = self.const(k * rounded.LN_2)
         for j in reversed(range(_BINADES.bit_length())):  # those that the range decides vanish
             small = self.less(y, self.const(2.0 ** -(2**j)))
-            y = self.saturated(self.select(small, self._scaled(y, 2.0**2**j), y), 1.0)
+            for step in (8, 8) if j == 4 else (2**j,):  # what a word of 18 bits can be shifted
+                y = self.saturated(self.select(small, self._scaled(y, 2.0**step), y), 1.0)
             less = self.select(small, self.const(2**j * rounded.LN_2), self.const(0.0))
             rest = self.sub(rest, less)
         centred = self.saturated(self.sub(self._scaled(y, 4.0), self.const(3.0)), 1.0)

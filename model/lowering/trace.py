@@ -338,7 +338,7 @@ class Tracer:
         return self.new("div", a, b)
 
     def power(self, a: Scalar, n: Any) -> Scalar:
-        """a^n of a whole number n, as products: squares of squares; 1 / a^-n below zero.
+        """a^n of a whole number n, as products: squares of squares; (1 / a)^-n below zero.
 
         Raises
         ------
@@ -353,7 +353,7 @@ class Tracer:
                 fix="write ops.sqrt(x) for x**0.5, ops.exp(n * ops.log(x)) for others",
             )
         if n < 0:
-            return self.div(self.const(1.0), self.power(a, -n))
+            return self.power(self.div(self.const(1.0), a), -n)
         if n < 2:
             return a if n else self.const(1.0)
         half = self.power(a, n // 2)

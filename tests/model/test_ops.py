@@ -94,6 +94,11 @@ def test_atan2_on_the_axes_and_diagonals(trace: Any, word: int) -> None:
     assert np.array_equal(angle[[0, 2, 8]], [0.0, -1.0, 0.0])
 
 
+def test_atan2_of_components_too_far_apart_is_refused(trace: Any) -> None:
+    with pytest.raises(InputError, match="whose ranges differ by at most 2.22, found x1 in"):
+        trace(ops.atan2_ht, [(-(2.0**23), 2.0**23), (-0.9, 0.9)])
+
+
 def test_float_atan2_of_negative_zeros_is_zero() -> None:
     zeros = np.array([0.0, -0.0, 0.0, -0.0])
     assert np.array_equal(ops.atan2_ht(zeros, zeros[::-1]), np.zeros(4))
@@ -117,16 +122,6 @@ def test_sqrt(trace: Any, word: int) -> None:
 
 
 @pytest.mark.parametrize("word", WIDTHS)
-def test_sqrt_of_a_value_whose_binary_point_must_move(trace: Any, word: int) -> None:
-    """[0, 1] needs one more integer bit; rounding the argument costs 1/(2 sqrt x) of that."""
-    t = trace(ops.sqrt, [(0.0, 1.0)], word)
-    x = np.random.default_rng(3).uniform(0.01, 1.0, 4000)
-    fixed, floats, _ = t.run(x)
-    lsb = t.formats()[0].lsb
-    assert np.all(np.abs(fixed[0] - floats[0]) < (4.0 + 1.0 / np.sqrt(x)) * lsb)
-
-
-@pytest.mark.parametrize("word", WIDTHS)
 def test_rsqrt(trace: Any, word: int) -> None:
     t = trace(
         lambda x: ops.bounded(ops.rsqrt(x), 0.0, 64.0, "x >= 2^-12"), [(2.0**-12, 0.999)], word
@@ -137,30 +132,6 @@ def test_rsqrt(trace: Any, word: int) -> None:
     # the mantissa's error is relative: counted where the result is largest
     assert np.abs(fixed[0] / floats[0] - 1.0).max() < 65.0 * 2.0 ** (2 - word) + 2.0**-28
     assert np.abs(fixed[0] - floats[0]).max() / t.formats()[0].lsb < 2.0 + 1.0 * (word > 30)
-
-
-@pytest.mark.parametrize("word", WIDTHS)
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_reciprocal(trace: Any, word: int, sign: float) -> None:
-    low, high = sorted((sign / 64.0, sign))
-    t = trace(lambda x: (1.0 / x, 0.3 / x), [(low, high)], word)
-    x = sign * 2.0 ** np.random.default_rng(5).uniform(-6, 0, 4000)
-    fixed, floats, saturated = t.run(x)
-    assert not saturated.any()
-    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
-        assert np.abs(y - want).max() / fmt.lsb < 2.2
-    assert np.sign(fixed[0]).min() == np.sign(fixed[0]).max() == sign
-
-
-@pytest.mark.parametrize("word", [18, 32])
-def test_quotients_of_either_sign(trace: Any, word: int) -> None:
-    """The reciprocal's sign and exponent fused into the product that uses it."""
-    for low, high in ((0.5, 4.0), (-4.0, -0.5)):
-        t = trace(lambda a, b: a / b, [(-3.0, 3.0), (low, high)], word)
-        rng = np.random.default_rng(11)
-        fixed, floats, saturated = t.run(rng.uniform(-3, 3, 2000), rng.uniform(low, high, 2000))
-        assert np.abs(fixed[0] - floats[0]).max() < 3.0 * t.formats()[0].lsb
-        assert not saturated.any()
 
 
 @pytest.mark.parametrize("word", [18, 32])
