@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import sqlite3
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
 from boresight.cli import main
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
 from boresight.sim.records.files import log_files, read_record
 from boresight.sim.records.record import Record
 from boresight.sim.records.selection import Selection, selected
@@ -186,12 +185,6 @@ def test_two_topics_of_a_type_need_a_name(tmp_path: Path) -> None:
     ):
         read_record(tmp_path / "two")
     assert len(mapped(tmp_path / "two", AS_PX4.split('[[source]]\ncolumns = ["mx')[0])) == 400
-
-
-def test_a_missing_package_is_named(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
-    with pytest.raises(ToolMissing, match=r"pip install 'boresight\[ros\]'"):
-        read_record(tmp_path / "a.mcap")
 
 
 @pytest.mark.parametrize(

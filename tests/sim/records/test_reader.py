@@ -17,7 +17,7 @@ from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import RESTART_S, Column, Record, steps_of
+from boresight.sim.records.record import Column, Record, steps_of
 
 # -- records as inputs: units, steps, truths, rates --------------------------------------------
 
@@ -49,6 +49,13 @@ class Timed(Estimator):
     outputs = (Output("y"),)
 
 
+class Warm(Estimator):
+    """Its unit has another zero than a log's."""
+
+    inputs = (Input("temperature", 200.0, 400.0, "K"),)
+    outputs = (Output("y"),)
+
+
 def fed(estimator: Estimator, units: dict[str, str] | None = None, **columns: Any) -> Feed:
     held = {
         n: Column(np.array(v, dtype=np.float64), (units or {}).get(n)) for n, v in columns.items()
@@ -56,50 +63,42 @@ def fed(estimator: Estimator, units: dict[str, str] | None = None, **columns: An
     return feed(estimator, Record("walk", held))
 
 
-def test_units_of_the_header() -> None:
-    result = fed(
-        Probe(),
-        {
-            "s_true": "",
-            "z": "cm",
-            "plain": "deg/s",
-            "c": "percent",
-            "y_true": "mm",
-            "h_true": "deg",
-            "t": "ms",
-        },
-        t=[0.0, 500.0],
-        z=[150.0, NAN],
-        c=[50.0, NAN],
-        plain=[180.0, -90.0],
-        y_true=[1500.0, NAN],
-        h_true=[90.0, -45.0],
-        s_true=[3.0, 4.0],
-    )
-    assert result.inputs == pytest.approx(
-        np.array([[1.0, 1.5, 0.5, math.pi, 1.0], [0.0, 1.5, 0.5, -math.pi / 2, 0.0]])
-    )
-    assert result.new.tolist() == [[True] * 5, [False, False, False, True, False]]
-    assert len(result) == 2 and result.clamped == {}
-    assert result.t is not None and result.t.tolist() == [0.0, 0.5]
-    assert result.truth["y"] == pytest.approx([1.5, NAN], nan_ok=True)
-    assert result.truth["h"] == pytest.approx([0.5, -0.25])
-    assert result.truth["s"].tolist() == [3.0, 4.0]
-    assert set(result.truth) == {"y", "h", "s"}  # `plain` is an input: its column is no truth
+PROBED = {"z": [150.0, NAN], "c": [50.0, NAN], "plain": [180.0, -90.0]}
+ZEROS = {"z": [0.0], "c": [0.0], "plain": [0.0]}
 
 
-def test_truth_of_either_name() -> None:
-    more = {"z": [0.0], "c": [0.0], "plain": [0.0]}
-    assert fed(Probe(), y=[1.0], **more).truth["y"].tolist() == [1.0]
-    assert fed(Probe(), y=[1.0], y_true=[2.0], **more).truth["y"].tolist() == [2.0]
-    assert fed(Probe(), plain_true=[2.0], **more).truth["plain"].tolist() == [2.0]
-
-
-def test_time_steps() -> None:
-    assert fed(Timed(), t=[0.0, 0.25, 0.375]).inputs[:, 0].tolist() == [0.1875, 0.25, 0.125]
-    assert fed(Timed(), {"t": "ms"}, t=[0.0, 250.0, 375.0]).inputs[1:, 0].tolist() == [0.25, 0.125]
-    assert fed(Timed(), t=[0.0, 0.25], dt=[-0.25, 0.5]).inputs[:, 0].tolist() == [-0.25, 0.5]
-    assert fed(Timed(), {"dt": "ms"}, dt=[125.0]).inputs[:, 0].tolist() == [0.125]
+@pytest.mark.parametrize(
+    ("kind", "units", "columns", "inputs", "truth"),
+    [
+        (Probe, {"z": "cm", "plain": "deg/s", "c": "percent", "y_true": "mm", "h_true": "deg"},
+         {**PROBED, "y_true": [1500.0, NAN], "h_true": [90.0, -45.0], "s_true": [3.0, 4.0]},
+         [[1.0, 1.5, 0.5, math.pi, 1.0], [0.0, 1.5, 0.5, -math.pi / 2, 0.0]],
+         # `plain` is an input: its column is no truth
+         {"y": [1.5, NAN], "h": [0.5, -0.25], "s": [3.0, 4.0]}),
+        (Probe, {}, {**ZEROS, "y": [1.0]}, [[1.0, 0.0, 0.0, 0.0, 1.0]], {"y": [1.0]}),
+        (Probe, {}, {**ZEROS, "y": [1.0], "y_true": [2.0]}, None, {"y": [2.0]}),
+        (Probe, {}, {**ZEROS, "plain_true": [2.0]}, None, {"plain": [2.0]}),
+        (Timed, {}, {"t": [0.0, 0.25, 0.375]}, [[0.1875], [0.25], [0.125]], {}),
+        (Timed, {"t": "ms"}, {"t": [0.0, 250.0, 500.0]}, [[0.25]] * 3, {}),
+        (Timed, {}, {"t": [0.0, 0.25], "dt": [-0.25, 0.5]}, [[-0.25], [0.5]], {}),
+        (Timed, {"dt": "ms"}, {"dt": [125.0]}, [[0.125]], {}),
+        (Warm, {"temperature": "degC"}, {"temperature": [0.0, 26.85]}, [[273.15], [300.0]], {}),
+    ],
+)  # fmt: skip
+def test_columns_become_inputs(
+    kind: type[Estimator], units: dict[str, str], columns: Any, inputs: Any, truth: Any
+) -> None:
+    result = fed(kind(), units, **columns)
+    assert inputs is None or result.inputs == pytest.approx(np.array(inputs))
+    assert len(result) == len(next(iter(columns.values()))) and result.clamped == {}
+    assert result.truth.keys() == truth.keys()
+    for name, values in truth.items():
+        assert result.truth[name] == pytest.approx(np.array(values), nan_ok=True)
+    if "t" in columns:
+        scale = 1e-3 if "t" in units else 1.0
+        assert result.t is not None and result.t.tolist() == [scale * t for t in columns["t"]]
+    if "h_true" in columns:
+        assert result.new.tolist() == [[True] * 5, [False, False, False, True, False]]
 
 
 @pytest.mark.parametrize(
@@ -165,15 +164,6 @@ def test_a_gap_is_named_by_its_time_and_a_cure(tmp_path: Path) -> None:
             feed(Short(), record)
     with pytest.raises(InputError, match=r"found columns t, a; add"):
         feed(Probe(), read_record(path))
-
-
-def test_units_with_another_zero() -> None:
-    class Warm(Estimator):
-        inputs = (Input("temperature", 200.0, 400.0, "K"),)
-        outputs = (Output("y"),)
-
-    result = fed(Warm(), {"temperature": "degC"}, temperature=[0.0, 26.85])
-    assert result.inputs[:, 0] == pytest.approx([273.15, 300.0])
 
 
 def test_words() -> None:
@@ -383,7 +373,3 @@ def test_one_sample_has_no_step(t: list[float]) -> None:
     message = "log 'a': wanted two rows or more, for a time step, found one; use a longer "
     with pytest.raises(InputError, match=f"^{re.escape(message)}log, or give a column dt$"):
         steps_of("log 'a'", np.array(t))
-
-
-def test_restart() -> None:
-    assert RESTART_S == -0.25
