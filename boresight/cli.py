@@ -49,7 +49,7 @@ class _Shown:
     json: Annotated[bool, Parameter(name="--json", help="Print the result as one JSON object.")] = (
         False
     )
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], help="No progress.")] = False
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], help="Print no progress.")] = False
     force: Annotated[
         bool, Parameter(name="--force", help="Overwrite files that boresight did not write.")
     ] = False

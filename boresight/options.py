@@ -83,7 +83,7 @@ EstimatorNames: TypeAlias = Annotated[
     Named,
     _plain(
         _text,
-        help="Name, FILE.py, or FILE.py:CLASS; several with commas share one core.",
+        help="Name, FILE.py, or FILE.py:CLASS; several with commas.",
         metavar="ESTIMATOR[,ESTIMATOR...]",
     ),
 ]
@@ -97,11 +97,13 @@ Config: TypeAlias = Annotated[
         "times the registers; then -d9, -d10 or -d12 for a deeper pipeline."
     ),
 ]
-Word: TypeAlias = Annotated[int, Parameter(help="Width of a word, 18 to 32 bits.")]
+Word: TypeAlias = Annotated[int, Parameter(help="Word width in bits, 18 to 32.")]
 Level: TypeAlias = Annotated[Sequence[str], _plain(_split, name="--levels", metavar="LEVEL,...")]
-Steps: TypeAlias = Annotated[int | None, Parameter(help="Most samples of each source.")]
+Steps: TypeAlias = Annotated[
+    int | None, Parameter(help="Use at most so many samples of each source.")
+]
 Jobs: TypeAlias = Annotated[
-    int | None, Parameter(help="Processes; by default one for each processor.")
+    int | None, Parameter(help="Number of processes; by default one for each processor.")
 ]
 OutputFolder: TypeAlias = Annotated[
     str | Path, Parameter(name=["--output", "-o"], help="Folder for the files.", metavar="DIR")
@@ -119,7 +121,7 @@ Params: TypeAlias = Annotated[
         _texts,
         name="--param",
         metavar="NAME=NUMBER|@FILE",
-        help="Value of a parameter, or a JSON file of values as tune writes it; repeatable.",
+        help="Value of a parameter, or a JSON file as tune writes it; repeatable.",
     ),
 ]
 Progress: TypeAlias = Annotated[Callable[[str], None] | None, PythonOnly]
@@ -143,16 +145,19 @@ class LogRows(Group):
     """Which rows of log files are read."""
 
     start: Annotated[
-        str | None, Parameter(name="--from", help="Begin of the slice of each log, such as 10s.")
+        str | None,
+        Parameter(name="--from", help="Begin of the slice of each log, for example 10s."),
     ] = None
-    stop: Annotated[str | None, Parameter(name="--to", help="End of the slice.")] = None
+    stop: Annotated[str | None, Parameter(name="--to", help="End of the slice of each log.")] = None
     every: Annotated[
-        int | None, Parameter(name="--every", help="Every n-th row; its time step is that of n.")
+        int | None,
+        Parameter(name="--every", help="Use every n-th row; its time step is that of n rows."),
     ] = None
     gaps: Annotated[
         str | None,
         Parameter(
-            name="--gaps", help="Time steps of more than three medians: refuse, bridge or restart."
+            name="--gaps",
+            help="Refuse, bridge or restart at time steps of more than three medians.",
         ),
     ] = None
     map: Annotated[
@@ -160,7 +165,7 @@ class LogRows(Group):
         Parameter(
             name="--map",
             metavar="FILE.toml",
-            help="Topics, fields, units and frames of a flight log or bag.",
+            help="File that maps topics of a flight log or bag to columns.",
         ),
     ] = None
 
@@ -185,7 +190,7 @@ class Profiles(Group):
             _texts,
             name="--profile",
             metavar="FILE|none",
-            help="Ranges that fit wrote; by default the file beside the estimator's; repeatable.",
+            help="Profile that fit wrote; by default the one beside the estimator; repeatable.",
         ),
     ] = None
 
@@ -205,7 +210,7 @@ class Tolerances(Group):
             _texts,
             name="--tolerance",
             metavar="OUTPUT=NUMBER",
-            help="Accepted error of an output instead of the declared one; repeatable.",
+            help="Accepted error of an output, in place of the declared one; repeatable.",
         ),
     ] = ()
 

@@ -10,16 +10,16 @@ __all__ = ["VERBS"]
 
 #: What each verb is for.
 VERBS = {
-    "new": "Write an estimator to begin with, its world, a log and their test.",
-    "info": "Show the tools that are here, an estimator's declarations, or a log's columns.",
-    "compile": "Write a core for an FPGA: Verilog, bench, instances, register map, C.",
+    "new": "Write a first estimator with its world, a log and a test.",
+    "info": "Show installed and missing tools, an estimator's declarations, or a log's columns.",
+    "compile": "Write a core for an FPGA: Verilog, test bench, instances, register map, C.",
     "check": "Compare integer model, C and RTL on logs, bit by bit, and with float64.",
-    "run": "Run an estimator on a log, in a closed loop with a world, or on the board.",
-    "fit": "Choose the formats of an estimator's values from runs.",
-    "explore": "Compare many combinations of word, machine and part.",
-    "accuracy": "Measure errors from truth, beside published filters.",
-    "tune": "Fit parameters to logs with truth, with cross-validation.",
-    "montecarlo": "Run many draws of a world: errors, NEES, NIS, spread against the bound.",
+    "run": "Run an estimator on a log, in a closed loop with a world, or on the simulated board.",
+    "fit": "Choose the formats of values from runs of the estimator.",
+    "explore": "Compare word widths, machines and parts.",
+    "accuracy": "Measure errors against the truth of logs, beside published filters.",
+    "tune": "Tune parameters on logs with true values, with cross-validation.",
+    "montecarlo": "Run many random draws of a world: errors, NEES, NIS, spread against the bound.",
     "experiment": "Run a published experiment in simulation and judge its targets.",
     "monitor": "Read attitudes and registers of a board from its serial line.",
 }

@@ -1,9 +1,9 @@
-"""Measure errors from truth, beside published filters.
+"""Measure errors against the truth of logs, beside published filters.
 
 boresight accuracy  # the attitude filters and VQF on the bundled logs
 boresight accuracy my_filter.py log.csv  # each output in its unit
 boresight accuracy all folder -o build  # ours beside VQF, Madgwick, Mahony, an EKF
-boresight accuracy mekf flight.ulg --align heading  # a constant offset of the heading taken out
+boresight accuracy mekf flight.ulg --align heading  # without a constant offset of the heading
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ def accuracy(
     output: OptionalFolder = None,
     progress: Progress = None,
 ) -> Result:
-    """Error of estimators against the truth of logs, output by output, and from float64.
+    """Measure the error of each output against the truth of logs, and against float64.
 
-    With more than one job and published filters, a script that calls this needs
+    A script that calls this with published filters and more than one job needs
     ``if __name__ == "__main__"``.
 
     Parameters
@@ -67,23 +67,23 @@ def accuracy(
         Logs, or folders of logs; the bundled ones by default. Data in memory is what `Record.of`
         takes, with truths as ``NAME_true``.
     align : str
-        Constant offset between estimate and reference that is taken out of attitudes first, and
-        printed: none, heading (about the vertical) or full.
+        Constant offset that is removed from attitudes first, and printed: none, heading (about
+        the vertical) or full.
     params : mapping, optional
-        Values by estimator.
+        Parameter values by estimator.
     output : path, optional
         Folder for accuracy.html and accuracy.json.
 
     Returns
     -------
     Result
-        ``estimators``: errors of each at every level, over all logs (``mean``) and of each log.
+        ``estimators``: errors of each in every form, over all logs (``mean``) and by log.
 
     Raises
     ------
     InputError
-        Bad logs, unknown names, illegal parameters, a folder that cannot be written, a published
-        filter whose package is not installed.
+        Bad logs, unknown names, illegal parameters, a folder that cannot be written, or a
+        published filter whose package is not installed.
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)

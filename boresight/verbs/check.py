@@ -1,14 +1,14 @@
 """Compare integer model, C and RTL on logs, bit by bit, and with float64.
 
-boresight check my_filter.py log.csv  # all levels
+boresight check my_filter.py log.csv  # all forms
 boresight check my_filter.py first.csv folder -o build  # several logs; a page and its JSON
 boresight check my_filter.py log.csv --levels fixed,c --word 24  # without RTL, in narrow words
-boresight check my_filter.py log.csv --levels fixed,netlist --target ecp5-25k  # as mapped
-boresight check one.py,two.py log.csv  # taking turns on one core
+boresight check my_filter.py log.csv --levels fixed,netlist --target ecp5-25k  # the netlist
+boresight check one.py,two.py log.csv  # both on one core, in turns
 boresight check one.py,two.py one=log.csv two=motor.csv  # each with its own log
-boresight check my_filter.py log.csv --baseline check.json  # also beside an earlier --json
-boresight check my_filter.py log.csv --wave 1200:1210  # also the core's signals, to look at
-boresight check reproducer.json  # a difference that was found, again
+boresight check my_filter.py log.csv --baseline check.json  # also against an earlier --json
+boresight check my_filter.py log.csv --wave 1200:1210  # also write the core's signals
+boresight check reproducer.json  # repeat a difference that was found
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def check(
     progress: Progress = None,
     rows: Annotated[int | None, PythonOnly] = None,
 ) -> Result:
-    """Compare the levels of an estimator on logs; see `sim.compare.check.Check`.
+    """Compare the forms of an estimator on logs; see `sim.compare.check.Check`.
 
     Parameters
     ----------
@@ -106,28 +106,27 @@ def check(
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs; with several estimators NAME=LOG gives each its own.
     steps : int, optional
-        Most samples of each log.
+        Use at most so many samples of each log.
     levels : sequence of str
-        Some of fixed, c, rtl, netlist (the core after synthesis for a target).
+        Forms to compare: fixed, c, rtl, netlist (the core after synthesis for a target).
     simulator : str, optional
         Simulator of the RTL: verilator or icarus; by default Verilator, or Icarus without it.
     target : str, optional
-        Part that the core is for: xc6slx9, the default, ecp5-25k, generic, ... Its machine is the
-        one that compile takes for it. The level netlist and the page's area are of this part.
+        Part that the core is for: xc6slx9 (the default), ecp5-25k, generic, ... It decides the
+        depth of the machine as in compile, the netlist, and the area on the page.
     params : mapping, optional
-        Values other than the defaults; of several estimators such a mapping of each by its name.
+        Parameter values; for several estimators a mapping of each by its name.
     rtl_rows : int, optional
-        Rows of each log that run in RTL, as 16 slices spread over it, each from the states of the
-        integer model; by default all of them, from a reset on.
+        Simulate only so many rows of each log in RTL: 16 slices spread over the log, each from
+        the states of the integer model. By default all rows.
     wave : str, optional
-        Rows of the log, FIRST:STOP without the last, whose signals of the core are written to the
-        folder waves, with the program's names.
+        Write the core's signals in rows FIRST to STOP - 1 of the log to the folder wave.
     output : path, optional
-        Folder for report.html and report.json, with area and clock: about one estimator.
+        Folder for report.html and report.json, with area and clock; for one estimator.
     reproducer : path, optional
-        Written when a level differs. The command line writes reproducer.json.
+        File that is written if a form differs. The command line writes reproducer.json.
     rows : int, optional
-        Rows that run on a level at a time; the results are the same with any number.
+        Rows that run at a time; does not change the results.
 
     Returns
     -------
@@ -137,8 +136,8 @@ def check(
     Raises
     ------
     InputError
-        Unknown names, bad logs. All logs are read before the first is checked; of a long file the
-        first rows.
+        Unknown names, bad logs. All logs (of a long one the first rows) are read before the first
+        is checked.
     """
     require_whole("steps", steps, 1)
     require_whole("rtl_rows", rtl_rows, 1)
@@ -204,7 +203,7 @@ def check(
 
 
 def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
-    """Keep differences in a file."""
+    """Write differences to a file."""
     if str(words[0]).endswith(".json"):
         return {}
     with suppress(InputError):  # a file of the user, or a folder that cannot be written

@@ -1,13 +1,13 @@
-"""Write a core for an FPGA: Verilog, bench, instances, register map, C.
+"""Write a core for an FPGA: Verilog, test bench, instances, register map, C.
 
-boresight compile my_filter.py -o build  # a filter of one's own
-boresight compile complementary mekf -o build  # two in one core; a register says which runs
-boresight compile mekf --config fast --board mimas --synth -o build  # ISE project, estimates
+boresight compile my_filter.py -o build  # your own filter
+boresight compile complementary mekf -o build  # two in one core; a register selects one
+boresight compile mekf --config fast --board mimas --synth -o build  # ISE project, area, clock
 boresight compile my_filter.py --target generic -o build  # Verilog for any part
 boresight compile my_filter.py --target ecp5-25k --route --seeds 5 -o build  # placed and routed
-boresight compile mekf --board ulx3s --clock 100 -o build  # to the bitstream, with open tools
-boresight compile my_filter.py --target ecp5-25k --config small-d7 -o build  # not the fastest depth
-boresight compile "vqf(rate_hz=200, mag='none')" -o build  # one that takes arguments
+boresight compile mekf --board ulx3s --clock 100 -o build  # a bitstream, with open tools
+boresight compile my_filter.py --target ecp5-25k --config small-d7 -o build  # depth of your choice
+boresight compile "vqf(rate_hz=200, mag='none')" -o build  # arguments of the constructor
 """
 
 from __future__ import annotations
@@ -97,47 +97,48 @@ def compile(
     output: OutputFolder = "build",
     progress: Progress = None,
 ) -> Result:
-    """Compile one estimator or several into a core, and write everything about it.
+    """Compile one or several estimators into a core, and write its files.
 
     Parameters
     ----------
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS, a class or an object.
     others : str, class or Estimator
-        More of them: one core holds them all, in this order, and a register says which runs.
+        More estimators for the same core, in this order; a register selects the one that runs.
     target : str, optional
-        What core.v is for: xc6slx9 (or another Spartan-6), with its primitives; generic, ecp5-25k,
-        ice40-up5k, ... (docs/targets.md) without any. By default the board's part, or xc6slx9. If
-        the configuration names no depth, the target's fastest one is taken.
+        Part that core.v is for: xc6slx9 (or another Spartan-6), with its primitives, or generic,
+        ecp5-25k, ice40-up5k, ... (docs/targets.md), without primitives. By default the board's
+        part, or xc6slx9. If --config names no depth, the fastest one for the part is used.
     board : str, optional
         Also write a project for this board: mimas or sk-xc6slx9 (ISE), ulx3s or icebreaker (the
         bitstream, with open tools).
     top : str
-        What that is: sensors, the complete system, or records, the core alone, fed by a computer.
+        Project for the board: sensors, the complete system, or records, a core that is fed by a
+        computer.
     synth : bool
-        Also synthesise the core, and the complete system if there is one: area, and an estimate of
-        the clock where the family has one.
+        Also synthesise the core, and the complete system of a board: area, and on Spartan-6 an
+        estimate of the clock.
     route : bool
         Also place and route the core on the target: area and clock.
     seeds : int
-        Placements that are tried, with seeds 1, 2, ...; the slowest counts.
+        Number of placements; the slowest one is the result.
     clock : float, optional
-        Clock in MHz: fails where the routed core, at its slowest seed, does not reach it. On a
-        board with open tools the clock of the design.
+        Clock in MHz. The command fails if the slowest placement does not reach it. On a board
+        with open tools it is the clock of the design.
     params : mapping, optional
-        Values other than the defaults; of several estimators such a mapping of each by its name.
+        Parameter values; for several estimators a mapping of each by its name.
 
     Returns
     -------
     Result
-        The contents of report.json: ``timing`` with latencies and interval, ``resources``; with
-        several estimators what concerns them all, and under ``programs`` the report of each.
+        The contents of report.json: ``timing`` with latencies and interval, ``resources``; for
+        several estimators also ``programs``, the report of each.
 
     Raises
     ------
     InputError
-        Unknown or repeated name, illegal width or parameter, folder that cannot be written, or
-        what no core could compute right (`sim.compare.soundness`).
+        Unknown or repeated name, illegal width or parameter, a folder that cannot be written, or a
+        format that is too coarse (`sim.compare.soundness`).
     ScheduleError
         The programs do not fit into one core.
     """

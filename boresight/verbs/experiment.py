@@ -2,7 +2,7 @@
 
 boresight experiment ma2014 -o build  # the 2014 paper's tables and figures
 boresight experiment satcom --runs 2 -o build  # an antenna on a vehicle, in closed loop
-boresight experiment my_experiment.py:Mine  # one's own
+boresight experiment my_experiment.py:Mine  # your own
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def experiment(
     output : path
         Folder for the files.
     seed : int
-        Of the first run.
+        Seed of the first run.
     runs : int, optional
-        How many runs the spread comes from; by default the experiment's own number.
+        Number of runs; by default the experiment's own.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""Compare many combinations of word, machine and part.
+"""Compare word widths, machines and parts.
 
-boresight explore mekf log.csv -o build  # six widths, one lane and two: a page and a table
+boresight explore mekf log.csv -o build  # six widths, one and two lanes
 boresight explore my_filter.py log.csv --word 18,20,24  # three widths
 boresight explore my_filter.py log.csv taps=4,8,16  # an argument of the constructor
 boresight explore mekf log.csv --want "attitude<0.01deg, dsp<=1, us<5" --least lut  # choose
@@ -85,54 +85,54 @@ def explore(
     output: OutputFolder = "build",
     progress: Progress = None,
 ) -> Result:
-    """Measure combinations of word, machine and target, and choose one.
+    """Measure combinations of word width, machine and target, and choose one.
 
-    Everything measured is stored in ``explore-NAME.jsonl``: later runs read and extend it, and an
-    interrupted run continues. The page is ``explore-NAME.html``. A row says why a combination
-    cannot be built, or why `check` would refuse it.
+    Results are stored in ``explore-NAME.jsonl``: later runs read and extend it, and an interrupted
+    run continues. The page is ``explore-NAME.html``. A row says why a combination cannot be built,
+    or why `check` would refuse it.
 
     Parameters
     ----------
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS.
     logs : paths, or data in memory (`Record.of`)
-        Logs, or folders of logs; also arguments of the constructor with the values to try,
+        Logs, or folders of logs; also arguments of the constructor with values to try, for example
         taps=4,8,16.
     words : sequence of int
         Word widths, 18 to 32 bits.
     configs : sequence of str
-        Machines, as compile has them.
+        Machines, as in compile.
     targets : sequence of str
         Parts for area and clock.
     synth : bool
-        Also area, and an estimate of the clock (yosys), which takes longest.
+        Also synthesise with yosys: area, and on Spartan-6 an estimate of the clock.
     route : bool
-        Also place and route on targets for which there is an open tool: minutes for each.
+        Also place and route where an open tool has the target; takes minutes for each row.
     seeds : int
-        How often with --route; the slowest counts.
+        Number of placements with --route; the slowest one is the result.
     want : str
-        Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
-        docs/learn/explore.md: an output's name is its largest error from float64.
+        Limits with commas, for example attitude<0.01deg, dsp<=1, us<5. docs/learn/explore.md lists
+        the figures; the name of an output stands for its largest error from float64.
     least : str
-        Which of those that meet the demands is chosen: the one with least of this figure; by
-        default of the first demand.
+        Figure that decides among the rows within all limits: the least is chosen. By default the
+        figure of the first limit.
     clock : float
-        For times, MHz.
+        Clock in MHz for times in seconds.
     steps : int, optional
-        Leading samples of each log.
+        Use at most so many samples of each log.
     params : mapping, optional
-        Values other than the defaults.
+        Parameter values.
     jobs : int, optional
-        Processes; by default one for each processor. An estimator that is no text runs in this
-        process.
+        Number of processes; by default one for each processor. An estimator that is given as an
+        object runs in this process.
     again : bool
-        Measure everything again, also what is stored.
+        Measure everything again, also stored rows.
     scheduler : str, optional
-        Address of a Dask cluster whose workers measure instead; they see the same files.
+        Address of a Dask cluster that measures; its workers must see the same files.
     executor : concurrent.futures.Executor, optional
-        Measures instead of both.
+        Executor that measures, in place of both.
     output : path
-        Folder of page and table.
+        Folder for page and table.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def explore(
     InputError
         Unknown names, bad logs, a demand on a figure that does not exist.
     ToolMissing
-        There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no C compiler.
+        yosys is missing with ``synth``, a router with ``route``, or the C compiler.
     """
     say = progress or (lambda text: None)
     _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs, seeds=seeds)

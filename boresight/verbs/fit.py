@@ -1,4 +1,4 @@
-"""Choose the formats of an estimator's values from runs.
+"""Choose the formats of values from runs of the estimator.
 
 boresight fit my_filter.py log.csv  # my_filter.fit.json, which every verb finds beside it
 boresight fit my_filter.py folder world.py:World  # from several logs and a closed loop
@@ -70,29 +70,30 @@ def fit(
 ) -> Result:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
 
-    Every value is observed in float64 on the sources and on hostile inputs, with states in their
-    declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS` above what was seen,
-    and half of the bits that are left to its interval, at most `sim.fit.choose.MOST_BITS`. Inputs,
-    parameters, states and what replaces them, angles that wrap, divisors and arguments of roots
-    have the formats of their declarations or intervals. What would make an output less exact on the
-    sources is left out; see `sim.fit.fitting.select_ranges`. Nothing is written where a word
-    saturates on the sources, or more variances are negative than without the profile.
+    Every value is observed in float64 on the sources and in a stress test (hostile updates), with
+    states in their declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS`
+    above what was seen, and half of the bits that are left to its interval, at most
+    `sim.fit.choose.MOST_BITS`. Inputs, parameters, states and next states, angles that wrap,
+    divisors and arguments of roots keep the formats of their declarations or intervals. Formats
+    that would make an output less exact are left out; see `sim.fit.fitting.select_ranges`. Nothing
+    is written if a word saturates on the sources, or if more variances are negative than without
+    the profile.
 
     Parameters
     ----------
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS.
     sources : paths, data in memory (`Record.of`), worlds
-        Logs, folders of logs, or worlds as FILE.py:CLASS, in which the estimator runs in float64.
+        Logs, folders of logs, or worlds as FILE.py:CLASS; the estimator runs on them in float64.
     params : mapping, optional
-        Parameter values of all runs.
+        Parameter values.
     word : int
-        Width with which the effect is measured; the profile serves every width.
+        Word width for the comparison; the profile serves every width.
     steps : int, optional
-        Leading updates of each source.
+        Use at most so many updates of each source.
     output : path, optional
-        The profile; by default ``FILE.fit.json`` beside the estimator's file, where every verb
-        finds it.
+        File of the profile; by default FILE.fit.json beside the estimator, where every verb finds
+        it.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""Show the tools that are here, an estimator's declarations, or a log's columns.
+"""Show installed and missing tools, an estimator's declarations, or a log's columns.
 
-boresight info  # tools that are here and missing, estimators, worlds, experiments, machines
+boresight info  # tools, estimators, worlds, experiments, machines
 boresight info my_filter.py  # what an estimator declares
 boresight info flight.ulg  # the topics of a flight log or bag, with fields, units, rates, gaps
 boresight info log.csv  # the columns of a table
@@ -15,9 +15,10 @@ import subprocess
 from collections.abc import Callable, Iterable
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.synthesis.yosys import find_tool
@@ -37,14 +38,17 @@ from boresight.sim.worlds.world import WORLD_GROUP
 __all__ = ["info"]
 
 
-def info(what: EstimatorName | None = None, /) -> Result:
-    """Show what is here, what an estimator declares, or what a log holds.
+_WHAT = Parameter(help="Estimator (name, FILE.py or FILE.py:CLASS), or a log; by default tools.")
+
+
+def info(what: Annotated[EstimatorName | None, _WHAT] = None, /) -> Result:
+    """Show what is installed, what an estimator declares, or what a log holds.
 
     Parameters
     ----------
     what : str, class or Estimator, optional
         An estimator, or a log: a table, a flight log (.ulg) or a bag (.bag, .mcap, .db3, or the
-        folder of a bag of ROS 2). By default tools, and the names of all that is installed.
+        folder of a bag of ROS 2). By default tools, and names of estimators, worlds, experiments.
 
     Returns
     -------
@@ -56,7 +60,7 @@ def info(what: EstimatorName | None = None, /) -> Result:
     InputError
         An unknown name, a damaged file.
     ToolMissing
-        What reads the log is not installed.
+        The package that reads the log is not installed.
     """
     if what is None:
         return _installed()
@@ -172,12 +176,26 @@ def _shortened(names: Iterable[str]) -> list[str]:
 _PROGRAMS = ("gcc", "g++", "make", "perl")
 #: Optional programs, how to get them, what they are for.
 _OPTIONAL_PROGRAMS = {
-    "iverilog": ("sudo apt-get install iverilog", "a second simulator, cocotb"),
-    "riscv64-unknown-elf-gcc": (
-        "sudo apt-get install gcc-riscv64-unknown-elf",
-        "the paper's software on a soft core",
-    ),
+    "iverilog": ("sudo apt-get install iverilog", "simulation by Icarus"),
+    "riscv64-unknown-elf-gcc": ("sudo apt-get install gcc-riscv64-unknown-elf", "C on a soft core"),
     "xst": ("ISE 14.7, from AMD", "bitstreams for Spartan-6"),
+}
+#: What the packages of an extra are for.
+_USES = {
+    "icarus": "simulation by Icarus",
+    "plots": "plots and reports",
+    "board": "projects of boards, serial line",
+    "softcore": "C on a soft core",
+    "systems": "the systems of the literature",
+    "published": "published attitude filters",
+    "logs": "Parquet, Feather, MAT",
+    "ulog": "flight logs of PX4",
+    "ros": "bags of ROS",
+    "cluster": "campaigns on a Dask cluster",
+    "ecp5": "routing of ECP5",
+    "ice40": "routing of iCE40",
+    "gowin": "routing of Gowin",
+    "nexus": "routing of Nexus",
 }
 
 
@@ -194,7 +212,11 @@ def _installed() -> Result:
     for name, (line, use) in _OPTIONAL_PROGRAMS.items():
         tools.append(_row(name, _program(name), line, use))
     for name, extra in extras.items():
-        tools.append(_row(name, _package(name), f"pip install 'boresight[{extra}]'", extra))
+        if name not in ("verilator", "yosys"):
+            router = name.removeprefix("yowasp-") if name.startswith("yowasp-nextpnr") else ""
+            found = _program(router) or _package(name)
+            use = _USES.get(extra, extra)
+            tools.append(_row(name, found, f"pip install 'boresight[{extra}]'", use))
     cache = Cache()
     _, size = cache.usage()
     names = {
@@ -220,7 +242,7 @@ def _row(name: str, found: str, advice: str, use: str = "") -> dict[str, Any]:
 
 
 def _program(name: str) -> str:
-    """First line that a program says of its version; empty without it."""
+    """First line of a program's version; empty without the program."""
     if not shutil.which(name):
         return ""
     option = "-V" if name == "iverilog" else "--version"

@@ -1,8 +1,8 @@
 """Read attitudes and registers of a board from its serial line.
 
 boresight monitor /dev/ttyUSB0  # attitudes, until Ctrl-C
-boresight monitor capture.bin -o out.csv -o out.png  # of a capture
-boresight monitor /dev/ttyUSB0 --map registers.json --write filter=1  # another filter
+boresight monitor capture.bin -o out.csv -o out.png  # from a captured file
+boresight monitor /dev/ttyUSB0 --map registers.json --write filter=1  # select another filter
 """
 
 from __future__ import annotations
@@ -43,27 +43,27 @@ def monitor(
 ) -> Any:
     """Listen to a board; first write, then read registers.
 
-    With ``reads`` or ``writes`` and without ``steps`` and ``output`` that is all. A port is
-    listened to until ``steps`` attitudes have come, or for ever; Ctrl-C ends it in good order.
+    With ``reads`` or ``writes`` and without ``steps`` and ``output`` it then ends. Otherwise it
+    listens until ``steps`` attitudes have come, or until Ctrl-C.
 
     Parameters
     ----------
     source : str
-        Serial port, or a file of what came from one.
+        Serial port, or a file with bytes captured from one.
     baud : int
         Bits per second.
     steps : int, optional
-        Attitudes to take; by default all, or for ever.
+        Stop after so many attitudes; by default at the end of the file, or at Ctrl-C.
     output : paths
-        A table, FILE.csv, and a picture of heading, pitch and roll, FILE.png, .svg or .pdf.
+        Table (FILE.csv), or plot of heading, pitch and roll (FILE.png, .svg, .pdf); repeatable.
     reads : sequence of str
         Read a register, by name or address; repeatable.
     writes : sequence of str
-        Write a register, before any is read; repeatable.
+        Write a register, before registers are read; repeatable.
     register_map : path, optional
-        Register map of the bitstream: names, formats, clock.
+        Register map of the bitstream, registers.json: names, formats, clock.
     silence_s : float
-        Longest silence of a port.
+        Longest silence of a port, s.
     each : callable, optional
         Called with each attitude as a line of text.
 
@@ -75,7 +75,7 @@ def monitor(
     Raises
     ------
     InputError
-        Wrong argument, no such register, or a line that cannot be read.
+        Wrong argument, unknown register, or a port that cannot be read.
     """
     output = [output] if isinstance(output, str | Path) else output
     tables = [path for path in output if str(path).endswith(".csv")]

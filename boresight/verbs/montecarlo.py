@@ -1,4 +1,4 @@
-"""Run many draws of a world: errors, NEES, NIS and spread against the bound.
+"""Run many random draws of a world: errors, NEES, NIS, spread against the bound.
 
 boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world and an estimator
 """
@@ -64,36 +64,36 @@ def montecarlo(
     output: OutputFolder = "build",
     progress: Progress = None,
 ) -> Result:
-    """Run draws of a world on an estimator: errors, NEES, NIS, spread against the bound.
+    """Run an estimator in many draws of a world: errors, NEES, NIS, spread against the bound.
 
-    Completed draws are stored in ``montecarlo-WORLD-ESTIMATOR.jsonl``: a later call with the same
-    files, also with more runs, continues there. Results do not depend on the number of processes.
+    Completed draws are stored in ``montecarlo-WORLD-ESTIMATOR.jsonl``, where a later call with the
+    same files continues. Results do not depend on the number of processes.
 
     Parameters
     ----------
     world : str, class or World
-        FILE.py:CLASS, with `World.draw`; `World.bound` gives what no estimator can beat.
+        FILE.py:CLASS, with `World.draw`; `World.bound` gives the bound of the spread.
     estimator : str, class or Estimator
-        Name, or FILE.py:CLASS; with `Estimator.error_covariance` and `Estimator.nis_freedom`, if it
-        has these.
+        Name, or FILE.py:CLASS; `Estimator.error_covariance` and `Estimator.nis_freedom` are used
+        if they exist.
     runs : int
-        How many draws.
+        Number of draws.
     seed : int
-        Of the first draw.
+        Seed of the first draw; draw k has seed + k.
     levels : str
-        One of c, fixed and float.
+        Form that runs: c, fixed or float.
     steps : int, optional
-        Most records of a draw.
+        Use at most so many records of a draw.
     jobs : int, optional
-        Processes; by default one for each processor. Objects run in this process.
+        Number of processes; by default one for each processor. Objects run in this process.
     again : bool
-        Run every draw again, also those that are stored.
+        Run all draws again, also stored ones.
     scheduler : str, optional
-        Address of a Dask cluster whose workers run the draws instead.
+        Address of a Dask cluster that runs the draws; its workers must see the same files.
     executor : concurrent.futures.Executor, optional
-        Runs the draws instead of both.
+        Executor that runs the draws, in place of both.
     output : path
-        Folder of ``montecarlo-WORLD-ESTIMATOR.json`` and of the journal.
+        Folder for ``montecarlo-WORLD-ESTIMATOR.json`` and the journal.
 
     Returns
     -------

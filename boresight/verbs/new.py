@@ -1,6 +1,6 @@
-"""Write an estimator to begin with, its world, a log and their test.
+"""Write a first estimator with its world, a log and a test.
 
-boresight new my_filter  # my_filter.py, its log, results and test, here
+boresight new my_filter  # my_filter.py, my_filter.csv, test_my_filter.py, baseline
 boresight new work/my_filter.py  # in another folder
 """
 
@@ -35,13 +35,13 @@ _FILES = {
 def new(name: Annotated[str | Path, Parameter(show_default=False)], /) -> Result:
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
-    Beside them stands ``NAME_baseline.json``, which `boresight check` gives, for the test. They
-    pass `boresight check`, `boresight run` and pytest as they are.
+    ``NAME_baseline.json`` has the results of `boresight check`, with which the test compares. The
+    test passes as it is.
 
     Parameters
     ----------
     name : str or path
-        Name of the module, with or without .py; a folder before it says where.
+        Name of the module, with or without .py; may begin with a folder.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def new(name: Annotated[str | Path, Parameter(show_default=False)], /) -> Result
     Raises
     ------
     InputError
-        No name of a module; a file of yours has that name already.
+        Not a name of a module, or a file of yours has that name already.
     """
     path = Path(name)
     stem = path.name.removesuffix(".py")

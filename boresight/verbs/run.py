@@ -1,13 +1,13 @@
-"""Run an estimator on a log, in a closed loop with a world, or on the board.
+"""Run an estimator on a log, in a closed loop with a world, or on the simulated board.
 
-boresight run my_filter.py log.csv -o out.csv  # the integers of the core; one row out per row in
-boresight run my_filter.py log.csv --levels float  # float64, compiled; out: my_filter-float.csv
+boresight run my_filter.py log.csv -o out.csv  # fixed point; one row for each row of the log
+boresight run my_filter.py log.csv --levels float  # float64; writes my_filter-float.csv
 boresight run my_filter.py log.csv --param @tuned.json --param alpha=0.02  # other parameters
-boresight run pi.py plant.py:Plant --levels rtl,c  # a closed loop, on two levels
-boresight run pi.py plant.py:Plant -o loop.csv  # what the loop saw, as a log
-boresight run mekf board -o build  # the complete system, sensors at its pins: a page
+boresight run pi.py plant.py:Plant --levels rtl,c  # a closed loop, in two forms
+boresight run pi.py plant.py:Plant -o loop.csv  # write the records of the loop as a log
+boresight run mekf board -o build  # the complete system with its sensors
 boresight run mekf "board(source='counts', seconds=2)" -o build  # with other settings
-boresight run flight.ulg -o flight.csv --from 10s --to 70s  # a log as another kind of file
+boresight run flight.ulg -o flight.csv --from 10s --to 70s  # convert a log
 """
 
 from __future__ import annotations
@@ -102,24 +102,23 @@ def run(
     Parameters
     ----------
     estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS. A log in its place, alone, is written as another file.
+        Name, FILE.py or FILE.py:CLASS. A log alone is converted to another kind of file.
     source : path, mapping of arrays, table, Record, World or str
         A log; a world, as FILE.py:CLASS or by its name; or board, the complete system with its
-        sensors, settings in brackets: board(seconds=1, source="heading", feed={}, faults=False).
+        sensors, with settings: board(seconds=1, source="heading", feed={}, faults=False).
     levels : sequence of str
-        On a log one of float (compiled float64), numpy (the same, as written), fixed (the integer
-        interpreter, the default), c or rtl. In a loop one or several, c by default: the first
-        runs, and the others are compared with it.
+        On a log one form: float (compiled float64), numpy (float64 as written), fixed (the integer
+        model, the default), c or rtl. In a loop one or several, c by default; each further form is
+        compared with the first.
     steps : int, optional
-        Most samples of the source.
+        Use at most so many samples of the source.
     seed : int, optional
-        Of the world's draw, as montecarlo takes it; by default the world as it is.
+        Seed of the world's draw, as in montecarlo; by default the world as it is.
     output : path, optional
-        On a log and in a loop a log (its kind by the suffix, else CSV): outputs with their units,
-        half turns in degrees; of a loop what it saw, with truths. The command line writes
-        ESTIMATOR-LEVEL.csv by default. Of the board a folder.
+        File for the outputs of a log or the records of a loop, of a kind by its suffix; angles in
+        degrees. The command line writes ESTIMATOR-LEVEL.csv by default. A folder for the board.
     rows : int, optional
-        Read, run and write a file in pieces of so many rows, for a log that memory does not hold;
+        Read, run and write a file in pieces of so many rows, for a log that is longer than memory;
         the result has no arrays then. By default all at once.
 
     Returns
@@ -131,8 +130,8 @@ def run(
     Raises
     ------
     InputError
-        Unknown estimator, source or level, bad log, a world that raises or gives what is no
-        record, output that cannot be written.
+        Unknown estimator, source or form, bad log, a world that raises or returns no record, or
+        output that cannot be written.
     """
     if source is None:
         return _copied(estimator, output)

@@ -1,8 +1,8 @@
-"""Fit parameters to logs with truth, in the open, with cross-validation.
+"""Tune parameters on logs with true values, with cross-validation.
 
 boresight tune my_filter.py folder -o tuned.json  # then: run ... --param @tuned.json
 boresight tune mekf folder --folds 3  # cross-validated
-boresight tune my_filter.py log.csv --only alpha --weight vel=0.5  # one, with weights
+boresight tune my_filter.py log.csv --only alpha --weight vel=0.5  # one parameter, other weights
 """
 
 from __future__ import annotations
@@ -74,20 +74,19 @@ def tune(
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS.
     logs : paths, or data in memory (`Record.of`)
-        Logs, or folders of logs. Those without truth are named and left out.
+        Logs, or folders of logs. Logs without true values are left out, with a warning.
     folds : int, optional
-        Of the cross-validation; 1: none. By default 3, or as many as there are logs.
+        Folds of the cross-validation; 1 for none. By default 3, or the number of logs.
     names : sequence of str, optional
         Parameters to tune; all by default.
     weights : mapping, optional
-        How much an error counts (of an output, or an angle of an attitude), repeatable, on top of
-        the defaults: 1, of an attitude its angle.
+        Weight of the error of an output, or of an angle of an attitude; by default 1; repeatable.
     rounds : int
-        Most rounds of each search; 0: none, the sensitivities of what is given alone.
+        Largest number of rounds of the search; 0 gives the sensitivities alone.
     vary : float
-        Factor of the sensitivities.
+        Factor by which parameters change for the sensitivities.
     params : mapping, optional
-        Values to start from, and to hold where they are not tuned.
+        Initial values, and values of parameters that are not tuned.
     output : path, optional
         JSON file with the result; ``--param @FILE`` reads it.
 
@@ -99,7 +98,7 @@ def tune(
     Raises
     ------
     InputError
-        Unknown names, bad logs, no trial with truth, illegal numbers.
+        Unknown names, bad logs, no log with true values, illegal numbers.
     """
     say = progress or (lambda text: None)
     found = find_estimator(estimator)
