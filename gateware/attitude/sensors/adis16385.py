@@ -9,23 +9,24 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.sensors.adis16385_flags import EVENTS, FLAGS
-from boresight.gateware.attitude.sensors.adis16385_frames import (
+from boresight.gateware.attitude.sensors.adis16385_device import (
     CHECKED,
     CONFIG_FRAMES,
+    EVENTS,
     FIRST,
     FIRST_RUN,
+    FLAGS,
     FRACTION,
     LAST,
     RANGE_SHIFTS,
     RUN_FRAMES,
     STEPS,
     WORDS,
+    Settings,
+    Timing,
     read,
     write,
 )
-from boresight.gateware.attitude.sensors.adis16385_range import at_full_scale
-from boresight.gateware.attitude.sensors.adis16385_setup import Settings, Timing
 from boresight.gateware.attitude.sensors.spi import SpiController, cycles_for
 
 __all__ = ["Adis16385"]
@@ -100,7 +101,7 @@ class Adis16385(wiring.Component):
     temperature, diag_stat : Out(16)
         The latest values read, also of dropped samples.
     flags : Out(len(FLAGS)), events : Out(len(EVENTS))
-        See `gateware.attitude.sensors.adis16385_flags`.
+        See `gateware.attitude.sensors.adis16385_device`.
     """
 
     EVENTS: Final = EVENTS
@@ -306,7 +307,7 @@ class Adis16385(wiring.Component):
             with m.If(writer.en & (r.place == WORDS.index(at))):
                 m.d.sync += latest.eq(word)
         limits = (settings.gyro_limit, settings.accel_limit)
-        full = ~r.place.all() & at_full_scale(spi.o_data, r.place >= 3, limits)
+        full = ~r.place.all() & _at_full_scale(spi.o_data, r.place >= 3, limits)
         with m.If(writer.en):
             m.d.sync += [
                 r.over.eq(~is_temperature & (r.over | full)),
@@ -513,3 +514,32 @@ class _Registers:
     def give_chances(self) -> list[Any]:
         """All of them, after a good sample and at a new start."""
         return [self.chances.eq(self.chances.init), self.final.eq(self.final.init)]
+
+
+def _at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value:
+    """Expression: the magnitude of a signed 16-bit word is the selected limit or more.
+
+    One comparison with a constant serves both signs: ``w >= limit`` is ``w > limit - 1``, and
+    ``w <= -limit`` is ``~w >= limit - 1``. From the lowest bit on, the comparison with a constant
+    is one AND or OR per bit, which packs five bits into a LUT.
+
+    Parameters
+    ----------
+    word : Value
+        16 bits.
+    select : Value
+        0 or 1: number of the limit.
+    limits : (int, int)
+        1 to 32767.
+    """
+    negative = word[15]
+    result: Value = negative
+    for k in range(15):
+        bit = word[k] ^ negative
+        with_bit = [result & bit if (limit - 1) >> k & 1 else result | bit for limit in limits]
+        result = (
+            with_bit[0]
+            if (limits[0] - 1 ^ limits[1] - 1) >> k & 1 == 0
+            else Mux(select, with_bit[1], with_bit[0])
+        )
+    return result & Const(1)

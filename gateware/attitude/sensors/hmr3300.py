@@ -38,9 +38,6 @@ class Hmr3300(wiring.Component):
 
     A line in which no byte comes for one to two ticks of `tick_cycles` is spoiled.
 
-    An overrun is impossible: the parser takes a byte every `SentenceParser.cycles_per_byte`
-    cycles, and the line needs 9.5 bits of 8 cycles or more for one.
-
     **Latency** ``line`` comes `latency` cycles after the start edge of LF at most. A good
     sentence stays fresh for ``stale_s``, and up to two ticks more.
 

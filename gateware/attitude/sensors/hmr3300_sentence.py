@@ -11,10 +11,12 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.sensors.hmr3300_number import BITS, DecimalNumber
-
 __all__ = ["SPACES_MAX", "SentenceParser", "Step"]
 
+#: Bits of a value.
+BITS = 16
+#: Largest heading, tenths of a degree; largest magnitude of a count.
+HEADING_MAX, COUNT_MAX = 3599, 32_767
 #: Maximum spaces before a number.
 SPACES_MAX = 7
 #: Digits in front of a point, digits of a count.
@@ -74,8 +76,7 @@ class SentenceParser(wiring.Component):
     take; it counts as that and not as rejected, and the rest of it is skipped. A byte with a
     framing error spoils its line, and so does a pause in it: the rest may belong to the next one.
 
-    **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
-    cycles.
+    **Latency** ``line`` comes `latency` cycles after LF. A byte may come in every cycle.
 
     Parameters
     ----------
@@ -105,8 +106,6 @@ class SentenceParser(wiring.Component):
         The compass has rejected a command.
     """
 
-    #: Fewest cycles from byte to byte.
-    cycles_per_byte = BITS + 2
     #: Cycles from the LF of a good line to ``line``.
     latency = 3
 
@@ -145,15 +144,16 @@ class SentenceParser(wiring.Component):
         tenths = Signal()
         negative = Signal()
         field = Signal(2)
-        m.submodules.arithmetic = arithmetic = DecimalNumber(angle_max=self.angle_max)
-        m.d.comb += [
-            arithmetic.digit.eq(nibble),
-            arithmetic.take.eq(valid & byte["digit"]),
-            arithmetic.store.eq(valid & (byte["comma"] | byte["cr"] | byte["lf"])),
-            arithmetic.negative.eq(negative),
-            arithmetic.tenths.eq(tenths),
-            arithmetic.first.eq(field == 0),
-        ]
+        number = Signal(range(10**DIGITS_MAX))
+        values = Signal(3 * BITS)
+        bound = Mux(tenths, Mux(field == 0, HEADING_MAX, self.angle_max), COUNT_MAX)
+        with m.If(valid & byte["digit"]):
+            m.d.sync += number.eq(10 * number + nibble)
+        with m.If(valid & (byte["comma"] | byte["cr"])):
+            new = Mux(negative, -number, number)[:BITS]
+            m.d.sync += [number.eq(0), values.eq(Cat(values[BITS:], new))]
+        with m.If(valid & byte["lf"]):
+            m.d.sync += number.eq(0)
 
         step = Signal(Step, init=Step.SKIP)
         count = Signal(3)
@@ -163,9 +163,9 @@ class SentenceParser(wiring.Component):
         with m.If(good):
             m.d.sync += self.is_counts.eq(kind)
             for k, value in enumerate(self.values):
-                m.d.sync += value.eq(arithmetic.values.word_select(k, BITS))
+                m.d.sync += value.eq(values.word_select(k, BITS))
         line = _Line(step, field, count, tenths, negative)
-        at_begin, following = self._following(m, byte, line, arithmetic.over)
+        at_begin, following = self._following(m, byte, line, number > bound)
 
         with m.If(valid):
             m.d.sync += [

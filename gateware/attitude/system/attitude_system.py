@@ -13,7 +13,7 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_flags import FLAG_MEANINGS
+from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput

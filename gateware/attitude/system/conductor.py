@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.results import ResultPort, Results
 from boresight.gateware.attitude.bus.stream_buffer import StreamBuffer
-from boresight.gateware.attitude.sensors.adis16385_frames import FRACTION
+from boresight.gateware.attitude.sensors.adis16385_device import FRACTION
 from boresight.gateware.attitude.system.conductor_words import (
     Job,
     State,

@@ -10,7 +10,7 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory
 
 from boresight.gateware.attitude.bus.results import Results
-from boresight.gateware.attitude.sensors.adis16385_frames import FRACTION
+from boresight.gateware.attitude.sensors.adis16385_device import FRACTION
 from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.attitude.system.plan import (
     FIELD,

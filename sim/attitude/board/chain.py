@@ -47,7 +47,7 @@ class Samples:
     counts : int (n, 6)
         Gyro x, y, z, accelerometer x, y, z.
     halvings : int
-        How often the gyro's range of +-300 deg/s is halved (`adis16385_frames.RANGE_SHIFTS`).
+        How often the gyro's range of +-300 deg/s is halved (`adis16385_device.RANGE_SHIFTS`).
     line : int (n,)
         `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
     values : int (n, 3)

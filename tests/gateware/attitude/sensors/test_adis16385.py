@@ -5,7 +5,7 @@ import random
 import pytest
 
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
+from boresight.gateware.attitude.sensors.adis16385_device import CONFIG_FRAMES, RUN_FRAMES
 from tests.support.attitude.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
 

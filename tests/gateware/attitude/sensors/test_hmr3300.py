@@ -3,9 +3,13 @@
 `tests.sim.attitude.devices` has the rest, with the model of the compass.
 """
 
+import random
+import re
+
 from amaranth.hdl import Module
 
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, Hmr3300
+from boresight.gateware.attitude.sensors.hmr3300_sentence import SentenceParser
 from tests.support.bench import Pins, put, run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
@@ -139,3 +143,76 @@ def test_line_with_a_pause_or_a_framing_error_in_it_is_rejected() -> None:
     ):
         out, _ = happenings(data, after=100)
         assert [what for _, what in out if isinstance(what, str)] == wanted
+
+
+#: A sentence with headings, and one with counts; each number with its value.
+HEADINGS = re.compile(r" {0,7}(\d{1,3}\.\d), {0,7}(-?\d{1,3}\.\d), {0,7}(-?\d{1,3}\.\d)\r")
+COUNTS = re.compile(", ".join([r" {0,7}(-?\d{1,5})"] * 3).replace(", ", ",") + r"\r")
+
+
+def wanted(line: str) -> tuple[bool, tuple[int, ...]] | None:
+    """What a line up to its LF means: whether counts, and the numbers; None: rejected."""
+    if match := HEADINGS.fullmatch(line):
+        values = tuple(int(text.replace(".", "")) for text in match.groups())
+        good = values[0] <= 3599 and max(map(abs, values[1:])) <= 900
+        return (False, values) if good else None
+    if match := COUNTS.fullmatch(line):
+        values = tuple(map(int, match.groups()))
+        return (True, values) if max(map(abs, values)) <= 32_767 else None
+    return None
+
+
+def random_line(rng: random.Random) -> str:
+    """A sentence, good or with small damage."""
+
+    def number(first: bool) -> str:
+        if kind:
+            edge = rng.choice(
+                (32_767, 32_768, 65_536, 99_999, 100_000, *[rng.randrange(32_768)] * 20)
+            )
+            return str(rng.choice((-1, 1)) * edge)
+        tenths = rng.choice((3599, 3600, 9999, 0, rng.randrange(3700)) if first else (
+            900, 901, 5, rng.randrange(1000)))  # fmt: skip
+        sign = "" if first and rng.random() < 0.9 else rng.choice(("", "-"))
+        return f"{sign}{tenths // 10}.{tenths % 10}"
+
+    kind = rng.random() < 0.5
+    spaces = lambda: " " * rng.choice((*[0, 1, 7] * 5, 8))  # noqa: E731
+    text = ",".join(spaces() + number(k == 0) for k in range(3)) + "\r"
+    for _ in range(rng.choice((0, 0, 0, 1, 2))):
+        at = rng.randrange(len(text))
+        text = text[:at] + rng.choice(("", *"0123456789-., +#I\rx")) + text[at + rng.randrange(2) :]
+    return text
+
+
+def test_a_sentence_is_good_if_it_fits_the_grammar() -> None:
+    rng, top, dut = random.Random(4), Module(), SentenceParser()
+    top.submodules.dut = dut
+    seen = []
+
+    async def bench(ctx):
+        for text in ["", *lines]:
+            rejected = invalid = 0
+            found = None
+            for k in range(len(text) + 6):
+                if k <= len(text):
+                    ctx.set(dut.data, ord((text + "\n")[k]))
+                ctx.set(dut.valid, k <= len(text))
+                await ctx.tick()
+                rejected += ctx.get(dut.rejected)
+                invalid += ctx.get(dut.invalid)
+                if ctx.get(dut.line):
+                    values = tuple(ctx.get(value) for value in dut.values)
+                    found = bool(ctx.get(dut.is_counts)), values
+            seen.append((found, rejected, invalid))
+
+    lines = [random_line(rng) for _ in range(700)] + ["#I\r", "#D\r", "HMR3300", "#"]
+    run_bench(top, bench)
+    results = [wanted(line) for line in lines]
+    assert [found for found, _, _ in seen[1:]] == results
+    for line, result, (_, rejected, invalid) in zip(lines, results, seen[1:], strict=True):
+        assert (rejected, invalid) == (
+            (0, 1) if line.startswith("#I") else (int(result is None), 0)
+        ), line
+    kinds = [result[0] for result in results if result]
+    assert min(kinds.count(True), kinds.count(False)) > 50 and results.count(None) > 200

@@ -4,7 +4,7 @@ import pytest
 from amaranth.back import rtlil
 
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_setup import Timing
+from boresight.gateware.attitude.sensors.adis16385_device import Timing
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.attitude.system.programs import system_core

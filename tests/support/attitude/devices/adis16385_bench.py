@@ -8,8 +8,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
-from boresight.gateware.attitude.sensors.adis16385_setup import Settings, Timing
+from boresight.gateware.attitude.sensors.adis16385_device import (
+    EVENTS,
+    FLAG_MEANINGS,
+    Settings,
+    Timing,
+)
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.attitude.devices.adis16385 import FAULTS, device_text
 from boresight.sim.rtl.compiled import build

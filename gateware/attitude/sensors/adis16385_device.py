@@ -1,0 +1,213 @@
+"""Registers, times and settings of the ADIS16385; frames, flags and events of its reader.
+
+Addresses, identity and word formats are the maker's (register map of the iSensor evaluation
+software); the meaning of the bits of DIAG_STAT, MSC_CTRL, SMPL_PRD and SENS_AVG is a sibling
+part's (ADIS16334, ADIS1636x), and so is the pipeline: a frame's answer is what the frame before
+it asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from amaranth.lib import data
+
+#: Register addresses.
+REGISTERS: Final = {
+    "XGYRO_OUT": 0x04,
+    "YGYRO_OUT": 0x06,
+    "ZGYRO_OUT": 0x08,
+    "XACCL_OUT": 0x0A,
+    "YACCL_OUT": 0x0C,
+    "ZACCL_OUT": 0x0E,
+    "TEMP_OUT": 0x10,
+    "MSC_CTRL": 0x34,
+    "SMPL_PRD": 0x36,
+    "SENS_AVG": 0x38,
+    "DIAG_STAT": 0x3C,
+    "PROD_ID": 0x56,
+}
+#: Words of a sample, by their index.
+WORDS: Final = (
+    "XGYRO_OUT",
+    "YGYRO_OUT",
+    "ZGYRO_OUT",
+    "XACCL_OUT",
+    "YACCL_OUT",
+    "ZACCL_OUT",
+    "TEMP_OUT",
+    "DIAG_STAT",
+)
+#: Registers with known contents, in the order of their checks.
+CHECKED: Final = ("PROD_ID", "MSC_CTRL", "SMPL_PRD", "SENS_AVG")
+#: Contents of PROD_ID.
+IDENTITY: Final = 0x4001
+#: Ranges of the gyro by bits 10:8 of SENS_AVG (sibling part): how often +-300 deg/s is halved.
+#: All other codes count as +-300 deg/s.
+RANGE_SHIFTS: Final = {2: 1, 1: 2}
+#: Fraction bits of a sample's words, so that every range has the same unit.
+FRACTION: Final = max(RANGE_SHIFTS.values())
+#: Bit of DIAG_STAT: a frame had not 16 clocks (sibling part).
+COMM_FAILURE: Final = 1 << 3
+
+
+def read(register: str) -> int:
+    """Command that requests a register."""
+    return REGISTERS[register] << 8
+
+
+def write(register: str, byte: int, value: int) -> int:
+    """Command that writes a byte (0 low, 1 high) of a register."""
+    return 0x8000 | (REGISTERS[register] + byte) << 8 | value
+
+
+@dataclass(frozen=True)
+class Step:
+    """A frame: its command, and the use of its reply.
+
+    Attributes
+    ----------
+    register : str
+        Register that is read or written.
+    byte : int or None
+        Byte that is written (0 low, 1 high); None: a read.
+    store : int or None
+        Index of the sample's word in the reply.
+    check : int or None
+        Place in `CHECKED` of the register that the answer is; always the step's number modulo 4,
+        and the step is a read.
+    """
+
+    register: str
+    byte: int | None = None
+    store: int | None = None
+    check: int | None = None
+
+
+def _steps() -> dict[int, Step]:
+    # Nothing is written to an unidentified device.
+    steps = {3: Step("PROD_ID"), 4: Step("PROD_ID", check=0), 11: Step("PROD_ID")}
+    for k, name in enumerate(CHECKED[1:]):
+        steps[5 + 2 * k], steps[6 + 2 * k] = Step(name, 0), Step(name, 1)
+    for k, name in enumerate((*CHECKED[1:], "TEMP_OUT")):
+        steps[12 + k] = Step(name, check=k)
+    for k, name in enumerate((*WORDS[:6], "DIAG_STAT")):
+        steps[16 + k] = Step(name, store=(k - 1) if k else WORDS.index("TEMP_OUT"))
+    for k, name in enumerate(CHECKED):
+        steps[24 + k] = Step(name, store=WORDS.index("DIAG_STAT"))
+        steps[28 + k] = Step("TEMP_OUT", check=k)
+    return steps
+
+
+#: All frames by the number of their step: 3..15 at the start, 16..22, 24 + k, 28 + k for each
+#: sample, with the place k of the register that is checked with this sample.
+STEPS: Final = _steps()
+#: First step, first step of a sample, last step before the check.
+FIRST, FIRST_RUN, LAST = 3, 16, 22
+#: Frames of the start, and of a sample.
+CONFIG_FRAMES, RUN_FRAMES = 13, 9
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Times of the device.
+
+    Parameters
+    ----------
+    sclk_hz : float
+        Highest SPI clock, Hz. 1 MHz is what the maker's own tool uses.
+    stall_s : float
+        Least pause between frames, s. 16 us is what the maker's own tool uses.
+    startup_s : float
+        Least wait from the end of the reset pulse to the first frame, s (unverified: 0.3).
+    reset_s : float
+        Least length of the reset pulse, s (unverified: 1 ms).
+    period_s : float
+        Nominal time between samples without decimation, s: 1/1024.
+    timeout_periods : float
+        Periods after which a data-ready edge counts as missing.
+    """
+
+    sclk_hz: float = 1e6
+    stall_s: float = 16e-6
+    startup_s: float = 0.3
+    reset_s: float = 1e-3
+    period_s: float = 1 / 1024
+    timeout_periods: float = 4.0
+
+    def __post_init__(self) -> None:
+        for name, value, minimum in (
+            ("sclk_hz", self.sclk_hz, 0.0),
+            ("timeout_periods", self.timeout_periods, 1.0),
+        ):
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not number or not value >= minimum or not value > 0:
+                wanted = "1 or more" if minimum else "a positive number"
+                raise ValueError(f"{name} must be {wanted}, not {value!r}")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Words of the device, and limits of the reader's checks.
+
+    Parameters
+    ----------
+    bad_limit : int, 1 to 16
+        Bad samples in a row that lead to a new start.
+    identity : int
+        PROD_ID.
+    msc_ctrl, smpl_prd, sens_avg : int
+        Settings while the members of the same names are not driven: data-ready on DIO1, active
+        high; 1024 samples/s; +-300 deg/s and a filter of 2**2 taps per stage.
+    gyro_limit, accel_limit : int
+        Full scale, counts: a magnitude from there on is over-range.
+    alarm_mask, invalid_mask : int
+        Bits of DIAG_STAT.
+    """
+
+    bad_limit: int = 4
+    identity: int = IDENTITY
+    msc_ctrl: int = 0x0006
+    smpl_prd: int = 0x0001
+    sens_avg: int = 0x0402
+    gyro_limit: int = 24_000
+    accel_limit: int = 20_000
+    alarm_mask: int = 0xFF7F
+    invalid_mask: int = COMM_FAILURE
+
+    def __post_init__(self) -> None:
+        limits = {"gyro_limit": (1, 0x7FFF), "accel_limit": (1, 0x7FFF), "bad_limit": (1, 16)}
+        for name, value in vars(self).items():
+            low, high = limits.get(name, (0, 0xFFFF))
+            if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+                raise ValueError(f"{name} must be an integer from {low} to {high}, not {value!r}")
+
+
+#: Flag: meaning. In the order of their bits.
+FLAG_MEANINGS: Final = {
+    "running": "identity and settings are checked, samples are being read",
+    "identity_error": "PROD_ID was wrong when last read",
+    "config_error": "a setting was not what had been written when last read back",
+    "no_data_ready": "the data-ready edge is overdue",
+    "link_error": "the last sample was dropped: DIAG_STAT says so, or it followed a wrong one",
+    "alarm": "DIAG_STAT of the last good sample has an alarm",
+    "over_range": "a gyro or accelerometer of the last good sample is at full scale",
+    "overrun": "a data-ready edge was skipped just before the last good sample",
+}
+#: Event: meaning. In the order of their bits; each is one cycle long.
+EVENT_MEANINGS: Final = {
+    "sample": "a good sample",
+    "identity_error": "PROD_ID is wrong: sample dropped, or start given up",
+    "config_error": "a setting reads back wrong: sample dropped, or start given up",
+    "no_data_ready": "the data-ready edge is overdue",
+    "link_error": "sample dropped: DIAG_STAT says so, or it is the first after a wrong one",
+    "alarm": "a good sample, with an alarm in DIAG_STAT",
+    "over_range": "a good sample, with a gyro or accelerometer at full scale",
+    "overrun": "a data-ready edge came while a sample was being read: skipped",
+    "restart": "reset pulse: too many bad samples in a row, a start given up, or asked for",
+}
+#: Level flags.
+FLAGS: Final = data.StructLayout(dict.fromkeys(FLAG_MEANINGS, 1))
+#: Names of the events.
+EVENTS: Final = tuple(EVENT_MEANINGS)
