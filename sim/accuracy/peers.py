@@ -64,11 +64,6 @@ class Peer:
     kernel: Callable[..., FloatArray]
     settings: tuple[object, ...]
 
-    @property
-    def slow(self) -> bool:
-        """It runs sample by sample in Python, some seconds for ten thousand samples."""
-        return self.package == "ahrs"
-
     def run(self, log: NineAxis, dip: float | None = None) -> FloatArray:
         """Attitudes (n, 4); the dip [rad] of the place's field, by default that of the log."""
         return self.kernel(log, dip, *self.settings)

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -223,19 +223,21 @@ def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Reco
     InputError
         As `read_record`; rows before a fault have been given then.
     """
-    yield from resized(_selected(Path(path)), rows)
+    yield from resized(blocks_of(path, steps=True), rows)
 
 
-def blocks_of(path: str | os.PathLike[str]) -> Iterator[Record]:
-    """A log file in blocks as it is written, or the rows of it that are selected.
+def blocks_of(path: str | os.PathLike[str], *, steps: bool = False) -> Iterator[Record]:
+    """A log file in blocks, or the rows of it that are selected.
+
+    They have their time steps where ``steps`` says so, or where rows are selected.
 
     Raises
     ------
     InputError
         As `read_pieces`.
     """
-    path = Path(path)
-    return _blocks(path) if selection().is_identity else _selected(path)
+    blocks, rows = _blocks(Path(path)), selection()
+    return rows.pieces(timed(blocks)) if steps or not rows.is_identity else blocks
 
 
 def recording_of(path: Path) -> tuple[Reader, str] | None:
@@ -244,12 +246,6 @@ def recording_of(path: Path) -> tuple[Reader, str] | None:
         return read_bag, "ros"
     name = path.name.lower()
     return next((pair for suffix, pair in RECORDINGS.items() if name.endswith(suffix)), None)
-
-
-def _selected(path: Path) -> Iterator[Record]:
-    """The blocks of a file with their time steps, as far as they are selected."""
-    blocks, rows = timed(_blocks(path)), selection()
-    return blocks if rows.is_identity else rows.pieces(blocks)
 
 
 def _blocks(path: Path) -> Iterator[Record]:
@@ -296,10 +292,6 @@ def _format(path: Path) -> Format:
     return next((form for suffix, form in FORMATS.items() if name.endswith(suffix)), _CSV)
 
 
-def _identity(record: Record) -> Record:
-    return record
-
-
 @dataclass(frozen=True, eq=False)
 class Log:
     """A log.
@@ -314,15 +306,12 @@ class Log:
         Leading samples; by default all.
     path : Path, optional
         The file that it is from.
-    derived : callable
-        Each block goes through it.
     """
 
     name: str
     data: Record | Path
     steps: int | None = None
     path: Path | None = None
-    derived: Callable[[Record], Record] = _identity
 
     @classmethod
     def of(
@@ -348,12 +337,6 @@ class Log:
             return cls(next(read_pieces(path)).name, path, steps, path)
         record = read_record(path).head(steps)
         return cls(record.name, record, path=path)
-
-    def through(self, work: Callable[[Record], Record]) -> Log:
-        """The log whose samples are converted by a function, block by block."""
-        if isinstance(self.data, Record):
-            return replace(self, data=work(self.data))
-        return replace(self, derived=lambda block: work(self.derived(block)))
 
     @property
     def comparison(self) -> bool:
@@ -385,7 +368,7 @@ class Log:
             return
         count = 0
         for block in read_pieces(self.data, rows):
-            yield self.derived(block if self.steps is None else block.head(self.steps - count))
+            yield block if self.steps is None else block.head(self.steps - count)
             count += len(block)
             if self.steps is not None and count >= self.steps:
                 return
