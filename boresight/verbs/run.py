@@ -388,7 +388,9 @@ def _on_log(
         for columns, loop in runs(machine) if rows is None else ahead(runs(machine)):
             start = sum(piece.rows for piece in pieces)
             pieces.append(_piece(estimator, columns, loop, whole=rows is None))
-            yield _record(estimator, columns.t, loop.outputs, start)
+            _check_finite(estimator, loop.outputs, start)
+            if target is not None:
+                yield _record(estimator, columns.t, loop.outputs)
 
     with make_level(level, build) as machine:
         machine.traced = False
@@ -465,10 +467,8 @@ def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
             return
 
 
-def _record(
-    estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray], start: int = 0
-) -> Record:
-    """Outputs of the steps from ``start`` on as a log; InputError if one is infinite."""
+def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start: int = 0) -> None:
+    """Raise InputError if an output of the steps from ``start`` on is infinite."""
     infinite = {o: int(np.argmax(at)) for o, v in outputs.items() if (at := np.isinf(v)).any()}
     if infinite:
         output = min(infinite, key=infinite.__getitem__)
@@ -479,6 +479,12 @@ def _record(
             found="an infinite one: the estimator diverges",
             fix=f"--steps {step} gives the rows before it" if step else "correct the estimator",
         )
+
+
+def _record(
+    estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray]
+) -> Record:
+    """Outputs as a log."""
     columns = {} if t is None else {"t": Column(t, "s")}
     for o in estimator.outputs:
         half_turns = o.unit == "ht"

@@ -87,7 +87,7 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
             if rule.unit == declared.unit
             and (len(columns) == 3 or not rule.wants_triple)
             and not rule.least <= typical <= rule.most
-            and typical > 0.0
+            and (typical > 0.0 or rule.unit == "m/s^2")  # no field: no sample
             and rule.least < declared.high <= rule.range_limit
         ]
     warnings += _contradictions(estimator, inputs, new)
@@ -103,7 +103,7 @@ def _looks(rule: _Rule, typical: float) -> str:
         if low <= typical < high:
             return f"which looks like {unit}"
     if rule.unit == "m/s^2" and typical < rule.least:
-        return "too little for gravity: has the device removed it?"
+        return "too little for gravity: is the sensor dead, or has the device removed it?"
     return f"where {rule.least:g} to {rule.most:g} would be plausible"
 
 

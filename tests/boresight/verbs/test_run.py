@@ -76,14 +76,15 @@ def test_pieces_of_any_length_give_the_same_bytes(name: str, level: str, here: P
 def test_data_in_memory() -> None:
     class Mine(Estimator):
         inputs = (Input("z", -4.0, 4.0, "m"),)
-        outputs = (Output("y", ""),)
+        outputs = (Output("y", ""), Output("t"))  # no time: nothing is written
 
         def step(self, x, u, p):
-            return {}, {"y": u.z + 1.0}
+            return {}, {"y": u.z + 1.0, "t": u.z}
 
     for source in (Mine, Mine()):
         result = boresight.run(source, {"z[cm]": [100.0, -50.0]})
         assert result["outputs"]["y"].tolist() == [2.0, 0.5] and result["t"] is None
+        assert result["outputs"]["t"].tolist() == [1.0, -0.5]
 
 
 class Diverging(Estimator):

@@ -275,6 +275,8 @@ def test_nothing_is_odd() -> None:
         ({"spin": -10.5}, "spin: typically 10.5 rad/s, which looks like deg/s"),
         ({"ax": 0.6, "az": 0.8}, "ax ay az: typically 1 m/s^2, which looks like g (g0 in a "
          "header)"),
+        ({"ax": 0.0, "az": 0.0}, "ax ay az: typically 0 m/s^2, too little for gravity: is the "
+         "sensor dead, or has the device removed it?"),
         ({"ax": 600.0, "az": 800.0}, "ax ay az: typically 1e+03 m/s^2, which looks like mg (mg0 in "
          "a header)"),
         ({"mx": 0.3, "my": 0.4}, "mx my mz: typically 0.5 uT, which looks like gauss"),
