@@ -6,6 +6,9 @@ On numpy arrays each function computes in float64, element by element; on traced
 machine; those of ``math`` and numpy are not. Besides these functions use ``+ - * /``, unary minus
 and the comparisons ``< > <= >=`` whose results combine with ``& | ^ ~ == !=``.
 
+`OPERATIONS` has a record for each kind of expression. To add a function, write it here with its
+record, and its expansion for words as a method of `model.lowering.expand.Expansion`.
+
 The range of a divisor must not contain zero nor span more than 2^22. A word that cannot normalise
 so much (W < 32) counts a divisor below 2^-(W - 1 - guard) of its full scale as that.
 
@@ -15,6 +18,9 @@ Angles in half turns (suffix ``_ht``): 1 = pi rad, wrapped to [-1, 1).
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,7 +29,7 @@ from boresight.model.errors import InputError, require
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line
 from boresight.model.units import same_unit
-from boresight.model.words import rounded
+from boresight.model.words.rounded import PRECISE
 
 __all__ = [
     "absolute",
@@ -53,10 +59,15 @@ def _plain(*numbers: Any) -> bool:
     return all(type(x) in (int, float) for x in numbers)
 
 
-def _record(kind: str, *numbers: Any) -> Any:
-    """Record a function if one of its arguments is traced; else return None."""
+def _call(kind: str, *numbers: Any) -> Any:
+    """Record a function if one of its arguments is traced, else compute it."""
     tracer = next((x.tracer for x in numbers if isinstance(x, Scalar)), None)
-    return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
+    if tracer is not None:
+        return tracer.new(kind, *map(tracer.lift, numbers))
+    made = OPERATIONS[kind]
+    if made.precise is not None and _plain(*numbers):
+        return float(made.precise(*numbers))
+    return made.numpy(*numbers)
 
 
 #: Units of angles other than half turns: what makes half turns of them, and a full turn.
@@ -85,8 +96,8 @@ def unit_of(x: Any, depth: int = 6) -> tuple[str, float]:
     return next((found for arg in terms if (found := unit_of(arg, depth - 1))[0]), ("", 0.0))
 
 
-def _check_half_turns(x: Scalar) -> None:
-    """Refuse an angle of another unit than half turns."""
+def _check_half_turns(x: Any) -> None:
+    """Refuse a recorded angle of another unit than half turns."""
     unit, _ = unit_of(x)
     if unit and not same_unit(unit, "ht"):
         made, _ = ANGLES.get(unit, ("", 0.0))
@@ -174,19 +185,17 @@ def flip(condition: Any, x: Any) -> Any:
 
 def absolute(x: Any) -> Any:
     """|x|."""
-    return _record("absolute", x) if isinstance(x, Scalar) else abs(x)
+    return _call("absolute", x)
 
 
 def minimum(a: Any, b: Any) -> Any:
     """The smaller of two."""
-    traced = _record("smaller", a, b)
-    return where(a < b, a, b) if traced is None else traced
+    return _call("smaller", a, b)
 
 
 def maximum(a: Any, b: Any) -> Any:
     """The larger of two. ``maximum(x, c)`` of a constant c > 0 makes a divisor of any ``x``."""
-    traced = _record("larger", a, b)
-    return where(a < b, b, a) if traced is None else traced
+    return _call("larger", a, b)
 
 
 def clip(x: Any, low: Any, high: Any) -> Any:
@@ -215,10 +224,8 @@ def clip(x: Any, low: Any, high: Any) -> Any:
 
 def wrap_ht(x: Any) -> Any:
     """``x`` half turns wrapped to [-1, 1). Exact in fixed point; InputError of another unit."""
-    if isinstance(x, Scalar):
-        _check_half_turns(x)
-        return _record("wrap", x)
-    return (x + 1.0) % 2.0 - 1.0
+    _check_half_turns(x)
+    return _call("wrap", x)
 
 
 def wrap_turns(x: Any) -> Any:
@@ -226,17 +233,13 @@ def wrap_turns(x: Any) -> Any:
 
     An output of unit ``turn`` is shown in [0, 1): the same word, read as an unsigned number.
     """
-    return _record("wrap_turns", x) if isinstance(x, Scalar) else (x + 0.5) % 1.0 - 0.5
+    return _call("wrap_turns", x)
 
 
 def sincos_ht(x: Any) -> tuple[Any, Any]:
     """sin(pi x), cos(pi x) of ``x`` half turns; InputError where it is known to be another unit."""
-    if isinstance(x, Scalar):
-        _check_half_turns(x)
-        return _record("sin", x), _record("cos", x)
-    if _plain(x):
-        return rounded.sin_ht(x), rounded.cos_ht(x)
-    return np.sin(np.pi * x), np.cos(np.pi * x)
+    _check_half_turns(x)
+    return _call("sin", x), _call("cos", x)
 
 
 def rsqrt(x: Any) -> Any:
@@ -245,11 +248,7 @@ def rsqrt(x: Any) -> Any:
     In fixed point arguments below 2^-22 of the full scale (W = 32) count as that; multiply the
     result by something before you store it, so that its exponent stays free.
     """
-    if isinstance(x, Scalar):
-        return _record("rsqrt", x)
-    if _plain(x):
-        return rounded.rsqrt(max(x, 1e-300))
-    return 1.0 / np.sqrt(np.maximum(x, 1e-300))
+    return _call("rsqrt", x)
 
 
 def sqrt(x: Any) -> Any:
@@ -257,9 +256,7 @@ def sqrt(x: Any) -> Any:
 
     In fixed point x * rsqrt(x): too small below the least argument of `rsqrt`.
     """
-    if isinstance(x, Scalar):
-        return _record("sqrt", x)
-    return math.sqrt(x) if _plain(x) else np.sqrt(x)
+    return _call("sqrt", x)
 
 
 def exp(x: Any) -> Any:
@@ -267,40 +264,140 @@ def exp(x: Any) -> Any:
 
     In fixed point, results below the range's largest value times 2^-31 are computed as that limit.
     """
-    if isinstance(x, Scalar):
-        return _record("exp", x)
-    return rounded.exp(x) if _plain(x) else np.exp(x)
+    return _call("exp", x)
 
 
 def log(x: Any) -> Any:
     """Natural logarithm of x > 0, whose range spans at most 2^31."""
-    if isinstance(x, Scalar):
-        return _record("log", x)
-    return rounded.log(x) if _plain(x) else np.log(x)
+    return _call("log", x)
 
 
 def tanh(x: Any) -> Any:
     """Hyperbolic tangent; (1 + tanh(x / 2)) / 2 is the logistic function."""
-    if isinstance(x, Scalar):
-        return _record("tanh", x)
-    return rounded.tanh(x) if _plain(x) else np.tanh(x)
+    return _call("tanh", x)
 
 
 def asin_ht(x: Any) -> Any:
     """Half turns whose sine is ``x`` in [0, 0.7188): up to an eighth of a turn and a little."""
-    if isinstance(x, Scalar):
-        return _record("asin", x)
-    if _plain(x):
-        return rounded.asin_ht(min(max(x, 0.0), 1.0))
-    return np.arcsin(np.clip(x, 0.0, 1.0)) / np.pi
+    return _call("asin", x)
 
 
 def atan2_ht(y: Any, x: Any) -> Any:
     """Angle of the vector (x, y) in half turns, [-1, 1); of the zero vector 0."""
-    if _plain(x, y):
-        angle = rounded.atan2_ht(y, x)
-    elif (traced := _record("atan2", y, x)) is not None:
-        return traced
-    else:
-        angle = np.arctan2(y + 0.0, x + 0.0) / np.pi  # + 0.0: no negative zeros
-    return (angle + 1.0) % 2.0 - 1.0
+    return _call("atan2", y, x)
+
+
+def _wrapped(x: Any) -> Any:
+    """Half turns in [-1, 1)."""
+    return (x + 1.0) % 2.0 - 1.0
+
+
+def _precise_angle(y: float, x: float) -> Any:
+    angle = PRECISE.atan2(y, x) / PRECISE.pi if x or y else 0.0
+    return angle if float(angle) < 1.0 else -1.0
+
+
+def _unit_vector(y: Any, x: Any) -> tuple[Any, Any, Any]:
+    """(sine, cosine) of the vector's angle, and its inverse length in half turns."""
+    weight = rsqrt(y * y + x * x)
+    sine, cosine = (bounded(c * weight, -1.0, 1.0, "of a unit vector") for c in (y, x))
+    return sine, cosine, weight * (1.0 / math.pi)
+
+
+def _angle_by_y(e: Any, y: Any, x: Any) -> Any:
+    _, cosine, scale = _unit_vector(y, x)
+    return cosine * scale
+
+
+def _angle_by_x(e: Any, y: Any, x: Any) -> Any:
+    sine, _, scale = _unit_vector(y, x)
+    return -(sine * scale)
+
+
+@dataclass(frozen=True)
+class Operation:
+    """A kind of expression, in all forms but the fixed-point one.
+
+    Attributes
+    ----------
+    numpy : callable
+        Computes it from its arguments in float64, then from its data.
+    precise : callable, optional
+        The same of plain numbers, so exact that the result, converted to a float, is correctly
+        rounded; without it ``numpy`` is exact.
+    c : str
+        A function's text in single-precision C, with its arguments, then its data. C's own
+        operators are in `firmware.floating.text`.
+    slopes : tuple of callables
+        Derivatives by each argument, computed from the expression and its arguments. Kinds
+        without have methods of `model.kalman.slopes.Slopes`.
+    """
+
+    numpy: Callable[..., Any]
+    precise: Callable[..., Any] | None = None
+    c: str = ""
+    slopes: tuple[Callable[..., Scalar], ...] = ()
+
+
+#: Kinds of expressions by name; all but leaves.
+OPERATIONS = {
+    "const": Operation(lambda number: number),
+    "named": Operation(lambda x, name: x),
+    "same": Operation(lambda x, tag: x),
+    "bounded": Operation(lambda x, *claim: x),
+    "add": Operation(operator.add),
+    "sub": Operation(operator.sub),
+    "neg": Operation(operator.neg),
+    "mul": Operation(operator.mul, slopes=(lambda e, a, b: b, lambda e, a, b: a)),
+    "div": Operation(
+        operator.truediv, slopes=(lambda e, a, b: 1.0 / b, lambda e, a, b: -(e * (1.0 / b)))
+    ),
+    "less": Operation(operator.lt),
+    "invert": Operation(np.logical_not),
+    "both": Operation(np.logical_and),
+    "either": Operation(np.logical_or),
+    "differs": Operation(np.logical_xor),
+    "select": Operation(where),
+    "flip": Operation(flip),
+    "absolute": Operation(abs, c="fabsf({})"),
+    "larger": Operation(lambda a, b: where(a < b, b, a), c="larger({}, {})"),
+    "smaller": Operation(lambda a, b: where(a < b, a, b), c="smaller({}, {})"),
+    "clip": Operation(clip, c="clamp({}, {}, {})"),
+    "saturated": Operation(saturated, c="clamp({0}, -{1}, {1})"),
+    "wrap": Operation(_wrapped, c="wrap_half_turns({})"),
+    "wrap_turns": Operation(lambda x: (x + 0.5) % 1.0 - 0.5, c="wrap_turns({})"),
+    "sin": Operation(
+        lambda x: np.sin(np.pi * x),
+        PRECISE.sinpi,
+        "sinf({pi} * {})",
+        (lambda e, x: math.pi * sincos_ht(x)[1],),
+    ),
+    "cos": Operation(
+        lambda x: np.cos(np.pi * x),
+        PRECISE.cospi,
+        "cosf({pi} * {})",
+        (lambda e, x: -math.pi * sincos_ht(x)[0],),
+    ),
+    "asin": Operation(
+        lambda x: np.arcsin(np.clip(x, 0.0, 1.0)) / np.pi,
+        lambda x: PRECISE.asin(min(max(x, 0.0), 1.0)) / PRECISE.pi,
+        "{turns} * asinf(clamp({}, 0.0f, 1.0f))",
+        (lambda e, x: rsqrt(1.0 - x * x) * (1.0 / math.pi),),
+    ),
+    "atan2": Operation(
+        lambda y, x: _wrapped(np.arctan2(y + 0.0, x + 0.0) / np.pi),  # + 0.0: no negative zeros
+        _precise_angle,
+        "wrap_half_turns({turns} * arc_tangent({}, {}))",
+        (_angle_by_y, _angle_by_x),
+    ),
+    "rsqrt": Operation(
+        lambda x: 1.0 / np.sqrt(np.maximum(x, 1e-300)),
+        lambda x: 1 / PRECISE.sqrt(max(x, 1e-300)),
+        "1.0f / sqrtf(larger({}, {least}))",
+        (lambda e, x: -0.5 * (e * (e * e)),),
+    ),
+    "sqrt": Operation(np.sqrt, math.sqrt, "sqrtf({})", (lambda e, x: 0.5 * rsqrt(x),)),
+    "exp": Operation(np.exp, PRECISE.exp, "expf({})", (lambda e, x: e,)),
+    "log": Operation(np.log, PRECISE.log, "logf({})", (lambda e, x: 1.0 / x,)),
+    "tanh": Operation(np.tanh, PRECISE.tanh, "tanhf({})", (lambda e, x: 1.0 - e * e,)),
+}

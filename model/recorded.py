@@ -6,18 +6,17 @@ of a file. So both are computed on the same rows, and a different output or next
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from boresight.model import ops
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Param, State
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.trace import Condition, Trace
+from boresight.model.ops import OPERATIONS
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
@@ -26,41 +25,6 @@ __all__ = ["check_recorded", "drawn", "evaluate", "sample"]
 #: Values of inputs, parameters and states, by kind and name, each (rows,).
 Leaves = Mapping[tuple[str, str], FloatArray]
 
-#: Each kind of expression in numpy, of its arguments and data.
-_COMPUTE: dict[str, Callable[..., Any]] = {
-    "const": lambda number: number,
-    "named": lambda x, name: x,
-    "same": lambda x, tag: x,
-    "bounded": lambda x, *claim: x,
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "neg": operator.neg,
-    "less": operator.lt,
-    "invert": np.logical_not,
-    "both": np.logical_and,
-    "either": np.logical_or,
-    "differs": np.logical_xor,
-    "select": ops.where,
-    "flip": ops.flip,
-    "absolute": ops.absolute,
-    "larger": ops.maximum,
-    "smaller": ops.minimum,
-    "clip": ops.clip,
-    "saturated": ops.saturated,
-    "wrap": ops.wrap_ht,
-    "wrap_turns": ops.wrap_turns,
-    "sin": lambda x: ops.sincos_ht(x)[0],
-    "cos": lambda x: ops.sincos_ht(x)[1],
-    "asin": ops.asin_ht,
-    "atan2": ops.atan2_ht,
-    "rsqrt": ops.rsqrt,
-    "sqrt": ops.sqrt,
-    "exp": ops.exp,
-    "log": ops.log,
-    "tanh": ops.tanh,
-}
 #: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
 #: arrays; one by one as many as have about this number of expressions together, within limits.
 _ROWS, _EXPRESSIONS, _SCALAR_ROWS = 997, 40_000, (24, 401)
@@ -87,7 +51,6 @@ def evaluate(
         Hold values of `ops.bounded` in their ranges, as their words do.
     """
     values: dict[int, Any] = {}
-    compute = _COMPUTE | ({"bounded": _clipped} if claims else {})
     for e in trace.needed:
         if e.kind == "leaf":
             values[e.number] = leaves[e.data[:2]]
@@ -98,7 +61,8 @@ def evaluate(
             else noise(values[a.number])
             for a in e.args
         ]
-        values[e.number] = compute[e.kind](*args, *e.data)
+        compute = _clipped if claims and e.kind == "bounded" else OPERATIONS[e.kind].numpy
+        values[e.number] = compute(*args, *e.data)
     return values
 
 

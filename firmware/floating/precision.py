@@ -8,8 +8,13 @@ from typing import Any
 
 import numpy as np
 
-#: Functions of ``math.h`` that are called, as in double precision.
-FUNCTIONS = ("fabs", "sqrt", "sin", "cos", "asin", "atan2", "exp", "log", "tanh", "floor")
+from boresight.model.ops import OPERATIONS
+
+#: Functions of ``math.h`` that are called, as in double precision; two in helpers alone.
+FUNCTIONS = {
+    *("atan2", "floor"),
+    *(name for o in OPERATIONS.values() for name in re.findall(r"(\w+)f\(", o.c)),
+}
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
 
 from boresight.firmware.floating.precision import FUNCTIONS, SINGLE, Precision
 from boresight.firmware.names import identifier
 from boresight.model.lowering.trace import Condition, Expression, Trace
+from boresight.model.ops import OPERATIONS
 
 #: Longest expression that is written inline.
 _INLINE = 60
@@ -17,9 +17,9 @@ _INLINE = 60
 # Precedences of C.
 _PRIMARY, _UNARY, _TIMES, _PLUS, _LESS, _AND, _OR, _CHOICE = range(16, 0, -2)
 
-#: Text of each kind of expression, how strongly it binds, and how strongly its arguments must.
-#: Arguments come first, then numbers that belong to it.
-_FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
+#: Text of each kind of expression, how strongly it binds, and how strongly its arguments must:
+#: here C's operators, functions from their records.
+_FORMS: dict[str, tuple[str, int, tuple[int, ...]]] = {
     "add": ("{} + {}", _PLUS, (_PLUS, _PLUS + 1)),
     "sub": ("{} - {}", _PLUS, (_PLUS, _PLUS + 1)),
     "mul": ("{} * {}", _TIMES, (_TIMES, _TIMES + 1)),
@@ -32,23 +32,17 @@ _FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
     "differs": ("{} != {}", _LESS - 1, (_LESS + 1, _LESS + 1)),
     "select": ("{} ? {} : {}", _CHOICE, 3 * (_CHOICE + 1,)),
     "flip": ("{0} ? -{1} : {1}", _CHOICE, (_CHOICE + 1, _PRIMARY)),
-    "absolute": ("fabsf({})", _PRIMARY, (0,)),
-    "larger": ("larger({}, {})", _PRIMARY, (0, 0)),
-    "smaller": ("smaller({}, {})", _PRIMARY, (0, 0)),
-    "clip": ("clamp({}, {}, {})", _PRIMARY, (0,)),
-    "saturated": ("clamp({0}, -{1}, {1})", _PRIMARY, (0,)),
-    "wrap": ("wrap_half_turns({})", _PRIMARY, (0,)),
-    "wrap_turns": ("wrap_turns({})", _PRIMARY, (0,)),
-    "sin": ("sinf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
-    "cos": ("cosf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
-    "asin": ("{turns} * asinf(clamp({}, 0.0f, 1.0f))", _TIMES, (0,)),
-    "sqrt": ("sqrtf({})", _PRIMARY, (0,)),
-    "exp": ("expf({})", _PRIMARY, (0,)),
-    "log": ("logf({})", _PRIMARY, (0,)),
-    "tanh": ("tanhf({})", _PRIMARY, (0,)),
-    "rsqrt": ("1.0f / sqrtf(larger({}, {least}))", _TIMES, (0,)),
-    "atan2": ("wrap_half_turns({turns} * arc_tangent({}, {}))", _PRIMARY, (0, 0)),
 }
+
+
+def _form(text: str) -> tuple[str, int, tuple[int, ...]]:
+    """A function's entry of `_FORMS`."""
+    factors = re.search(r" [*/] ", re.sub(r"\(.*\)", "", text))
+    needs = _TIMES + 1 if "* {}" in text else 0
+    return text, _TIMES if factors else _PRIMARY, (needs,) * 4
+
+
+_FORMS |= {kind: _form(o.c) for kind, o in OPERATIONS.items() if o.c}
 
 #: Reserved names: parameters, and functions in single and double precision.
 _RESERVED = ("self", "in", "out", *FUNCTIONS, *(f"{name}f" for name in FUNCTIONS))
@@ -180,7 +174,7 @@ class Expressions:
 
     def _expression(self, e: Expression) -> tuple[str, int]:
         form, binds, bindings = _FORMS[e.kind]
-        args = [self.text(arg, bound) for arg, bound in zip(e.args, bindings, strict=True)]
+        args = [self.text(arg, bound) for arg, bound in zip(e.args, bindings, strict=False)]
         if binds == _PLUS and args[1].startswith("-"):  # plus minus: minus
             form = _FORMS["sub" if e.kind == "add" else "add"][0]
             args[1] = args[1][1:]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -89,6 +88,8 @@ class Slopes:
         if isinstance(e, Condition) or not any(slopes):
             return {}
         assert isinstance(e, Scalar)
+        if by := ops.OPERATIONS[e.kind].slopes:
+            return total(*(_times(s, d(e, *e.args)) for s, d in zip(slopes, by, strict=True)))
         return getattr(self, f"_{e.kind}")(e, *slopes)  # type: ignore[no-any-return]
 
     def _through(self, e: Scalar, a: Slope) -> Slope:
@@ -104,13 +105,6 @@ class Slopes:
 
     def _neg(self, e: Scalar, a: Slope) -> Slope:
         return {k: -v for k, v in a.items()}
-
-    def _mul(self, e: Scalar, a: Slope, b: Slope) -> Slope:
-        return total(_times(a, e.args[1]), _times(b, e.args[0]))
-
-    def _div(self, e: Scalar, a: Slope, b: Slope) -> Slope:
-        weight = 1.0 / e.args[1]
-        return total(_times(a, weight), _times(b, -(e * weight)))
 
     def _select(self, e: Scalar, c: Slope, yes: Slope, no: Slope) -> Slope:
         zero = self.tracer.const(0.0)
@@ -134,37 +128,6 @@ class Slopes:
     def _clip(self, e: Scalar, a: Slope) -> Slope:
         inside = (e.args[0] > e.data[0]) & (e.args[0] < e.data[1])
         return {k: ops.where(inside, v, 0.0) for k, v in a.items()}
-
-    def _sin(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, math.pi * ops.sincos_ht(e.args[0])[1])
-
-    def _cos(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, -math.pi * ops.sincos_ht(e.args[0])[0])
-
-    def _asin(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, ops.rsqrt(1.0 - e.args[0] * e.args[0]) * (1.0 / math.pi))
-
-    def _atan2(self, e: Scalar, y: Slope, x: Slope) -> Slope:
-        a, b = e.args
-        weight = ops.rsqrt(a * a + b * b)
-        sine, cosine = (ops.bounded(c * weight, -1.0, 1.0, "of a unit vector") for c in e.args)
-        scale = weight * (1.0 / math.pi)
-        return total(_times(y, cosine * scale), _times(x, -(sine * scale)))
-
-    def _rsqrt(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, -0.5 * (e * (e * e)))
-
-    def _sqrt(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, 0.5 * ops.rsqrt(e.args[0]))
-
-    def _exp(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, e)
-
-    def _log(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, 1.0 / e.args[0])
-
-    def _tanh(self, e: Scalar, a: Slope) -> Slope:
-        return _times(a, 1.0 - e * e)
 
 
 class Intervals:

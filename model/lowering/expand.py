@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from boresight.model import ops
 from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Tracer
@@ -65,7 +66,7 @@ class Expansion(Graph):
     def sin(self, a: Node, quarter: bool = False) -> Node:
         """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
         if a.kind == "const":
-            return self.const((rounded.cos_ht if quarter else rounded.sin_ht)(a.value))
+            return self.const(ops.sincos_ht(a.value)[quarter])
         circle = a.high == 1.0 and a.unit == "ht"  # its word of 1 is that of -1
         if a.low < -1.0 or (a.high >= 1.0 and not circle):
             a = self.wrap(a)
@@ -78,7 +79,7 @@ class Expansion(Graph):
     def asin(self, a: Node) -> Node:
         """Half turns whose sine is ``a`` in [0, `ASIN_LIMIT`]."""
         if a.kind == "const":
-            return self.const(rounded.asin_ht(min(max(a.value, 0.0), 1.0)))
+            return self.const(ops.asin_ht(a.value))
         if (a.low < 0.0 or a.high > ASIN_LIMIT) and a.kind != "saturated":  # that is on purpose
             raise self.outside(
                 a,
@@ -90,7 +91,7 @@ class Expansion(Graph):
     def rsqrt(self, a: Node) -> Node:
         """1 / sqrt(a)."""
         if a.kind == "const" and a.value > 0.0:
-            return self.const(rounded.rsqrt(a.value))
+            return self.const(ops.rsqrt(a.value))
         if a.low < 0.0:
             raise self.outside(
                 a, "a root of 0 or more", "take it of ops.maximum(x, 0.0), or say ops.bounded"
@@ -102,7 +103,7 @@ class Expansion(Graph):
     def sqrt(self, a: Node) -> Node:
         """sqrt(a), as a / sqrt(a)."""
         if a.kind == "const" and a.value >= 0.0:
-            return self.const(math.sqrt(a.value))
+            return self.const(ops.sqrt(a.value))
         return self.mul(a, self.rsqrt(a))
 
     def atan2(self, y: Node, x: Node) -> Node:
@@ -177,7 +178,7 @@ class Expansion(Graph):
         With the half, no rounding decides a bit.
         """
         if a.kind == "const":
-            return self.const(rounded.exp(a.value))
+            return self.const(ops.exp(a.value))
         if not (a.high <= EXP_LIMIT and a.low > -math.inf):
             raise self.outside(a, f"an exponent of at most {EXP_LIMIT:g}", "limit it with ops.clip")
         k = math.floor(a.high * rounded.LOG2_E) + 1
@@ -193,7 +194,7 @@ class Expansion(Graph):
             shifted = self._scaled(y, 2.0 ** -(2**j))
             y = self.select(self.less(odd, self.const(0.0)), shifted, y)
         whole = self._scaled(y, math.ldexp(1.0, k))
-        return self.bounded(whole, rounded.exp(a.low), rounded.exp(a.high), "exp")
+        return self.bounded(whole, ops.exp(a.low), ops.exp(a.high), "exp")
 
     def log(self, a: Node) -> Node:
         """Natural logarithm of a > 0.
@@ -203,7 +204,7 @@ class Expansion(Graph):
             log(a) = log(y) + (k - m) log(2)
         """
         if a.kind == "const" and a.value > 0.0:
-            return self.const(rounded.log(a.value))
+            return self.const(ops.log(a.value))
         if not math.ldexp(a.high, -_BINADES) <= a.low or a.low <= 0.0:
             raise self.outside(
                 a,
@@ -221,17 +222,17 @@ class Expansion(Graph):
             rest = self.sub(rest, less)
         centred = self.saturated(self.sub(self._scaled(y, 4.0), self.const(3.0)), 1.0)
         total = self.add(self._polynomial(centred, polynomials.log()), rest)
-        low, high = rounded.log(a.low), rounded.log(a.high)
+        low, high = ops.log(a.low), ops.log(a.high)
         slack = _SLACK * max(1.0, abs(low), abs(high))
         return self.bounded(total, low - slack, high + slack, "log")
 
     def tanh(self, a: Node) -> Node:
         """Hyperbolic tangent: (1 - t) / (1 + t), t = e^(-2 |a|), with the sign of a."""
         if a.kind == "const":
-            return self.const(rounded.tanh(a.value))
+            return self.const(ops.tanh(a.value))
         size = max(abs(a.low), abs(a.high))
         t = self.exp(self._scaled(self.absolute(a), -2.0))
         unit = self.const(1.0)
         y = self.div(self.sub(unit, t), self.add(unit, t))
-        y = self.bounded(y, 0.0, rounded.tanh(size) * (1.0 + _SLACK), "tanh")
+        y = self.bounded(y, 0.0, ops.tanh(size) * (1.0 + _SLACK), "tanh")
         return self.flip(self.less(a, self.const(0.0)), y)
