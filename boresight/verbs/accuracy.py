@@ -106,7 +106,7 @@ def accuracy(
             ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
         )
         notes = [f"log {log.name} has no truth: left out" for log in left_out]
-        return replace(result, notes=notes, judged=JUDGED)
+        return replace(result, notes=(*result.notes, *notes), judged=JUDGED)
 
     if output is None:
         return work()

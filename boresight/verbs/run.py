@@ -46,7 +46,7 @@ from boresight.options import (
 from boresight.parameters import params_of
 from boresight.sim.boards import board_system
 from boresight.sim.compare.difference import Difference, differences
-from boresight.sim.compare.verdict import judge
+from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level as Machine
 from boresight.sim.levels.registry import LEVELS, make_level
@@ -125,7 +125,7 @@ def run(
     -------
     Result
         On a log ``outputs`` by name, ``t``, ``truth`` (differences from the log's truths),
-        ``clamped``; in a loop ``accuracy`` and ``truth``, ``records``, ``parting``.
+        ``clamped``, ``saturated``; in a loop ``accuracy`` and ``truth``, ``records``, ``parting``.
 
     Raises
     ------
@@ -312,6 +312,7 @@ def _in_loop(
         "truth": truth,
         "clamped": loop.clamped,
         "saturated_updates": accuracy.saturated_updates,
+        "saturated": accuracy.saturated,
         "unused": loop.unused,
         "causes": accuracy.causes(),
     }
@@ -345,6 +346,7 @@ class _Piece:
     rmse: AttitudeRmse | None
     samples: int
     clamped: Mapping[str, int]
+    saturated: int
     warnings: Sequence[str]
     fault: str
 
@@ -399,7 +401,11 @@ def _on_log(
         else:
             with target.opened() as file:
                 write_pieces(str(output), file, written(machine))
-    return _of_log(estimator, level, pieces, output)
+        saturated = dict[str, int]()
+        if any(piece.saturated for piece in pieces):
+            read = feeds(estimator, _read(log, steps, rows))
+            saturated = saturations(machine, (columns.inputs for columns in read))
+    return _of_log(estimator, level, pieces, saturated, output)
 
 
 def _piece(estimator: Estimator, columns: Feed, loop: Loop, *, whole: bool) -> _Piece:
@@ -415,15 +421,20 @@ def _piece(estimator: Estimator, columns: Feed, loop: Loop, *, whole: bool) -> _
         rmse=rmse,
         samples=samples,
         clamped=dict(columns.clamped),
+        saturated=loop.run.n_saturated,
         warnings=tuple(columns.warnings),
         fault=loop.run.fault,
     )
 
 
 def _of_log(
-    estimator: Estimator, level: str, pieces: Sequence[_Piece], output: str | Path | None
+    estimator: Estimator,
+    level: str,
+    pieces: Sequence[_Piece],
+    saturated: Mapping[str, int],
+    output: str | Path | None,
 ) -> Result:
-    """The result of all pieces."""
+    """The result of all pieces; ``saturated`` are updates by the name of the value."""
     first, rows = pieces[0], sum(piece.rows for piece in pieces)
     counts = [piece.rows for piece in pieces]
     joined = [Difference.joined(d, counts) for d in zip(*(p.truth for p in pieces), strict=True)]
@@ -441,6 +452,8 @@ def _of_log(
         "truth": joined,
         "rmse_deg": None if rmse is None else rmse._asdict(),
         "clamped": pieces[-1].clamped,
+        "saturated_updates": sum(piece.saturated for piece in pieces),
+        "saturated": saturated,
     }
     text = f"{rows} rows" + (f" to {output}" if output is not None else "")
     if rmse is not None:
@@ -450,6 +463,8 @@ def _of_log(
         figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
         text += f", RMSE against the log's truth: {figures}"
     notes = dict.fromkeys(note for p in pieces for note in p.warnings)
+    if saturated:
+        notes[saturated_text(sum(piece.saturated for piece in pieces), saturated)] = None
     failures = [f"{level}: {fault}" for fault in faults[:1]]
     return Result(data, summary=text if not faults else "", notes=[*notes], failures=failures)
 

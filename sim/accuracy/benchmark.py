@@ -7,6 +7,7 @@ Published filters run in processes of their own (`sim.campaign.dispatch`).
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -21,6 +22,7 @@ from boresight.sim.accuracy.trials import Trial
 from boresight.sim.baseline import Figure
 from boresight.sim.campaign import dispatch
 from boresight.sim.compare.difference import Difference
+from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -71,8 +73,9 @@ def benchmark(
     -------
     Result
         ``estimators``: for each at each level ``mean`` errors over the logs with truth, ``units``,
-        ``vs_float``, ``saturated_updates``, ``seconds``, and ``trials`` with the errors of each
-        log. Good if fixed point is as near to float64 as the tolerances accept.
+        ``vs_float``, ``saturated_updates``, ``saturations`` by value, ``seconds``, and ``trials``
+        with the errors of each log. Good if fixed point is as near to float64 as the tolerances
+        accept.
 
     Raises
     ------
@@ -114,7 +117,12 @@ def benchmark(
         "parameters": params or {},
         "estimators": rows,
     }
-    return Result(data, _tables(rows, trials), failures=failures, judged=JUDGED)
+    notes = [
+        f"{row['estimator']}: {saturated_text(row['saturated_updates'], row['saturations'])}"
+        for row in rows
+        if row["saturated_updates"]
+    ]
+    return Result(data, _tables(rows, trials), notes=notes, failures=failures, judged=JUDGED)
 
 
 def _own(
@@ -197,6 +205,7 @@ def _row(name: str, scores: Sequence[tuple[Trial, Scores]]) -> dict[str, Any]:
         "mean": means(of.errors for trial, of in scores if trial.reference == "truth"),
         "vs_float": [_near(d) for d in zip(*(of.near for of in every), strict=True)],
         "saturated_updates": sum(saturated) if saturated else None,
+        "saturations": dict(sum((Counter(of.saturations) for of in every), Counter[str]())),
         "seconds": round(sum(of.seconds for of in every), 3),
         "trials": [
             {

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import Alignment, Errors
 from boresight.sim.campaign import processes
 from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.verdict import saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
@@ -39,6 +40,8 @@ class Scores:
         Wall-clock time of the run.
     saturated : int or None
         Updates in which an operation saturated; None where nothing can.
+    saturations : mapping of str to int
+        These updates by the name of the value that saturated.
     near : tuple of Difference
         Every sample of fixed point beside float64, where both ran.
     offset_deg : tuple of float
@@ -50,6 +53,7 @@ class Scores:
     units: Mapping[str, str]
     seconds: float = 0.0
     saturated: int | None = None
+    saturations: Mapping[str, int] = field(default_factory=dict)
     near: tuple[Difference, ...] = ()
     offset_deg: tuple[float, ...] = ()
 
@@ -149,6 +153,8 @@ class LogRuns:
             if len(loops) > 1:
                 comparison.add(loops[0].outputs, loops[1].outputs)
         near = tuple(comparison.result()) if len(levels) > 1 else ()
+        inputs = (part.inputs for part in columns.parts())
+        values = saturations(levels[0], inputs, params) if saturated else {}
         return [
             Scores(
                 "float" if n else "fixed",
@@ -156,6 +162,7 @@ class LogRuns:
                 e.units,
                 seconds[n],
                 None if n else saturated,
+                {} if n else values,
                 () if n else near,
                 offsets[n].offset_deg,
             )

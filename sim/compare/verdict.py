@@ -27,11 +27,11 @@ from boresight.sim.compare.diagnosis import (
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.twin import authors_name, becomes, made_of, outside
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import words_of
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.integer import Emitted, words_of
+from boresight.sim.levels.level import Level, Run
 from boresight.sim.ranges.claims import Claim, claims_of
 
-__all__ = ["Accuracy", "Judge", "judge"]
+__all__ = ["Accuracy", "Judge", "judge", "saturated_text", "saturations"]
 
 
 #: Saturated values that a line names, the most frequent first.
@@ -109,11 +109,7 @@ class Accuracy:
         """`faults` without the differences: saturations, ranges, the first failing operation."""
         out = []
         if self.saturated_updates:
-            most = sorted(self.saturated.items(), key=lambda item: -item[1])
-            names = ", ".join(f"{name} ({n})" for name, n in most[:MOST_SATURATED])
-            if len(most) > MOST_SATURATED:
-                names += f", and {len(most) - MOST_SATURATED} more values"
-            out.append(f"{self.saturated_updates} updates SATURATED: {names}")
+            out.append(saturated_text(self.saturated_updates, self.saturated))
         return [
             *out,
             *self.beyond_range,
@@ -127,6 +123,39 @@ class Accuracy:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
         return out + self.causes()
+
+
+def saturated_text(updates: int, values: Mapping[str, int]) -> str:
+    """How many updates saturated, and updates by the name of the value, the most frequent first."""
+    most = sorted(values.items(), key=lambda item: -item[1])
+    names = ", ".join(f"{name} ({n})" for name, n in most[:MOST_SATURATED])
+    if len(most) > MOST_SATURATED:
+        names += f", and {len(most) - MOST_SATURATED} more values"
+    return f"{updates} updates SATURATED: {names}"
+
+
+def saturations(
+    level: Level, pieces: Iterable[FloatArray], params: Mapping[str, float] | None = None
+) -> dict[str, int]:
+    """Updates by the name of the value that saturated, as `Accuracy.saturated`.
+
+    Parameters
+    ----------
+    level : Level
+        Its build is run again, in C.
+    pieces : iterable of float64 (n, n_inputs)
+        Records in their units, from a reset on.
+    params : mapping, optional
+        Parameter values, where they are not those of the build.
+    """
+    program, nodes = level.program, level.build.nodes[level.number]
+    counts = np.zeros(len(program.values), dtype=np.int64)
+    with Emitted(level.build, level.number) as again:
+        if params is not None:
+            again.set_params(params)
+        for records in pieces:
+            counts += again.observe(records).saturations
+    return _by_name(program, nodes, counts)
 
 
 def judge(
@@ -232,17 +261,13 @@ class Judge:
             return Accuracy(errors, 0, {}, (), clamped, "")
         program, nodes = self._program, self._nodes
         saturated = {n: int(k) for n, k in enumerate(self._ranges.saturations) if k}
-        names: dict[str, int] = {}
-        for n, count in saturated.items():
-            name = _named(program, nodes, n)
-            names[name] = max(count, names.get(name, 0))
         broken = [k for k in range(len(self._claims)) if self._is_broken(k)]
         reached = reached_by(program, self._ranges)
         wasted = wasted_bits(self._estimator, program, nodes, reached)
         return Accuracy(
             errors,
             self._saturated,
-            names,
+            _by_name(program, nodes, self._ranges.saturations),
             self._beyond(saturated, broken),
             clamped,
             self._culprit(errors, saturated, wasted, reached, again),
@@ -333,6 +358,15 @@ class Judge:
 def _first(before: int | None, start: int, rows: BoolArray) -> int | None:
     """First row of all; ``before`` is that of earlier pieces, or None."""
     return start + int(np.argmax(rows)) if before is None and rows.any() else before
+
+
+def _by_name(program: Program, nodes: dict[int, Node], counts: IntArray) -> dict[str, int]:
+    """Counts of values by name and line; of several with one name, the largest."""
+    names: dict[str, int] = {}
+    for n in map(int, np.flatnonzero(counts)):
+        name = _named(program, nodes, n)
+        names[name] = max(int(counts[n]), names.get(name, 0))
+    return names
 
 
 def _range(value: Value) -> str:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -34,6 +35,7 @@ from boresight.sim.accuracy.figures import ANGLES, errors
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.explore.cases import Case, Exploration
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
@@ -182,12 +184,16 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     if shares:
         figures["tolerance"] = _number(max(shares))
     failures = [failure for result in results for failure in result.failures]
+    saturated = sum(result.accuracy.saturated_updates for result in results)
+    values = sum((Counter(result.accuracy.saturated) for result in results), Counter[str]())
+    reasons = [*failures[:1], *([saturated_text(saturated, values)] if saturated else [])]
     return {
         **figures,
         **_truth(results),
-        "saturated": sum(result.accuracy.saturated_updates for result in results),
+        "saturated": saturated,
+        "saturations": dict(values),
         "good": not failures,
-        "reason": " ".join("".join(failures[:1]).split()),
+        "reason": " ".join("; ".join(dict.fromkeys(reasons)).split()),
     }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from boresight.firmware.build import CModel
+from boresight.firmware.build import CModel, WordRanges
 from boresight.firmware.many import ManyCModels
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import param_words
@@ -110,6 +110,10 @@ class Emitted(Level):
             return run_of_words(self.program, *self._model.update(inputs))
         words, saturated, states = self._model.trajectory(inputs)
         return run_of_words(self.program, words, saturated, states=states)
+
+    def observe(self, records: FloatArray) -> WordRanges:
+        """Run updates, at least one: extremes and saturations of every value."""
+        return self._model.observe(words_of(self.program, records))
 
     @classmethod
     def batch(cls, build: Build, runs: int, number: int = 0) -> Level:

@@ -17,6 +17,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.model.resolve import Named, estimator_of
 from boresight.sim.campaign import digest, sources
+from boresight.sim.compare.verdict import saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
@@ -162,7 +163,8 @@ def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
 
     ``seed``; ``records``; ``errors``, outputs less truth at the marks, by name; ``last``, the same
     at the last record; ``nees`` and ``freedom``, squared error over the estimator's covariance;
-    ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
+    ``nis``, sum and number of squared normalised innovations; ``saturated`` updates, and by the
+    name of the value ``saturations``.
     """
     loop = _loop(campaign, seed)
     estimator, level, run = campaign.estimator, campaign.level, loop.run
@@ -197,6 +199,7 @@ def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
         "freedom": freedom,
         "nis": [float(positive.sum()), len(positive)],
         "saturated": run.n_saturated,
+        "saturations": saturations(level, [loop.inputs]) if run.n_saturated else {},
     }
 
 

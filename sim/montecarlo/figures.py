@@ -11,12 +11,14 @@ fewer than two draws reach are left out.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
+from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Result, Row
 
 __all__ = ["chi2", "figures", "result_of"]
@@ -62,7 +64,8 @@ def figures(
         that all reach; ``outputs`` by name with arrays over the marks: ``mean``, ``mean_band``
         (half of it), ``sd``, ``sd_band`` (2, marks), ``rms``, ``bound`` and ``ratio`` of sd to it;
         ``nees`` with ``mean`` and ``band`` (2, marks), per degree of freedom; ``nis`` the same, one
-        number; ``saturated`` updates; ``worst``, see `_worst`.
+        number; ``saturated`` updates, and by the name of the value ``saturations``; ``worst``, see
+        `_worst`.
     """
     reach = np.array([np.searchsorted(marks, draw["records"]) for draw in draws])
     marks = marks[: np.sort(reach)[-2]]
@@ -98,7 +101,14 @@ def figures(
     if count:
         mean = sum(draw["nis"][0] for draw in draws) / count
         out["nis"] = {"freedom": freedom, "mean": mean, "band": band(count, count)}
-    return out | {"saturated": sum(draw["saturated"] for draw in draws), "worst": _worst(draws)}
+    saturations = Counter[str]()
+    for draw in draws:
+        saturations.update(draw.get("saturations", {}))  # an old journal has none
+    return out | {
+        "saturated": sum(draw["saturated"] for draw in draws),
+        "saturations": dict(saturations),
+        "worst": _worst(draws),
+    }
 
 
 def _padded(rows: Sequence[Sequence[float]], reached: BoolArray) -> FloatArray:
@@ -149,11 +159,13 @@ def result_of(data: Mapping[str, Any], units: Mapping[str, str]) -> Result:
         f"saturated updates: {worst['saturated']}",
         *([f"run it again: {worst['command']}"] if worst.get("command") else []),
     ]
+    saturated = data["saturated"]
+    notes = [saturated_text(saturated, data["saturations"])] if saturated else []
     tables: dict[str, list[Row]] = {
         f"errors in record {record}": spreads,
         f"per degree of freedom; NEES in record {record}": consistency,
     }
-    return Result(data, tables, "\n".join(lines))
+    return Result(data, tables, "\n".join(lines), notes)
 
 
 def _consistency(name: str, mean: float, limits: FloatArray) -> Row:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from boresight.firmware.build import CModel
 from boresight.gateware.attitude.system.plan import (
     FIELD,
     FRONT_NAMES,
@@ -91,12 +92,15 @@ class Chain:
         Whether a value of a program of the chain was clamped.
     restart : bool (n,)
         Whether the time step was negative.
+    saturations : dict of str to int
+        Updates by the name of the estimator's value that was clamped.
     """
 
     records: IntArray
     outputs: IntArray
     saturated: BoolArray
     restart: BoolArray
+    saturations: dict[str, int] = field(default_factory=dict)
 
 
 def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
@@ -112,7 +116,7 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     filters, n = len(programs) - len(FRONT_NAMES), len(samples)
     feed = feed_of(programs[:filters])
     memory = _memory(programs[filters:], feed, samples)
-    clamped = np.zeros(n, dtype=np.bool_)
+    clamped, saturations = np.zeros(n, dtype=np.bool_), dict[str, int]()
     records = np.zeros((n, max(len(p.inputs) for p in programs[:filters])), dtype=np.int64)
     outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
     for number, program in enumerate(programs[:filters]):
@@ -122,9 +126,12 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
             inputs = np.column_stack([columns[v] for v in program.inputs])[rows]
             out, saturated, _, _ = interpret(program, inputs)
             clamped[rows] |= saturated
+            if saturated.any():
+                counts = CModel(program).observe(inputs).saturations
+                saturations |= {program.values[k].name: int(n) for k, n in enumerate(counts) if n}
             outputs[rows, : out.shape[1]] = out
             records[rows, : inputs.shape[1]] = inputs
-    return Chain(records, outputs, clamped, memory.dt < 0)
+    return Chain(records, outputs, clamped, memory.dt < 0, saturations)
 
 
 @dataclass(frozen=True)

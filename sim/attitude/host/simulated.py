@@ -64,7 +64,9 @@ class BoardFigures:
     good: bool
 
 
-def board_result(data: Mapping[str, Any], runs: Sequence[BoardFigures]) -> Result:
+def board_result(
+    data: Mapping[str, Any], runs: Sequence[BoardFigures], notes: Sequence[str] = ()
+) -> Result:
     """Result of a simulation of the board: its data and a row for each filter."""
     rows = [
         {
@@ -81,7 +83,7 @@ def board_result(data: Mapping[str, Any], runs: Sequence[BoardFigures]) -> Resul
         for r in runs
     ]
     failures = [f"{r.filter}: {r.first_mismatch or 'samples lost'}" for r in runs if not r.good]
-    return Result({**data, "runs": runs}, {"filters": rows}, failures=failures)
+    return Result({**data, "runs": runs}, {"filters": rows}, notes=notes, failures=failures)
 
 
 def faults_result(filter: str, trials: Sequence[FaultTrial]) -> Result:

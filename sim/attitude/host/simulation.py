@@ -16,6 +16,7 @@ from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.host.simulated import BoardFigures, board_result
 from boresight.sim.attitude.ma2014.paper import TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.pages import page_of, section_of
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
@@ -57,7 +58,7 @@ def write_board(
     filters = board.system.plan.names[: board.system.plan.filters]
     what = stimulus(log, board)
     number, mode = SOURCES[source]
-    runs = []
+    runs, notes = [], []
     for filter, filter_name in enumerate(filters):
         length = updates if filter_name == name else SHORT
         cycles = length * board.setup.period_cycles
@@ -76,6 +77,8 @@ def write_board(
         )
         verdict = judge(board, what, run, filter=filter, source=number, feed=words)
         runs.append(_row(board, filter_name, filter, run, verdict))
+        if count := int(verdict.chain.saturated.sum()):
+            notes.append(f"{filter_name}: {saturated_text(count, verdict.chain.saturations)}")
     what_ran = {
         "config": core.machine.name,
         "source": source,
@@ -84,7 +87,7 @@ def write_board(
         "setup": board.setup,
         "build": f"{board.system.build:016x}",
     }
-    result = board_result(what_ran, runs)
+    result = board_result(what_ran, runs, notes)
     data = result.to_json()
     (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
     (folder / "board.html").write_text(_page(result), encoding="utf-8")

@@ -18,6 +18,52 @@ class Mine(Experiment):
 """
 
 
+RAMP = """
+from boresight import Estimator, Input, Output, State, World
+
+
+class Ramp(Estimator):
+    inputs = (Input("z", 0.0, 10.0, "m"),)
+    states = (State("sum", -15.0, 15.0, "m"),)
+    outputs = (Output("double", "m", tolerance=1e-3),)
+
+    def step(self, x, u, p):
+        total = x.sum + u.z
+        return {"sum": total}, {"double": 2.0 * u.z}
+
+
+class Rising(World):
+    def draw(self, seed):
+        self.slope = 1.0 + seed
+
+    def start(self):
+        self.k = 0
+
+    def record(self, outputs):
+        self.k += 1
+        return {"z": self.slope, "double_true": 0.0} if self.k <= 6 else None
+"""
+
+
+def test_every_verb_names_what_saturates(here: Path, data, said) -> None:
+    """A state of [-15, 15], with 4 m more in each of six updates, is clamped in three of them."""
+    Path("ramp.py").write_text(RAMP)
+    Path("ramp.csv").write_text("z,double_true\n" + 6 * "4,0\n")
+    wanted = "3 updates SATURATED: state sum"
+    for level in ("fixed", "c", "rtl"):
+        assert wanted in said(f"run ramp.py ramp.csv --levels {level} -o out.csv")
+    assert data("run ramp.py ramp.csv --levels float")["saturated"] == {}
+    world = "ramp.py:Rising --seed 3 -o out.csv"
+    assert wanted in said(f"run ramp.py:Ramp {world}", 1)
+    assert wanted in said("check ramp.py:Ramp ramp.csv --levels c", 1)
+    assert wanted in said("accuracy ramp.py:Ramp ramp.csv")
+    (row,) = data("explore ramp.py:Ramp ramp.csv --word 32 --config small -o out", 1)["rows"]
+    assert wanted in row["reason"]
+    # Slopes of 2, 3 and 4 m: none, one and three updates.
+    found = data("montecarlo ramp.py:Rising ramp.py:Ramp --runs 3 -o out")
+    assert found["saturated"] == sum(found["saturations"].values()) == 3 + 1
+
+
 def test_explore(here: Path, data, refused) -> None:
     line = "explore mine.py mine.csv --word 18,28,32 --config small -o out --synth"
     found = data(f"{line} --want pos<1mm --least lut")
