@@ -30,7 +30,7 @@ from boresight.options import EstimatorName
 from boresight.sim.experiments.registry import EXPERIMENT_GROUP
 from boresight.sim.records.files import read_pieces, recording_of
 from boresight.sim.records.maps import Source, ready_map
-from boresight.sim.records.topics import NS, Clock, Topic
+from boresight.sim.records.topics import NS, Topic, clock_of
 from boresight.sim.result import Result
 from boresight.sim.rtl.simulators import available, version
 from boresight.sim.worlds.world import WORLD_GROUP
@@ -126,7 +126,7 @@ def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
     start = min(starts, default=0)
     rows, fields = [], []
     for topic in sorted(held.topics, key=lambda t: t.name):
-        clock = Clock.of(topic.stamps)
+        clock = clock_of(topic.stamps)
         known = len(topic.stamps) > 0
         rows.append(
             {

@@ -23,7 +23,8 @@ from boresight.model.tools.extras import optional
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Place, Record, name_of
-from boresight.sim.records.topics import GAP_STEPS, NS, Clock, Order, Recording, Topic
+from boresight.sim.records.selection import GAP_STEPS, Clock
+from boresight.sim.records.topics import NS, Order, Recording, Topic
 from boresight.sim.rotations.rotation import quaternion_normalise
 
 __all__ = ["Reader", "record_from"]

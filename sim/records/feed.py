@@ -17,12 +17,10 @@ from boresight.model.methods import called
 from boresight.model.units import linear
 from boresight.model.words.program import Program
 from boresight.sim.records.files import Log, ahead
-from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import ROWS, Place, Record, joined
-from boresight.sim.records.selection import selection
-from boresight.sim.records.topics import Clock
+from boresight.sim.records.record import ROWS, Place, Record, check_norm, joined, truth_names
+from boresight.sim.records.selection import Clock, selection
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "require_rate"]
 

@@ -8,7 +8,7 @@ value in rows where the magnetometer had nothing new; perhaps ``qw qx qy qz``, t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,9 +16,9 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.sim.records.record import TRUTH, Column, Place, Record, steps_of
+from boresight.sim.records.record import Column, Place, Record, check_norm, steps_of, truth_names
 
-__all__ = ["NineAxis", "check_norm", "truth_names"]
+__all__ = ["NineAxis"]
 
 
 #: Columns of each sensor, and their unit.
@@ -27,8 +27,6 @@ TRIADS = {
     "acc": (("ax", "ay", "az"), "m/s^2"),
     "mag": (("mx", "my", "mz"), "uT"),
 }
-#: Tolerance of the norm of a reference quaternion, for its rounding in a log.
-_NORM_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,27 +122,6 @@ class NineAxis:
     def dt(self) -> FloatArray:
         """Time step that ends at each sample [s], (n,)."""
         return steps_of(f"log {self.name!r}", self.t) if self.steps is None else self.steps
-
-
-def truth_names(record: Record) -> Mapping[str, str]:
-    """Columns of possible true values, by output name: ``NAME_true``, else ``NAME`` itself."""
-    truths = {n.removesuffix(TRUTH): n for n in record.columns if n.endswith(TRUTH)}
-    return {n: n for n in record.columns} | truths
-
-
-def check_norm(record: Record, q: FloatArray) -> None:
-    """Refuse a reference (n, 4) whose norm is not one; `InputError` names the row."""
-    with np.errstate(over="ignore"):
-        norm = np.sqrt((q * q).sum(axis=1))
-    is_invalid = np.abs(norm - 1.0) > _NORM_TOLERANCE
-    if is_invalid.any():
-        row = int(np.argmax(is_invalid))
-        raise InputError.at(
-            record.place(row, QUATERNION[0]),
-            wanted="a quaternion of norm 1",
-            found=f"norm {norm[row]:.6g}",
-            fix="correct it, or leave the whole quaternion out",
-        )
 
 
 def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:

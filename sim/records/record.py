@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import EXACT_UNITS
+from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.units import UnitError, linear
 
@@ -28,16 +28,20 @@ __all__ = [
     "Column",
     "Place",
     "Record",
+    "check_norm",
     "joined",
     "resized",
     "rows_of",
     "steps_of",
     "timed",
+    "truth_names",
 ]
 
 
 #: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"
+#: Tolerance of the norm of a reference quaternion, for its rounding in a log.
+_NORM_TOLERANCE = 0.01
 #: Rows of a block.
 ROWS = 1 << 16
 #: Steps of which the first one is the median: a long log is read in pieces.
@@ -291,6 +295,27 @@ def steps_of(where: str, t: npt.NDArray[Any]) -> FloatArray:
         )
     steps = np.diff(np.asarray(t, dtype=np.float64))
     return np.concatenate([[np.median(steps[:MEDIAN_OF])], steps])
+
+
+def truth_names(record: Record) -> Mapping[str, str]:
+    """Columns of possible true values, by output name: ``NAME_true``, else ``NAME`` itself."""
+    truths = {n.removesuffix(TRUTH): n for n in record.columns if n.endswith(TRUTH)}
+    return {n: n for n in record.columns} | truths
+
+
+def check_norm(record: Record, q: FloatArray) -> None:
+    """Refuse a reference (n, 4) whose norm is not one; `InputError` names the row."""
+    with np.errstate(over="ignore"):
+        norm = np.sqrt((q * q).sum(axis=1))
+    is_invalid = np.abs(norm - 1.0) > _NORM_TOLERANCE
+    if is_invalid.any():
+        row = int(np.argmax(is_invalid))
+        raise InputError.at(
+            record.place(row, QUATERNION[0]),
+            wanted="a quaternion of norm 1",
+            found=f"norm {norm[row]:.6g}",
+            fix="correct it, or leave the whole quaternion out",
+        )
 
 
 def joined(blocks: list[Record]) -> Record:

@@ -1,4 +1,4 @@
-"""Selected rows of a log file: slice of time, every n-th row, meaning of gaps, map of topics.
+"""Selected rows of a log file: slice of time, every n-th row, map of topics; gaps in the times.
 
 `selected` sets it for all readers of log files inside its block.
 """
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require_choice
 from boresight.model.units import UnitError, linear
 from boresight.sim.records.maps import read_map
@@ -28,10 +29,11 @@ from boresight.sim.records.record import (
     resized,
     rows_of,
 )
-from boresight.sim.records.topics import GAP_STEPS
 
-__all__ = ["GAPS", "Selection", "selected", "selection"]
+__all__ = ["GAPS", "GAP_STEPS", "Clock", "Selection", "selected", "selection"]
 
+#: Median steps from which on a step is a gap.
+GAP_STEPS = 3.0
 #: Meaning of a gap: an error, one long step, a restart of an attitude filter.
 GAPS = ("refuse", "bridge", "restart")
 
@@ -224,6 +226,56 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
             note = f"gaps in the times, {treatment}: {count}, the longest of {longest:.3g} s"
             pending = replace(pending, notes=(*pending.notes, note))
         yield pending
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Steps between the times of samples.
+
+    Attributes
+    ----------
+    samples : int
+    rate_hz : float or None
+        Of the median step; None of fewer than two times.
+    jitter_s : float
+        Root mean square of the steps' distance from the median, without gaps.
+    gaps : int
+        Steps above `GAP_STEPS` medians.
+    longest_s : float
+        The longest step.
+    repeated, late : int
+        Messages with the time of another, and messages out of order.
+    """
+
+    samples: int
+    rate_hz: float | None
+    jitter_s: float
+    gaps: int
+    longest_s: float
+    repeated: int = 0
+    late: int = 0
+
+    @classmethod
+    def of_steps(cls, steps: FloatArray) -> Clock:
+        """The clock of steps between rising times [s]."""
+        if not len(steps):
+            return cls(1, None, 0.0, 0, 0.0)
+        median = float(np.median(steps))
+        if median <= 0.0:  # times that are declared otherwise, such as restarts
+            return cls(len(steps) + 1, None, 0.0, 0, float(steps.max()))
+        gaps = steps > GAP_STEPS * median
+        jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
+        return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
+
+    def notes(self, *, jitter: bool = True) -> list[str]:
+        """A line for gaps and one for jitter, if there are any."""
+        lines = [f"gaps in the times: {self.gaps}, longest {self.longest_s:.3g} s"]
+        lines *= self.gaps > 0
+        if jitter and self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
+            lines.append(
+                f"steps of {1e3 / self.rate_hz:.3g} ms differ by {1e3 * self.jitter_s:.3g} ms (rms)"
+            )
+        return lines
 
 
 _TIME = re.compile(r"([-+0-9.eE]+)\s*([A-Za-z]*)")

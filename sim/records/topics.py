@@ -11,12 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
+from boresight.sim.records.selection import Clock
 
-__all__ = ["GAP_STEPS", "Clock", "Order", "Recording", "Topic"]
+__all__ = ["Order", "Recording", "Topic", "clock_of"]
 
 
-#: Median steps from which on a step is a gap.
-GAP_STEPS = 3.0
 NS = 1e9  #: nanoseconds of a second
 
 
@@ -151,60 +150,9 @@ def _spread(times: IntArray) -> IntArray:
     return np.asarray(times - shift, dtype=np.int64)
 
 
-@dataclass(frozen=True)
-class Clock:
-    """Steps between the times of samples.
-
-    Attributes
-    ----------
-    samples : int
-    rate_hz : float or None
-        Of the median step; None of fewer than two times.
-    jitter_s : float
-        Root mean square of the steps' distance from the median, without gaps.
-    gaps : int
-        Steps above `GAP_STEPS` medians.
-    longest_s : float
-        The longest step.
-    repeated, late : int
-        Messages with the time of another, and messages out of order.
-    """
-
-    samples: int
-    rate_hz: float | None
-    jitter_s: float
-    gaps: int
-    longest_s: float
-    repeated: int = 0
-    late: int = 0
-
-    @classmethod
-    def of(cls, stamps: IntArray) -> Clock:
-        """The clock of messages' times [ns], in any order."""
-        order = Order.of(stamps)
-        clock = cls.of_steps(np.diff(np.unique(stamps[order.index])).astype(np.float64) / NS)
-        return replace(
-            clock, samples=len(stamps), repeated=order.spread, late=order.sorted + order.stray
-        )
-
-    @classmethod
-    def of_steps(cls, steps: FloatArray) -> Clock:
-        """The clock of steps between rising times [s]."""
-        if not len(steps):
-            return cls(1, None, 0.0, 0, 0.0)
-        median = float(np.median(steps))
-        if median <= 0.0:  # times that are declared otherwise, such as restarts
-            return cls(len(steps) + 1, None, 0.0, 0, float(steps.max()))
-        gaps = steps > GAP_STEPS * median
-        jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
-        return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
-
-    def notes(self, *, jitter: bool = True) -> list[str]:
-        """A line for gaps and one for jitter, if there are any."""
-        lines = [f"gaps in the times: {self.gaps}, longest {self.longest_s:.3g} s"]
-        lines *= self.gaps > 0
-        if jitter and self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
-            lines.append(
-                f"steps of {1e3 / self.rate_hz:.3g} ms differ by {1e3 * self.jitter_s:.3g} ms (rms)"
-            )
-        return lines
+def clock_of(stamps: IntArray) -> Clock:
+    """The clock of messages' times [ns], in any order."""
+    order = Order.of(stamps)
+    clock = Clock.of_steps(np.diff(np.unique(stamps[order.index])).astype(np.float64) / NS)
+    late = order.sorted + order.stray
+    return replace(clock, samples=len(stamps), repeated=order.spread, late=late)
