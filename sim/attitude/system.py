@@ -19,13 +19,14 @@ from boresight.model.resolve import Named, estimator_of
 from boresight.sim.attitude.board.faults import (
     FaultTrial,
     fault_board,
+    fault_line,
     fault_names,
     fault_trial,
+    faults_result,
     trial_log,
 )
 from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.host.monitor import monitor
-from boresight.sim.attitude.host.simulated import fault_line, faults_result
 from boresight.sim.attitude.host.simulation import (
     BOARD_FILES,
     SHORT,

@@ -6,8 +6,9 @@ so that the filter sees real times and rates. All times here are those of the re
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from boresight.sim.attitude.devices.hmr3300 import FAULTS as COMPASS_FAULTS
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
+from boresight.sim.result import Result
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.rtl.simulators import SimulationFailed
 
@@ -33,9 +35,10 @@ __all__ = [
     "INERTIAL_FAULTS",
     "FaultTrial",
     "fault_board",
+    "fault_line",
     "fault_names",
     "fault_trial",
-    "faults_in_turn",
+    "faults_result",
     "trial_log",
 ]
 
@@ -156,16 +159,8 @@ def fault_board(filters: Sequence[Named] = ("mekf",)) -> Board:
     )
 
 
-def fault_trial(
-    board: Board,
-    device: str,
-    fault: str,
-    *,
-    log: Record | None = None,
-    updates: int = _UPDATES,
-    span: tuple[int, int] | None = None,
-) -> FaultTrial:
-    """Run one fault.
+def fault_trial(board: Board, device: str, fault: str, *, log: Record | None = None) -> FaultTrial:
+    """Run one fault: an inertial one is over after 1,400 samples, one of the compass after 1,900.
 
     Parameters
     ----------
@@ -173,80 +168,39 @@ def fault_trial(
         "adis" or "hmr".
     fault : str
         One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`, `WRONG_VALUES`.
-    updates : int
-        Length of the run: an inertial fault is over after 1,400 samples, one of the compass after
-        1,900, if ``span`` does not say otherwise.
-    span : (int, int)
-        First sample (line of the compass) of the fault, and the first after it.
-    """
-    default = _COMPASS_SPAN if device == "hmr" else _INERTIAL_SPAN
-    first, last = span or (_FAST_TURN_SPAN if fault in FAST_TURNS else default)
-    return faults_in_turn(board, [(device, fault, (first, last))], log=log, updates=updates)[0]
-
-
-def faults_in_turn(
-    board: Board,
-    faults: Sequence[tuple[str, str, tuple[int, int]]],
-    *,
-    log: Record | None = None,
-    updates: int,
-) -> list[FaultTrial]:
-    """Run several faults, (device, fault, span) as in `fault_trial`, one after the other.
-
-    Each is judged until the next one begins, a second or more after its end.
-    """
-    log = log or trial_log()
-    texts: dict[str, str] = {}
-    for device, fault, (first, last) in faults:
-        if fault in WRONG_VALUES:
-            log = wronged(log, fault, slice(first, last))
-        else:
-            name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
-            texts[device] = texts.get(device, "") + f"{first} {last} {name}\n"
-    run = run_board(
-        board,
-        stimulus(log, board),
-        updates=updates,
-        settings={"output_divider": 1},
-        faults=texts,
-        max_cycles=_MAX_CYCLES,
-    )
-    remaining = {device: _span_cycles(run, device) for device in texts}
-    spans = [
-        _row_cycles(run, rows) if fault in WRONG_VALUES else next(remaining[device])
-        for device, fault, rows in faults
-    ]
-    ends = [*(begin for begin, _ in spans[1:]), None]
-    return [
-        _judge(board, run, log, device, fault, span, until)
-        for (device, fault, _), span, until in zip(faults, spans, ends, strict=True)
-    ]
-
-
-def _row_cycles(run: BoardRun, rows: tuple[int, int]) -> tuple[float, float]:
-    """Cycles of two rows of the log."""
-    ready = run.trace.ready
-    begin, end = (float(ready[np.searchsorted(ready[:, 1], row + 1), 0]) for row in rows)
-    return begin, end
-
-
-def _span_cycles(run: BoardRun, device: str) -> Iterator[tuple[float, float]]:
-    """Yield begin and end of each fault in the device's model, in clock cycles.
 
     Raises
     ------
     SimulationFailed
-        The fault did not begin or did not end.
+        The fault did not begin or did not end within the run.
     """
-    begin = None
-    for cycle, inertial, compass in run.trace.faults:
-        is_active = inertial if device == "adis" else compass
-        if is_active and begin is None:
-            begin = cycle
-        elif begin is not None and not is_active:
-            yield float(begin), float(cycle)
-            begin = None
-    raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
+    default = _COMPASS_SPAN if device == "hmr" else _INERTIAL_SPAN
+    first, last = _FAST_TURN_SPAN if fault in FAST_TURNS else default
+    log = log or trial_log()
+    texts = {}
+    if fault in WRONG_VALUES:
+        log = wronged(log, fault, slice(first, last))
+    else:
+        name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
+        texts[device] = f"{first} {last} {name}\n"
+    run = run_board(
+        board,
+        stimulus(log, board),
+        updates=_UPDATES,
+        settings={"output_divider": 1},
+        faults=texts,
+        max_cycles=_MAX_CYCLES,
+    )
+    if fault in WRONG_VALUES:  # cycles of the rows of the log
+        ready = run.trace.ready
+        span = [float(ready[np.searchsorted(ready[:, 1], k + 1), 0]) for k in (first, last)]
+    else:
+        on = [(cycle, (adis if device == "adis" else hmr)) for cycle, adis, hmr in run.trace.faults]
+        begin = next((float(cycle) for cycle, bits in on if bits), np.inf)
+        span = [begin, next((float(cycle) for cycle, bits in on if cycle > begin and not bits), -1)]
+        if span[1] < 0:
+            raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
+    return _judge(board, run, log, device, fault, (span[0], span[1]))
 
 
 def _errors(run: BoardRun, log: Record) -> tuple[IntArray, FloatArray]:
@@ -266,20 +220,13 @@ def _errors(run: BoardRun, log: Record) -> tuple[IntArray, FloatArray]:
 
 
 def _judge(
-    board: Board,
-    run: BoardRun,
-    log: Record,
-    device: str,
-    fault: str,
-    span: tuple[float, float],
-    until: float | None = None,
+    board: Board, run: BoardRun, log: Record, device: str, fault: str, span: tuple[float, float]
 ) -> FaultTrial:
     trace, names = run.trace, board.system.events
     second = board.setup.clock_hz / FASTER  # of the real board, in cycles
     begin, end = span
     cycles, errors = _errors(run, log)
-    if until is None:
-        until = float(cycles[-1] + 1 if len(cycles) else end)
+    until = float(cycles[-1] + 1 if len(cycles) else end)
     delays: dict[str, float] = {}
     prefix = ("inertial_",) if device == "adis" else ("compass_",)
     for cycle, bits in trace.events:
@@ -309,4 +256,33 @@ def _judge(
         worst(begin, end + half),
         worst(until - half, until),
         (recovery - end) / second if len(recoveries) else None,
+    )
+
+
+def faults_result(filter: str, trials: Sequence[FaultTrial]) -> Result:
+    """Result of all trials of faults."""
+    rows: list[Any] = [{**vars(trial), "good": trial.good} for trial in trials]
+    head = (
+        f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
+        f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"
+    )
+    return Result(
+        {"filter": filter, "trials": rows},
+        summary="\n".join([head, *map(fault_line, trials)]),
+        failures=[f"{t.device} {t.fault}" for t in trials if not t.good],
+    )
+
+
+def fault_line(t: FaultTrial) -> str:
+    """Row of the table of a trial."""
+
+    def s(value: float | None) -> str:
+        return "never" if value is None else f"{value:.4f} s"
+
+    return (
+        f"{t.device + ' ' + t.fault:24s}{t.fault_s:>6.2f} s{s(t.seen_after_s):>12s}"
+        f"{t.dropped:>9d}{s(t.back_after_s):>12s}{t.before_deg:>10.2f} deg"
+        f"{t.during_deg:>8.2f}{t.after_deg:>8.2f}  {', '.join(t.seen_as[:3])}"
+        + ("" if t.good else "  FAILED")
+        + ("" if t.seen_as or not t.good else "no effect")
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from boresight.gateware.core import Core
 from boresight.model.errors import InputError
@@ -13,7 +14,6 @@ from boresight.model.words.program import Value
 from boresight.sim.attitude.board.build import Board, make_board
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.host.simulated import BoardFigures, board_result
 from boresight.sim.attitude.ma2014.paper import TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.compare.verdict import saturated_text
@@ -29,6 +29,18 @@ BOARD_FILES = ("board.html", "board.json")
 SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 #: Samples of the short runs, which only measure durations.
 SHORT = 24
+#: Columns of the table, and their figures.
+_SHOWN = {
+    "filter": "filter",
+    "updates": "updates",
+    "lost": "lost_samples",
+    "differ": "mismatches",
+    "fields": "fields",
+    "in registers, us": "in_registers_us",
+    "beside program, us": "beside_program_us",
+    "last bit, us": "frame_end_us",
+    "cycles/s": "cycles_per_s",
+}
 
 
 def default_log(updates: int) -> Record:
@@ -52,7 +64,17 @@ def write_board(
     feed: Mapping[str, float] | None = None,
     say: Callable[[str], None],
 ) -> Result:
-    """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder."""
+    """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder.
+
+    Returns
+    -------
+    Result
+        ``runs`` has a row for each filter. ``in_registers_us``: most time from data-ready to the
+        registers, ``predicted_us`` by the schedule. ``beside_program_us``: time of the core beside
+        its programs. ``frame_end_us``: from data-ready to the last bit of the frame.
+        ``mismatches``: words of frames that differ from the integer models. ``good``: nothing was
+        lost, differs or is damaged.
+    """
     board = make_board(REAL, core=core)
     words = feed_words(board.system.plan.feed.registers, feed or {})
     filters = board.system.plan.names[: board.system.plan.filters]
@@ -79,23 +101,24 @@ def write_board(
         runs.append(_row(board, filter_name, filter, run, verdict))
         if count := int(verdict.chain.saturated.sum()):
             notes.append(f"{filter_name}: {saturated_text(count, verdict.chain.saturations)}")
-    what_ran = {
-        "config": core.machine.name,
-        "source": source,
-        "log": log.name,
-        "clock_mhz": board.setup.clock_hz / 1e6,
-        "setup": board.setup,
-        "build": f"{board.system.build:016x}",
-    }
-    result = board_result(what_ran, runs, notes)
+    result = Result(
+        {
+            "config": core.machine.name,
+            "source": source,
+            "log": log.name,
+            "clock_mhz": board.setup.clock_hz / 1e6,
+            "setup": board.setup,
+            "build": f"{board.system.build:016x}",
+            "runs": runs,
+        },
+        {"filters": [{head: row[key] for head, key in _SHOWN.items()} for row in runs]},
+        notes=notes,
+        failures=[
+            f"{r['filter']}: {r['first_mismatch'] or 'samples lost'}" for r in runs if not r["good"]
+        ],
+    )
     data = result.to_json()
     (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
-    (folder / "board.html").write_text(_page(result), encoding="utf-8")
-    return result
-
-
-def _page(result: Result) -> str:
-    """HTML text: what ran, and the figures of each filter."""
     intro = (
         f"The complete board in simulation at {result['clock_mhz']:g} MHz, core "
         f"{result['config']}: sensors at the pins, {result['log']}, frames to the host. Times are "
@@ -103,7 +126,9 @@ def _page(result: Result) -> str:
         f"{TIME_US['complementary']:,.0f} us (complementary filter) and "
         f"{TIME_US['kalman']:,.0f} us (Kalman filter) at 100 MHz."
     )
-    return page_of("Board", [intro], [section_of("Filters", result.tables["filters"])])
+    page = page_of("Board", [intro], [section_of("Filters", result.tables["filters"])])
+    (folder / "board.html").write_text(page, encoding="utf-8")
+    return result
 
 
 def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
@@ -135,7 +160,7 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
     return words
 
 
-def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> BoardFigures:
+def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> dict[str, Any]:
     """Metrics of a run."""
     us = 1e6 / board.setup.clock_hz
     trace = run.trace
@@ -144,28 +169,26 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
         and len(trace.framing_errors) == 0
         and len(run.frames) == verdict.updates > 0
     )
-    plan = board.system.plan
-    length = plan.lengths[filter]
-    excess = verdict.core_cycles[1] - length
-    return BoardFigures(
-        filter=name,
-        updates=verdict.updates,
-        frames=len(run.frames),
-        mismatches=verdict.mismatches,
-        first_mismatch=verdict.first,
-        lost_samples=verdict.lost,
-        fields=verdict.fields,
-        compass_lines=verdict.lines,
-        transfer_cycles=verdict.transfer_cycles,
-        core_cycles=verdict.core_cycles,
-        program_cycles=length,
-        beside_program_us=round(excess * us, 3),
-        in_registers_us=round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
-        predicted_us=round(board.system.latency_cycles(filter) * us, 2),
-        frame_end_us=round(verdict.frame_end_cycles[1] * us, 2),
-        timing_violations=trace.violations,
-        damaged_frames=run.dropped,
-        cycles=run.cycles,
-        cycles_per_s=round(run.cycles / run.seconds),
-        good=good,
-    )
+    length = board.system.plan.lengths[filter]
+    return {
+        "filter": name,
+        "updates": verdict.updates,
+        "frames": len(run.frames),
+        "mismatches": verdict.mismatches,
+        "first_mismatch": verdict.first,
+        "lost_samples": verdict.lost,
+        "fields": verdict.fields,
+        "compass_lines": verdict.lines,
+        "transfer_cycles": verdict.transfer_cycles,
+        "core_cycles": verdict.core_cycles,
+        "program_cycles": length,
+        "beside_program_us": round((verdict.core_cycles[1] - length) * us, 3),
+        "in_registers_us": round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
+        "predicted_us": round(board.system.latency_cycles(filter) * us, 2),
+        "frame_end_us": round(verdict.frame_end_cycles[1] * us, 2),
+        "timing_violations": trace.violations,
+        "damaged_frames": run.dropped,
+        "cycles": run.cycles,
+        "cycles_per_s": round(run.cycles / run.seconds),
+        "good": good,
+    }

@@ -32,10 +32,10 @@ def test_figures_and_page(small, tmp_path) -> None:
         (tmp_path / "board.json").read_text()
     )
     row = data["runs"][0]
-    assert row.updates == row.frames == 51
-    assert row.mismatches == row.lost_samples == row.timing_violations == 0
-    assert row.beside_program_us <= 1.0
-    assert row.in_registers_us == row.predicted_us
+    assert row["updates"] == row["frames"] == 51
+    assert row["mismatches"] == row["lost_samples"] == row["timing_violations"] == 0
+    assert row["beside_program_us"] <= 1.0
+    assert row["in_registers_us"] == row["predicted_us"]
     page = (tmp_path / "board.html").read_text()
     assert "complementary" in page and "http" not in page
     assert "51" in str(data)
