@@ -48,7 +48,7 @@ formal: $(VENV)/.test  ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.attitude.formal
 
 docs: $(VENV)/.docs    ## The site, build/site/index.html (warnings are errors), and the page of commands
-	$(BIN)/python -c "from boresight.cli import app; from boresight.verbs import VERBS; print(app(*VERBS).generate_docs())" >docs/reference/commands.md
+	$(BIN)/python -c "from boresight.cli import app; from boresight.verbs import VERBS; print(app(*VERBS).generate_docs().replace('# boresight', '# Commands', 1))" >docs/reference/commands.md
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs/site docs $(OUT)/site
 	@echo "$(OUT)/site/index.html"
 
