@@ -24,6 +24,8 @@ def each(
     axes: Sequence[str] = AXES,
     spread: Mapping[str, Any] | None = None,
     note: str = "",
+    binding: bool = False,
+    fewest: int | None = None,
     **beside: Sequence[float] | None,
 ) -> Iterator[Target]:
     """A target for each axis; of values for more axes the last ones count.
@@ -39,7 +41,8 @@ def each(
             low=band[k][0],
             high=band[k][1],
             unit=unit,
-            binding=False,
+            binding=binding,
+            fewest=fewest,
             beside={origin: values[k] for origin, values in beside.items() if values is not None},
             spread=None if spread is None else (spread["p05"][k], spread["p95"][k]),
             note=note,

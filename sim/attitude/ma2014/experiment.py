@@ -9,16 +9,10 @@ import numpy as np
 
 from boresight.sim.attitude.ma2014 import paper
 from boresight.sim.attitude.ma2014.errors import entries_in_band
-from boresight.sim.attitude.ma2014.methods import (
-    METHODS,
-    count_mismatches,
-    gains_per_s,
-    kalman_parameters,
-)
+from boresight.sim.attitude.ma2014.methods import METHODS, count_mismatches
 from boresight.sim.attitude.ma2014.sections import (
     HEADING_RUNS,
     JUDGED,
-    KALMAN,
     SIDE_RUNS,
     differences,
     heading_test,
@@ -75,10 +69,7 @@ def measure(seed: int, runs: int, say: Say, jobs: int | None = None) -> dict[str
             "cases": rows,
             "in_band": {case: entries_in_band(rows[case]) for case in JUDGED},
         },
-        "parameters": {
-            "complementary": gains_per_s(),
-            **{key: kalman_parameters(key) for key in KALMAN},
-        },
+        "parameters": {method.key: method.params for method in METHODS},
         "spectra": heading_test(seeds[:HEADING_RUNS], say),
         "difference": differences(errors),
         "kinematics": kinematics(say),
@@ -90,13 +81,13 @@ def _equalities(log: Record, say: Say) -> list[Target]:
     """Binding targets: C equals the integer interpreter."""
     out = []
     for method in METHODS:
-        if method.estimator is None or method.key.startswith("gyro"):
-            continue
-        say(f"C against the integer interpreter: {method.estimator}")
+        if method.key != method.estimator.name:
+            continue  # the same estimator with other parameters
+        say(f"C against the integer interpreter: {method.key}")
         mismatches, total = count_mismatches(method, log)
         out.append(
             Target(
-                name=f"{method.estimator}: updates in which C and the integer interpreter differ",
+                name=f"{method.key}: updates in which C and the integer interpreter differ",
                 source="bit for bit",
                 value=mismatches if total else np.nan,
                 high=0,

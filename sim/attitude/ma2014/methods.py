@@ -1,20 +1,21 @@
-"""The estimators of the experiment, with the paper's settings, in float64 and in fixed point."""
+"""The estimators of the experiment with the paper's settings, in float64 and in fixed point."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.attitude import ESTIMATORS
-from boresight.model.attitude.complementary import per_sample_gains
+from boresight.model.attitude.complementary import Complementary
+from boresight.model.attitude.ekf_quaternion import EkfQuaternion
 from boresight.model.attitude.front.sensed import board_params
+from boresight.model.attitude.ma2014 import Ma2014Cf
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.letter import filter_to_the_letter, mag_acc_angles
-from boresight.sim.attitude.ma2014.paper import KI, KP, TABLE_2
+from boresight.model.estimator import Estimator
+from boresight.sim.attitude.ma2014.paper import AXES, KI, KP, TABLE_2
 from boresight.sim.attitude.ma2014.world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.levels.level import Run
@@ -27,7 +28,7 @@ __all__ = [
     "METHODS",
     "Method",
     "count_mismatches",
-    "gains_per_s",
+    "gains",
     "kalman_parameters",
     "run_method",
     "score",
@@ -37,95 +38,109 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Method:
-    """One row of Table 3.
+    """One row of Table 3: an estimator with these parameters.
 
-    ``estimator``: the registered estimator that computes it, None for a float reference.
-    ``row``: the row of Table 3 it stands beside, if any.
+    ``row``: the row of Table 3 that it stands beside, if any.
     """
 
     key: str
     title: str
-    estimator: str | None
+    estimator: Estimator
+    params: Mapping[str, float]
     row: str | None = None
 
 
-METHODS = (
-    Method("gyro", "gyro alone", "complementary", "gyro"),
-    Method("mag_acc", "magnetometer and accelerometer alone", None, "mag_acc"),
-    Method("ekf_quaternion", "Kalman filter, quaternion measured", "ekf_quaternion", "kalman"),
-    Method("complementary", "complementary filter", "complementary", "complementary"),
-    Method("letter", "the paper's filter to the letter (float only)", None, "complementary"),
-    Method(
-        "complementary_as_printed",
-        "complementary filter, eq. (3) as printed",
-        "complementary_as_printed",
-    ),
-    Method("gyro_as_printed", "gyro alone, eq. (3) as printed", "complementary_as_printed"),
-)
-
-
-def gains_per_s(
-    kp: Sequence[float] = KP, ki: Sequence[float] = KI, rate_hz: float = LOOP_HZ
+def gains(
+    kp: Sequence[float] = KP, ki: Sequence[float] = KI, rate_hz: float | None = None
 ) -> dict[str, float]:
-    """Parameters of the complementary filter for gains per sample."""
-    out = {}
-    for axis, p, i in zip(("pitch", "roll", "heading"), kp, ki, strict=True):
-        out[f"kp_{axis}_per_s"], out[f"ki_{axis}_per_s2"] = per_sample_gains(p, i, rate_hz)
-    return out
+    """Parameters of `ma2014_cf`; with a rate those of `complementary`, whose gains are per s."""
+    kp_unit, ki_unit = ("", "") if rate_hz is None else ("_per_s", "_per_s2")
+    rate = rate_hz or 1.0
+    return {
+        **{f"kp_{axis}{kp_unit}": k * rate for axis, k in zip(AXES, kp, strict=True)},
+        **{f"ki_{axis}{ki_unit}": k * rate * rate for axis, k in zip(AXES, ki, strict=True)},
+    }
 
 
-def _params(method: Method) -> dict[str, float]:
-    """The paper's settings in the parameters of the method's estimator, and its sensors'."""
-    assert method.estimator is not None
-    sensors = board_params(ESTIMATORS[method.estimator].params)
-    if method.key.startswith("gyro"):
-        return sensors | gains_per_s((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    if method.estimator.startswith("complementary"):
-        return sensors | gains_per_s()
-    return sensors | kalman_parameters(method.estimator)
+def kalman_parameters() -> dict[str, float]:
+    """Table 2 in the parameters of `ekf_quaternion`.
 
-
-def kalman_parameters(name: str) -> dict[str, float]:
-    """Table 2 in the parameters of a quaternion EKF, by their names.
-
-    Noise of the angles at rest, level and at heading 0, for the filter that measures a quaternion::
+    Noise of the angles at rest, level and at heading 0::
 
         pitch  sd(f_y) / g        roll  sd(f_x) / g
         heading^2 = (sd(m_x) / m_h)^2 + (roll m_z / m_h)^2
-
-    A noise below a parameter's legal range is taken as the least one: that of f_z, which says
-    nothing about the attitude near level.
     """
     acc = [math.sqrt(v / AVERAGED) for v in TABLE_2.accelerometer]
-    mag = [math.sqrt(v) for v in TABLE_2.magnetometer]
     level = math.hypot(FIELD_UT[0], FIELD_UT[1])
     pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
-    heading = math.hypot(mag[0] / level, roll * FIELD_UT[2] / level)
-    values = {
-        "scale": 64.0,
-        "p0_sd": 0.01,
-        **dict(zip(("field_east", "field_north", "field_up"), FIELD_UT, strict=True)),
-    }
-    for k, axis in enumerate("xyz"):
-        values[f"gyro_sd_{axis}"] = math.sqrt(TABLE_2.gyro[k])
-        values[f"angle_sd_{axis}"] = (pitch, roll, heading)[k]
-        values[f"acc_sd_{axis}"] = acc[k]
-        values[f"mag_sd_{axis}"] = mag[k]
-    return {p.name: max(values[p.name], p.low) for p in ESTIMATORS[name].params if p.name in values}
+    heading = math.hypot(math.sqrt(TABLE_2.magnetometer[0]), roll * FIELD_UT[2]) / level
+    values = {"scale": 64.0, "p0_sd": 0.01}
+    for axis, variance, angle in zip("xyz", TABLE_2.gyro, (pitch, roll, heading), strict=True):
+        values |= {f"gyro_sd_{axis}": math.sqrt(variance), f"angle_sd_{axis}": angle}
+    return values
+
+
+def _kalman_of_table_4() -> dict[str, float]:
+    """Noises whose steady gains are those of Table 4, all measured angles with 0.2 deg.
+
+    Of a scalar filter with gain K: q = r K^2 / (1 - K), in the angle that the gyro adds in a step.
+    """
+    values = kalman_parameters()
+    angle = math.radians(0.2)
+    for axis, k in zip("xyz", KP, strict=True):
+        values[f"angle_sd_{axis}"] = angle
+        values[f"gyro_sd_{axis}"] = angle * k / math.sqrt(1.0 - k) * LOOP_HZ
+    return values
+
+
+_NO_GAIN, _FULL_GAIN = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+_GYRO, _PRINTED = gains(_NO_GAIN, _NO_GAIN), Ma2014Cf(as_printed=True)
+METHODS = (
+    Method("gyro", "gyro alone", Ma2014Cf(), _GYRO, "gyro"),
+    Method(
+        "mag_acc",
+        "magnetometer and accelerometer alone",
+        Ma2014Cf(),
+        gains(_FULL_GAIN, _NO_GAIN),
+        "mag_acc",
+    ),
+    Method(
+        "ekf_quaternion",
+        "Kalman filter, noises of Table 2",
+        EkfQuaternion(),
+        kalman_parameters(),
+        "kalman",
+    ),
+    Method(
+        "ekf_table_4",
+        "Kalman filter, steady gains of Table 4",
+        EkfQuaternion(),
+        _kalman_of_table_4(),
+        "kalman",
+    ),
+    Method("ma2014_cf", "the paper's complementary filter", Ma2014Cf(), gains(), "complementary"),
+    Method(
+        "complementary",
+        "the improved complementary filter",
+        Complementary(),
+        gains(rate_hz=LOOP_HZ),
+        "complementary",
+    ),
+    Method("ma2014_cf_as_printed", "the paper's filter, eq. (3) as printed", _PRINTED, gains()),
+    Method("gyro_as_printed", "gyro alone, eq. (3) as printed", _PRINTED, _GYRO),
+)
 
 
 def run_method(
     method: Method,
     logs: Sequence[Record],
     levels: Sequence[str] = ("float", "c"),
-    params: dict[str, float] | None = None,
+    params: Mapping[str, float] | None = None,
 ) -> list[tuple[FloatArray, int]]:
     """Angles [deg] of every log (steps, runs, 3) on each level, and the saturated updates.
 
-    A method without an estimator has float64 alone. Parameters are the paper's, or others.
+    Parameters are the method's, or others.
     """
-    if method.estimator is None:
-        return [(_reference(method, logs), 0)]
     return [
         (_angles(runs), sum(run.n_saturated for run in runs))
         for runs in _runs(method, logs, levels, params)
@@ -136,34 +151,20 @@ def _runs(
     method: Method,
     logs: Sequence[Record],
     levels: Sequence[str],
-    params: dict[str, float] | None = None,
+    params: Mapping[str, float] | None = None,
 ) -> list[list[Run]]:
     """Runs of each level over every log."""
-    assert method.estimator is not None
-    estimator = ESTIMATORS[method.estimator]()
+    estimator = method.estimator
     records = [feed(estimator, log).inputs for log in logs]
-    params = _params(method) if params is None else params
+    params = board_params(estimator.params) | (method.params if params is None else params)
     return run_forms(estimator, records, params=params, levels=levels)
 
 
 def _angles(runs: Sequence[Run]) -> FloatArray:
     """Pitch, roll, heading [deg] of every run: (steps, runs, 3)."""
-    names = ("pitch", "roll", "heading")
     return 180.0 * np.stack(
-        [np.stack([run.outputs[name] for name in names], axis=-1) for run in runs], axis=1
+        [np.stack([run.outputs[name] for name in AXES], axis=-1) for run in runs], axis=1
     )
-
-
-def _reference(method: Method, logs: Sequence[Record]) -> FloatArray:
-    """Angles [deg] of a method that is no estimator of ours: (steps, runs, 3)."""
-    views = [NineAxis.of(log) for log in logs]
-    acc, mag, gyr = (
-        np.stack([getattr(v, k) for v in views], axis=1) for k in ("acc", "mag", "gyr")
-    )
-    measured = mag_acc_angles(acc, mag, FIELD_UT)
-    if method.key == "letter":
-        measured = filter_to_the_letter(measured, gyr, float(views[0].dt[0]), KP, KI)
-    return np.degrees(measured)
 
 
 def count_mismatches(method: Method, log: Record) -> tuple[int, int]:

@@ -91,8 +91,8 @@ TIME_US = {"complementary": 316.0, "kalman": 1140.0}
 CYCLES = {name: round(us * CLOCK_MHZ) for name, us in TIME_US.items()}
 #: The paper's filter beside which each estimator of ours stands.
 BESIDE = {
+    "ma2014_cf": "complementary",
     "complementary": "complementary",
-    "complementary_as_printed": "complementary",
     "ekf_quaternion": "kalman",
     "ekf_bias": "kalman",
     "mekf": "kalman",
@@ -104,13 +104,13 @@ PROTOTYPE = {
         "gyro": (0.70, 0.70, 0.43),
         "mag_acc": (0.192, 0.222, 0.547),
         "ekf_quaternion": (0.102, 0.107, 0.278),
-        "complementary": (0.092, 0.097, 0.286),
+        "ma2014_cf": (0.092, 0.097, 0.286),
     },
     "noise": {
         "gyro": (0.60, 0.64, 0.33),
         "mag_acc": (0.192, 0.222, 0.479),
         "ekf_quaternion": (0.072, 0.083, 0.079),
-        "complementary": (0.070, 0.079, 0.112),
+        "ma2014_cf": (0.070, 0.079, 0.112),
     },
 }
 PROTOTYPE_FIG_6_DEG = (0.28, 0.32, 0.47)

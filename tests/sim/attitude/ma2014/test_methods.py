@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from boresight.sim.attitude.ma2014.letter import _rates, filter_to_the_letter, mag_acc_angles
 from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude import ESTIMATORS
 from boresight.sim.attitude.ma2014 import methods
-from boresight.sim.attitude.ma2014.letter import _rates, filter_to_the_letter, mag_acc_angles
 from boresight.sim.attitude.ma2014.methods import (
     count_mismatches,
     gains_per_s,
