@@ -25,6 +25,7 @@ __all__ = [
     "matrix",
     "multiply",
     "of_angles",
+    "of_half_angles",
     "product",
     "right_matrix",
     "scaled_matrix",
@@ -215,6 +216,20 @@ def small_turn(
     return (
         [ops.saturated(c * cosine + t * sine, 1.0) for c, t in pairs],
         [ops.saturated(t + s * t + w * c, limit) for c, t in pairs],
+    )
+
+
+def of_half_angles(
+    pitch: tuple[Any, Any], roll: tuple[Any, Any], heading: tuple[Any, Any]
+) -> tuple[Any, Any, Any, Any]:
+    """q = qz(heading) qx(pitch) qy(roll); of each angle sine and cosine of its half."""
+    (sp, cp), (sr, cr), (sh, ch) = pitch, roll, heading
+    zx = (ch * cp, ch * sp, sh * sp, sh * cp)
+    return (
+        zx[0] * cr - zx[2] * sr,
+        zx[1] * cr - zx[3] * sr,
+        zx[0] * sr + zx[2] * cr,
+        zx[1] * sr + zx[3] * cr,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.attitude.complementary import Complementary, ComplementaryAsPrinted
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.attitude.ekf_bias import EkfBias
 from boresight.model.attitude.ekf_quaternion import EkfQuaternion
 from boresight.model.attitude.ma2014 import Ma2014Cf
@@ -14,8 +14,7 @@ from boresight.model.estimator import Estimator
 __all__ = ["ESTIMATORS", "FILTERS", "estimator"]
 
 ESTIMATORS: dict[str, type[Estimator]] = {
-    e.name: e
-    for e in (Complementary, ComplementaryAsPrinted, EkfBias, EkfQuaternion, Ma2014Cf, Mekf, Vqf)
+    e.name: e for e in (Complementary, EkfBias, EkfQuaternion, Ma2014Cf, Mekf, Vqf)
 }
 
 #: Filters of the complete system, in the order of their numbers: what `make` builds and measures.

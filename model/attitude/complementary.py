@@ -1,10 +1,9 @@
-"""The complementary filter of Ma Long et al. (2014), eq. (3)-(13), in Euler angles z-x'-y''.
+"""The complementary filter of Ma Long et al. (2014), improved, in Euler angles z-x'-y''.
 
-What is the paper's and what is ours (evidence: `docs/systems/complementary.md`):
+`ma2014_cf` is the paper's own. The differences (evidence: `docs/systems/complementary.md`):
 
 * Attitude C_bn = Rz(psi) Rx(theta) Ry(gamma), angles in half turns, wrapped by the word itself.
-* Prediction by Euler rates, eq. (3), midpoint rule. The printed eq. (3) belongs to another Euler
-  sequence; `Complementary` uses the consistent set, `ComplementaryAsPrinted` the printed one.
+* Prediction by Euler rates, eq. (3) for this Euler sequence, midpoint rule.
 * Levelling, eq. (4): the specific force, turned by the predicted rotation and levelled with the
   filter's own angles, must be vertical; its horizontal part over g is the residual.
 * Tilt compensation and heading, eq. (5)-(7).
@@ -22,12 +21,13 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
+from boresight.model.algebra.quaternion import of_half_angles
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
-__all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
+__all__ = ["STATUS_BITS", "Complementary"]
 
 SEC_LIMIT = 64.0  #: largest 1/cos(theta); reached at |theta| = 89.1 deg.
 HALF_STEP_LIMIT = 0.5  #: rad, roll step of the midpoint rule.
@@ -50,11 +50,6 @@ STATUS_BITS = {
     6: "near vertical: 1/cos(pitch) limited",
     7: "passed the vertical: angles re-mapped",
 }
-
-
-def per_sample_gains(kp: float, ki: float, rate_hz: float) -> tuple[float, float]:
-    """(Kp [1/s], Ki [1/s^2]) of gains per sample, x -= Kp e + I, I += Ki e, at ``rate_hz``."""
-    return kp * rate_hz, ki * rate_hz * rate_hz
 
 
 def _cross(a: tuple[Any, Any, Any], b: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
@@ -262,13 +257,7 @@ class Complementary(Estimator):
         (sh, ch), (sp2, cp2), (sr2, cr2) = (
             ops.sincos_ht(0.5 * angle) for angle in (heading, pitch, roll)
         )
-        zx = (ch * cp2, ch * sp2, sh * sp2, sh * cp2)
-        q = (
-            zx[0] * cr2 - zx[2] * sr2,
-            zx[1] * cr2 - zx[3] * sr2,
-            zx[0] * sr2 + zx[2] * cr2,
-            zx[1] * sr2 + zx[3] * cr2,
-        )
+        q = of_half_angles((sp2, cp2), (sr2, cr2), (sh, ch))
         cos_pitch = ops.bounded(1.0 - 2.0 * sp2 * sp2, -1.0, 1.0, "cosine")
         sin_pitch = ops.bounded(2.0 * sp2 * cp2, -1.0, 1.0, "sine")
         near_vertical = cos_pitch < 1.0 / SEC_LIMIT
@@ -349,26 +338,3 @@ class Complementary(Estimator):
         inner = ops.bounded(cosine - 0.5 * (angle * sine), -2.0, 2.0, "near a cosine")
         turned = sine + angle * inner
         return ops.bounded(turned, -2.0, 2.0, "near a sine", unless="a sample turns by radians")
-
-
-class ComplementaryAsPrinted(Complementary):
-    """The same filter with eq. (3) as printed: wrong kinematics, kept to show by how much."""
-
-    name = "complementary_as_printed"
-    summary = "the same with the paper's eq. (3) as printed (heading wrong by 2 to 4 deg)"
-
-    def _predict(self, x: Any, r: tuple[Any, ...], r_ht: tuple[Any, ...]) -> tuple[Any, Any, Any]:
-        """Eq. (3) as printed, Euler rates of Rz Ry Rx, at the start of the step::
-
-            [theta']   [1  st tg  ct tg] [wx]
-            [gamma'] = [0  ct    -st   ] [wy]
-            [psi'  ]   [0  st/cg  ct/cg] [wz]
-
-        1/cos(gamma) is formed here; the cached trigonometry has only that of the pitch.
-        """
-        sp, cp, sr, cr = x.sin_pitch, x.cos_pitch, x.sin_roll, x.cos_roll
-        magnitude = ops.maximum(ops.absolute(cr), 1.0 / SEC_LIMIT)
-        sec = ops.flip(cr < 0.0, 1.0 / ops.bounded(magnitude, 1.0 / SEC_LIMIT, 1.0, "cosine"))
-        across = sp * r_ht[1] + cp * r_ht[2]
-        d_heading = ops.saturated(sec * across, HEADING_STEP_LIMIT)
-        return r_ht[0] + sr * d_heading, cp * r_ht[1] - sp * r_ht[2], d_heading

@@ -19,11 +19,18 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
-from boresight.model.estimator import Estimator, Output, Param, State
-from boresight.model.nine_axis import INPUTS
+from boresight.model.algebra.quaternion import of_half_angles
+from boresight.model.algebra.quaternion_filter import named_outputs, status_word
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
-__all__ = ["Ma2014Cf"]
+__all__ = ["STATUS_BITS", "Ma2014Cf"]
 
+#: Bits of the output ``status``.
+STATUS_BITS = {
+    0: "aligning: no attitude yet",
+    3: "no magnetometer sample: the heading is that of the gyro",
+}
 _CHANNELS = ("pitch", "roll", "heading")
 _KP = (0.1414, 0.1414, 0.1)  #: Table 4.
 _KI = (5e-7, 5e-5, 5e-7)
@@ -61,8 +68,10 @@ class Ma2014Cf(Estimator):
         *(State(f"i_{n}", -_INTEGRAL, _INTEGRAL) for n in _CHANNELS),
         State("unknown", -1.0, 0.0, "", -1.0),  # -1: no attitude yet, 0: one
     )
-    outputs = tuple(Output(n, "ht", tolerance=5e-6) for n in _CHANNELS)
+    outputs = OUTPUTS
     restarts = True
+    status_bits = STATUS_BITS
+    urgent = 3  # the angles; quaternion and status word follow
 
     def __init__(self, as_printed: bool = False) -> None:
         """Take the Euler rates of z-x'-y'', or eq. (3) as printed, those of z-y'-x''.
@@ -118,7 +127,9 @@ class Ma2014Cf(Estimator):
             after[f"i_{n}"] = ops.where(starting, 0.0, i)
             filtered = ahead - getattr(p, f"kp_{n}") * e - i
             after[n] = ops.wrap_ht(ops.where(starting, seen, filtered))
-        return after, {n: after[n] for n in _CHANNELS}
+        out = tuple(after[n] for n in _CHANNELS)
+        q = of_half_angles(*(ops.sincos_ht(0.5 * angle) for angle in out))
+        return after, named_outputs(out, q, status_word({0: after["unknown"] < 0.0, 3: missing}))
 
     def _increments(self, theta: Any, gamma: Any, turn: Any) -> tuple[Any, Any, Any]:
         """Pitch, roll and heading of a small turn about the body's axes, eq. (3)."""

@@ -156,7 +156,7 @@ def _runs(
     """Runs of each level over every log."""
     estimator = method.estimator
     records = [feed(estimator, log).inputs for log in logs]
-    params = board_params(estimator.params) | (method.params if params is None else params)
+    params = {**board_params(estimator.params), **(method.params if params is None else params)}
     return run_forms(estimator, records, params=params, levels=levels)
 
 

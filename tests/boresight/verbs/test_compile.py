@@ -9,7 +9,7 @@ import pytest
 
 from boresight.core_files import core_files, project_files
 
-BOTH = ["complementary", "complementary_as_printed"]
+BOTH = ["ekf_quaternion", "ekf_bias"]
 
 
 def files(folder: str) -> set[str]:
@@ -41,13 +41,13 @@ def test_a_target_without_primitives(here: Path, data) -> None:
 def test_a_shared_core_on_a_board(tmp_path: Path, data) -> None:
     out = tmp_path / "out"
     line = f"compile {' '.join(BOTH)} --board mimas --top records -o {out}"
-    report = data(f"{line} --param {BOTH[1]}.kp_roll_per_s=4")
+    report = data(f"{line} --param {BOTH[1]}.scale=4")
     assert [*report["programs"]] == BOTH
     assert {*project_files("mimas", system=False)} <= files(str(out))
     registers = json.loads((out / "registers.json").read_text())
     by_name = {r["name"]: r for r in registers["registers"]}
     assert by_name["program"]["names"] == BOTH
-    first, second = (by_name[f"{name}.kp_roll_per_s"] for name in BOTH)
+    first, second = (by_name[f"{name}.scale"] for name in BOTH)
     assert second["reset"] == 4 << second["frac"] != first["reset"]
 
 

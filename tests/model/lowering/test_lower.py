@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.attitude.complementary import Complementary, ComplementaryAsPrinted
+from boresight.model.attitude.complementary import Complementary
+from boresight.model.attitude.ekf_quaternion import EkfQuaternion
 from boresight.model.errors import InputError
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
@@ -173,7 +174,7 @@ def magnitudes(program: Any, op: Any) -> Any:
 def programs() -> Any:
     for word in (18, 21, 22, 24, 27, 28, 32):
         yield Complementary().compile(word=word)
-        yield ComplementaryAsPrinted().compile(word=word)
+        yield EkfQuaternion().compile(word=word)
         for seed in range(4):
             yield random_expressions(seed, word)[0]
         for turns in range(12, 26):  # prescribed formats, up to and beyond what one group can do

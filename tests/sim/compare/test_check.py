@@ -11,8 +11,10 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.attitude import estimator
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import OutputFile
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
@@ -23,7 +25,18 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 
-NAMES = ("complementary", "complementary_as_printed")
+
+class Faster(Complementary):
+    """The same with gains of twice the size."""
+
+    name = "faster"
+    params = tuple(
+        dataclasses.replace(q, default=2.0 * q.default) if q.name.startswith("k") else q
+        for q in Complementary.params
+    )
+
+
+PAIR = (Complementary, Faster)
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +46,7 @@ def log():
 
 def checked(log, steps, *names, reproducer=None, build=None, **options):
     """Results of the first records."""
-    build = build or Build(*(estimator(n) for n in names or NAMES[:1]))
+    build = build or Build(*(estimator_of(n) for n in names or PAIR[:1]))
     return Check(build, **options).run(log.head(steps), reproducer=reproducer)
 
 
@@ -169,7 +182,7 @@ def test_missing_simulator_fails(log, monkeypatch):
     monkeypatch.setattr(
         "boresight.sim.rtl.simulators._missing", lambda name: f"{name} not found: install it"
     )
-    results = checked(log, 3, *NAMES, simulator="icarus", levels=("rtl",))
+    results = checked(log, 3, *PAIR, simulator="icarus", levels=("rtl",))
     for result in results:
         assert not result.good
         assert result.levels[0].error == "icarus not found: install it"
@@ -196,12 +209,12 @@ def test_bad_options_are_refused(options, message):
 
 @pytest.fixture(scope="module")
 def both():
-    return Build(*(estimator(n) for n in NAMES))
+    return Build(*(estimator_of(n) for n in PAIR))
 
 
 def test_all_agree_in_turns(log, both):
     results = checked(log, 250, build=both, simulator="verilator")
-    assert [r.estimator for r in results] == list(NAMES)
+    assert [r.estimator for r in results] == [e.name for e in PAIR]
     for number, result in enumerate(results):
         assert result.good
         assert [x.level for x in result.levels] == ["fixed", "c", "rtl"]
@@ -284,9 +297,9 @@ def test_programs_that_share_states_fail(log, both):
 
 def test_parameters_are_of_their_estimator(log):
     values = {"kp_roll_per_s": 4.0, "declination_ht": 0.1}
-    moved = Build(*(estimator(n) for n in NAMES), params=[None, values])
+    moved = Build(*(estimator_of(n) for n in PAIR), params=[None, values])
     results = checked(log, 30, build=moved, levels=("fixed", "c"))
-    plain = checked(log, 30, *NAMES, levels=("fixed", "c"))
+    plain = checked(log, 30, *PAIR, levels=("fixed", "c"))
     assert all(r.good for r in results)
     assert (results[0].fixed.words == plain[0].fixed.words).all()
     assert not (results[1].fixed.words == plain[1].fixed.words).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import weakref
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -40,7 +41,7 @@ def said(results: Sequence[CheckResult]) -> str:
         data: Any = result.to_json()
         for level in data["verification"]:
             level.pop("seconds")
-        lines = [x for x in result.lines() if not x.endswith(" s")]
+        lines = [re.sub(r" +[0-9.]+ s$", "", x, flags=re.M) for x in result.lines()]
         out.append(f"{data}\n{lines}")
     return "\n".join(out)
 

@@ -142,12 +142,12 @@ def test_runs_side_by_side(name: str) -> None:
 
 
 def test_parameters_are_of_their_estimator() -> None:
-    two = (estimator("complementary"), estimator("complementary_as_printed"))
-    plain, moved = Build(*two), Build(*two, params=[None, {"kp_roll_per_s": 4.0}])
+    two = (estimator("complementary"), estimator("ma2014_cf"))
+    plain, moved = Build(*two), Build(*two, params=[None, {"kp_roll": 0.25}])
     assert plain.params == (None, None)
     assert moved.programs[0] == plain.programs[0] and moved.programs[1] != plain.programs[1]
-    n = moved.programs[1].find("kp_roll_per_s")
-    assert moved.programs[1].format(n).real(moved.programs[1].values[n].initial) == 4.0
+    n = moved.programs[1].find("kp_roll")
+    assert moved.programs[1].format(n).real(moved.programs[1].values[n].initial) == 0.25
     with pytest.raises(ValueError, match="shorter"):
         Build(*two, params=[None])
 

@@ -169,7 +169,8 @@ def test_cocotb_run_every_frame_equals_the_models() -> None:
     what = stimulus(synthetic_log(seconds=1, rate_hz=1024, seed=5), board)
     settings = {"filter": 0, "output_divider": 1, **{f"feed_{k}": v for k, v in words.items()}}
     settings["feed_offset"] &= 0xFFFF_FFFF
-    run = run_under_cocotb(board, what, updates=COCOTB_RUN_UPDATES, settings=settings)
+    run, counted = run_under_cocotb(board, what, updates=COCOTB_RUN_UPDATES, settings=settings)
+    assert counted == [board.system.latency_cycles(0)] * COCOTB_RUN_UPDATES
     verdict = judge(board, what, run, filter=0, source=2, feed=words)
     assert (verdict.mismatches, verdict.first, verdict.lost) == (0, "", 0)
     assert verdict.updates == len(run.frames) == COCOTB_RUN_UPDATES and verdict.fields >= 2

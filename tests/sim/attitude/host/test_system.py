@@ -18,7 +18,7 @@ from boresight.sim.attitude.system import AttitudeBoard
 @pytest.fixture
 def small(monkeypatch) -> None:
     """The board that the demo's test builds too: its simulation stands in the build cache."""
-    filters = ("complementary", "complementary_as_printed")
+    filters = ("complementary", "ma2014_cf")
     monkeypatch.setattr(module, "FILTERS", filters)
     monkeypatch.setattr(
         module, "system_core", lambda filters, config: system_core(filters, config=config)

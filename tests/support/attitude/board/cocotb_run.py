@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
@@ -30,11 +31,12 @@ def run_under_cocotb(
     updates: int,
     settings: Mapping[str, int],
     faults: Mapping[str, str] | None = None,
-) -> BoardRun:
+) -> tuple[BoardRun, list[int]]:
     """Run the bench under cocotb until so many updates are done.
 
     The bytes of the host's line are heard by Python, as they come; they must be those that the
-    bench wrote down.
+    bench wrote down. Python counts the cycles of each update, from the data-ready edge at the pin
+    to the new results in the registers.
 
     Raises
     ------
@@ -53,19 +55,15 @@ def run_under_cocotb(
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary:
         folder = Path(temporary)
-        texts = board_sources(board)
         for name, text in files.items():
             (folder / name).write_text(text)
-        values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
-        build = [*BUILD_ARGS["verilator"], *TIMESCALE, *values]
-        build_program(folder / "build" / "bench", texts, build, top="bench", cocotb=True)
         root = str(Path(__file__).parents[4])
         with quiet(folder / "run.log", "verilator run"):
             get_runner("verilator").test(
                 hdl_toplevel="bench",
                 hdl_toplevel_lang="verilog",
                 test_module="tests.support.attitude.board.cocotb_bench",
-                build_dir=folder / "build",
+                build_dir=_built(board).name,
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
                 seed=1,
@@ -82,6 +80,29 @@ def run_under_cocotb(
         trace = read_trace((folder / "trace.txt").read_text())
         if (folder / "heard.bin").read_bytes() != trace.data:
             raise SimulationFailed("verilator: Python heard other bytes than the bench")
+        counted = [int(text) for text in (folder / "latencies.txt").read_text().split()]
         cycles, seconds = (folder / "speed.txt").read_text().split()
     frames, dropped = frames_of(trace.data)
-    return BoardRun(trace, frames, dropped, int(cycles), float(seconds))
+    return BoardRun(trace, frames, dropped, int(cycles), float(seconds)), counted
+
+
+#: What Python sees besides the bench's ports.
+_SEEN = """`verilator_config
+public_flat_rd -module "bench" -var "adis_data_ready"
+public_flat_rd -module "system" -var "probe_updated"
+"""
+
+
+@lru_cache
+def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
+    """Folder of the bench's program."""
+    folder = tempfile.TemporaryDirectory(prefix="boresight-board-")
+    values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
+    build_program(
+        Path(folder.name) / "bench",
+        {"seen.vlt": _SEEN, **board_sources(board)},
+        [*BUILD_ARGS["verilator"], *TIMESCALE, *values],
+        top="bench",
+        cocotb=True,
+    )
+    return folder

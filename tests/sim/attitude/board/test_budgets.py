@@ -1,0 +1,63 @@
+"""The cycles of the 2014 paper: each filter within them, counted by cocotb.
+
+The paper's complementary filter takes 316 us and its Kalman filter 1.14 ms, 31,600 and 114,000
+cycles at 100 MHz.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import pytest
+
+from boresight.gateware.machine import CONFIGS
+from boresight.model.resolve import estimator_of
+from boresight.sim.attitude.board.build import Board, make_board
+from boresight.sim.attitude.board.run import judge, stimulus
+from boresight.sim.attitude.board.setup import REAL
+from boresight.sim.attitude.ma2014.paper import CYCLES
+from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
+from tests.support.attitude.board.cocotb_run import run_under_cocotb
+
+#: Filters that share a core.
+CORES = (
+    ("complementary", "ekf_quaternion", "ekf_bias", "mekf"),
+    ("ma2014_cf", "vqf(rate_hz=1024)"),
+)
+FILTERS = [name for core in CORES for name in core]
+BUDGETS = {"complementary": CYCLES["complementary"], "ma2014_cf": CYCLES["complementary"]}
+UPDATES = 6
+
+
+@lru_cache
+def real_board(core: tuple[str, ...]) -> Board:
+    return make_board(REAL, filters=[estimator_of(name) for name in core])
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_from_the_sensors_pins_to_the_registers(name: str) -> None:
+    """With both sensors at their real speed: the transfer of a sample is part of it."""
+    core = next(core for core in CORES if name in core)
+    board, number = real_board(core), core.index(name)
+    what = stimulus(synthetic_log(seconds=1, rate_hz=1024, seed=1), board)
+    settings = {"filter": number, "output_divider": 1}
+    run, counted = run_under_cocotb(board, what, updates=UPDATES, settings=settings)
+    assert counted == [board.system.latency_cycles(number)] * UPDATES
+    assert max(counted) <= BUDGETS.get(name, CYCLES["kalman"])
+    verdict = judge(board, what, run, filter=number, source=2)
+    assert (verdict.mismatches, verdict.lost, verdict.updates) == (0, 0, UPDATES)
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+@pytest.mark.parametrize("name", FILTERS)
+def test_of_the_core_alone(name: str, config: str) -> None:
+    """From the first word of a record to the last urgent output."""
+    log = synthetic_log(seconds=1, rate_hz=1024, seed=1).head(4)
+    build = Build(estimator_of(name), config=config)
+    (result,) = Check(build, simulator="icarus", levels=("rtl",)).run(log)
+    (rtl,) = result.levels
+    assert (rtl.simulator, rtl.n_total, rtl.n_mismatch) == ("icarus", 4, 0)
+    assert rtl.cycles_min == rtl.cycles_max == build.core.parts[0].schedule.latency
+    assert rtl.cycles_max <= BUDGETS.get(name, CYCLES["kalman"])
