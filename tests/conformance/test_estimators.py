@@ -193,17 +193,10 @@ def test_every_word_width_compiles(name: str, word: int) -> None:
 
 #: Cycles of one update, and those to the last urgent output (0: no output is urgent).
 CYCLES = [
-<<<<<<< HEAD
     ("complementary", "small", 338, 261),
     ("complementary", "fast", 207, 168),
-    ("complementary_as_printed", "small", 335, 257),
-    ("complementary_as_printed", "fast", 215, 169),
-=======
-    ("complementary", "small", 340, 266),
-    ("complementary", "fast", 206, 167),
     ("ma2014_cf", "small", 366, 294),
     ("ma2014_cf", "fast", 289, 245),
->>>>>>> e20341c8 (attitude.ma2014: tests, pages and README of the paper's own filters; complementary_as_printed is an option of ma2014_cf. tests.board: budgets of 31,600 and 114,000 cycles, counted by cocotb.)
     ("ekf_bias", "small", 1118, 598),
     ("ekf_bias", "fast", 577, 450),
     ("ekf_quaternion", "small", 710, 503),
