@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray
-from boresight.model.words.fixed import (
-    IntArray,
-    fraction,
-    leading_sign_count,
-    saturate,
-    table_index,
-    wrap,
-)
-from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
-from boresight.model.words.single import Update, single
+from boresight.model.words import walk
+from boresight.model.words.fixed import Arithmetic, IntArray, leading_sign_count, saturate
+from boresight.model.words.program import Kind, Overflow, Program, Scale
+from boresight.model.words.walk import Condition
 
 __all__ = ["Interpreter"]
+
+#: ``update(words, table_memory)`` replaces the words of the operations in the list of all words by
+#: value number, and returns which of them saturated (`_clamps`).
+Update = Callable[[list[Any], Any], list[Any]]
 
 #: Number of runs up to which plain integers are faster than arrays.
 FEW = 16
@@ -57,7 +57,8 @@ class Interpreter:
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
         self._tables = np.array(program.table_memory, dtype=np.int64)
         self._previous_states = [self.values[n] for n, _ in program.states]
-        self._update: Update | None = None  # of one run, made at its first use
+        self._clamps = np.array(_clamps(program), dtype=np.int64)
+        self._update: Update | None = None  # made at its first use
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run one update.
@@ -99,7 +100,18 @@ class Interpreter:
                     f"{p.arithmetic.word} bits, not {param!r}"
                 )
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
-        saturated = self._scalar_update() if self.runs <= FEW else self._array_update()
+        if self._update is None:
+            self._update = compiled(p, arrays=self.runs > FEW)
+        if self.runs > FEW:
+            clamped = np.array(self._update(self.values, self._tables), dtype=np.bool_)
+        else:  # in plain integers, run by run
+            words_of_runs = np.stack(self.values).T.tolist()
+            by_run = [self._update(run, p.table_memory) for run in words_of_runs]
+            self.values = list(np.array(words_of_runs, dtype=np.int64).T.copy())
+            clamped = np.array(by_run, dtype=np.bool_).T
+        clamped = clamped.reshape(-1, self.runs)
+        saturated: BoolArray = np.any(clamped, axis=0)
+        self.saturations[self._clamps] += np.count_nonzero(clamped, axis=1)
         outputs = np.stack([self.values[n] for n in p.outputs])
         self._previous_states = [self.values[n] for n, _ in p.states]
         after = [self.values[n] for _, n in p.states]
@@ -141,81 +153,101 @@ class Interpreter:
             words[state] = word
         return words
 
-    def _scalar_update(self) -> BoolArray:
-        """Run all operations, run by run; return which runs saturated."""
-        if self._update is None:
-            self._update = single(self.program)
-        runs = np.stack(self.values).T.tolist()
-        saturated = np.zeros(self.runs, dtype=np.bool_)
-        for k, words in enumerate(runs):
-            clamped = self._update(words, self.program.table_memory)
-            saturated[k] = bool(clamped)
-            for number in clamped:
-                self.saturations[number] += 1
-        self.values = list(np.ascontiguousarray(np.array(runs, dtype=np.int64).T))
-        return saturated
 
-    def _array_update(self) -> BoolArray:
-        """Run all operations on arrays of runs; return which runs saturated."""
-        saturated = np.zeros(self.runs, dtype=np.bool_)
-        for op in self.program.ops:
-            self.values[op.dest], clamped = self._run(op)
-            if clamped is not None:
-                saturated |= clamped
-                self.saturations[op.dest] += int(np.count_nonzero(clamped))
-        return saturated
+class _Text:
+    """Python that computes an update, for plain integers and arrays of them: a `walk.Domain`."""
 
-    def _run(self, op: Op) -> tuple[IntArray, BoolArray | None]:
-        arith = self.program.arithmetic
-        v = self.values
-        flag = None
-        if op.flag is not None:
-            flagged = v[op.flag]
-            if op.flag_quarter:
-                flagged = wrap(flagged + (1 << (arith.word - 2)), arith.word)
-            flag = flagged < 0
-        norm = leading_sign_count(v[op.norm], arith) if op.norm is not None else None
-        base = None
-        if op.table is not None:
-            assert op.index is not None
-            base = 512 * op.table + 4 * table_index(v[op.index], arith, op.index_quarter)
-        acc = np.full(self.runs, 1 << (arith.guard - 1), dtype=np.int64)
-        for term in op.terms:
-            acc += self._term(term, flag, norm, base)
-        q = acc >> arith.guard
-        if op.overflow is Overflow.WRAP:
-            return wrap(q, arith.word), None
-        word: IntArray = saturate(q, arith.word)
-        return word, (word != q) if op.overflow is Overflow.SAT else None
+    def __init__(self, program: Program, arrays: bool) -> None:
+        arith = program.arithmetic
+        self.arith, self.half = arith, 1 << (arith.word - 1)
+        self.lines = ["def update(v, table):"]
+        low, high = arith.min_int, arith.max_int
+        limited = f"q if {low} <= q <= {high} else {low} if q < 0 else {high}"  # arrays have no if
+        results = {op.dest for op in program.ops}
+        self.add(*(f"v{n} = v[{n}]" for n in range(len(program.values)) if n not in results))
+        for op in program.ops:
+            total, word = walk.total(op, "v{}".format, self), f"v{op.dest}"
+            self.add(f"q = ({total}) >> {arith.guard}")
+            if op.overflow is Overflow.WRAP:
+                self.add(f"{word} = {self.wrapped('q')}")
+            else:
+                self.add(f"{word} = {'limited(q)' if arrays else limited}")
+            if op.overflow is Overflow.SAT:
+                self.add(f"c{op.dest} = {word} != q")
+        self.add(*(f"v[{n}] = v{n}" for n in sorted(results)))
+        self.add(f"return [{', '.join(f'c{n}' for n in _clamps(program))}]")
 
-    def _term(
-        self, term: Term, flag: BoolArray | None, norm: IntArray | None, base: IntArray | None
-    ) -> IntArray:
-        arith = self.program.arithmetic
-        a = self.values[term.a]
-        if term.fraction_a:
-            a = fraction(a, arith)
-        if term.coefficient is not None:
-            assert base is not None
-            b = self._tables[base + term.coefficient]
-        else:
-            assert term.b is not None
-            b = self.values[term.b]
-            if term.fraction_b:
-                b = fraction(b, arith)
-        product = a * b
-        if term.scale is Scale.NONE:
-            r = product >> term.shift
-        else:
-            assert norm is not None
-            count = {Scale.FULL: norm, Scale.EVEN: norm & ~1, Scale.HALF: norm >> 1}[term.scale]
-            r = product >> np.maximum(term.shift - count, 0)
-        if term.negate is Negate.YES:
-            r = -r
-        elif term.negate is not Negate.NO:
-            assert flag is not None
-            r = np.where(flag == (term.negate is Negate.IF), -r, r)
-        if term.when is not When.ALWAYS:
-            assert flag is not None
-            r = np.where(flag == (term.when is When.IF), r, 0)
-        return r
+    def add(self, *lines: str) -> None:
+        """Statements of the update."""
+        self.lines += [f" {line}" for line in lines]
+
+    def wrapped(self, q: str) -> str:
+        """``q`` modulo 2^W."""
+        return f"(({q} + {self.half} & {2 * self.half - 1}) - {self.half})"
+
+    def fraction(self, word: str) -> str:
+        return f"({word} & {(1 << self.arith.fraction_bits) - 1})"
+
+    def sign(self, word: str, *, quarter: bool) -> str:
+        """A mask: -1 where the bit is set."""
+        self.add(f"f = {self.wrapped(f'{word} + {self.half // 2}') if quarter else word} >> 63")
+        return "f"
+
+    def count(self, word: str) -> str:
+        self.add(f"n = count({word})")
+        return "n"
+
+    def index(self, word: str, *, quarter: bool) -> str:
+        moved = f"{word} + {self.half // 2}" if quarter else word
+        self.add(f"i = (({moved}) >> {self.arith.fraction_bits} & 127) * 4")
+        return "i"
+
+    def coefficient(self, block: int, coefficient: int, index: str) -> str:
+        return f"table[{index} + {512 * block + coefficient}]"
+
+    def product(self, a: str, b: str) -> str:
+        return f"{a} * {b}"
+
+    def amount(self, shift: int, scale: Scale, count: str | None) -> str:
+        if scale is Scale.NONE:
+            return f"{shift}"
+        part = {Scale.FULL: count, Scale.EVEN: f"({count} & ~1)", Scale.HALF: f"({count} >> 1)"}
+        self.add(f"d = {shift} - {part[scale]}")
+        return "(d & ~(d >> 63))"
+
+    def shifted(self, product: str, amount: str) -> str:
+        return f"({product} >> {amount})"
+
+    def total(
+        self, total: str | None, shifted: str, negate: Condition[str], take: Condition[str]
+    ) -> str:
+        for operation, (bit, flag) in (("({0} ^ {1}) - {1}", negate), ("{0} & {1}", take)):
+            if flag is not None:
+                shifted = f"({operation.format(shifted, f'~{flag}' if bit else flag)})"
+        total = f"{1 << (self.arith.guard - 1)}" if total is None else total
+        self.add(f"q = {total} {'-' if negate == (True, None) else '+'} {shifted}")
+        return "q"
+
+
+def _clamps(program: Program) -> list[int]:
+    """Values whose operations saturate, in the order of the operations."""
+    return [op.dest for op in program.ops if op.overflow is Overflow.SAT]
+
+
+def compiled(program: Program, *, arrays: bool) -> Update:
+    """The operations of a program as a function, of plain integers or of arrays of runs."""
+    return _compiled("\n".join(_Text(program, arrays).lines), program.arithmetic, arrays)
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: str, arith: Arithmetic, arrays: bool) -> Update:
+    def count(x: int) -> int:
+        return min(arith.norm_max, arith.word - 1 - (x if x >= 0 else ~x).bit_length())
+
+    names: dict[str, Any] = {"count": count}
+    if arrays:
+        names["limited"] = partial(saturate, word=arith.word)
+        names["count"] = partial(leading_sign_count, arith=arith)
+    exec(compile(text, "<program>", "exec"), names)
+    update: Update = names["update"]
+    return update

@@ -17,19 +17,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
+from boresight.model.words import walk
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+from boresight.model.words.program import Kind, Overflow, Program, Scale
+from boresight.model.words.walk import ALWAYS, NEVER
 
 __all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
 
-#: (bit, flag): the bit, exclusive-or the flag with this number where there is one.
-Condition = tuple[bool, int | None]
-NEVER: Condition = (False, None)
-ALWAYS: Condition = (True, None)
-
-_NEGATE = {Negate.NO: (False, False), Negate.YES: (True, False)}
-_NEGATE |= {Negate.IF: (False, True), Negate.UNLESS: (True, True)}
-_WHEN = {When.ALWAYS: (True, False), When.IF: (False, True), When.UNLESS: (True, True)}
+Condition = walk.Condition[int]
 
 #: Levels of a term that `Terms.text` shows.
 _DEPTH = 3
@@ -200,36 +195,8 @@ class Meaning:
             values[number] = terms.word(program.values[number].initial)
         saturated = set()
         for op in program.ops:
-            total = _sum(op, values, terms)
+            total = walk.total(op, values.__getitem__, terms)
             values[op.dest] = terms.result(total, wrap=op.overflow is Overflow.WRAP)
             if op.overflow is Overflow.SAT and terms.is_clamp(values[op.dest]):
                 saturated.add(values[op.dest])  # not a copy, which is never clamped
         return cls(tuple(values[n] for n in range(len(program.values))), frozenset(saturated))
-
-
-def _sum(op: Op, values: Mapping[int, int], terms: Terms) -> int:
-    """Sum of an operation: ``2^(G-1) + sum_k sign_k * floor(a_k * b_k / 2^s_k)``."""
-    flag = None if op.flag is None else terms.sign(values[op.flag], quarter=op.flag_quarter)
-    count = None if op.norm is None else terms.count(values[op.norm])
-    index = None if op.index is None else terms.index(values[op.index], quarter=op.index_quarter)
-    total = None
-    for term in op.terms:
-        product = terms.product(*_factors(op, term, values, index, terms))
-        shifted = terms.shifted(product, terms.amount(term.shift, term.scale, count))
-        negate, take = (
-            (bit, flag if flagged else None)
-            for bit, flagged in (_NEGATE[term.negate], _WHEN[term.when])
-        )
-        total = terms.total(total, shifted, negate, take)
-    assert total is not None
-    return total
-
-
-def _factors(
-    op: Op, term: Term, values: Mapping[int, int], index: int | None, terms: Terms
-) -> tuple[int, int]:
-    a = terms.fraction(values[term.a]) if term.fraction_a else values[term.a]
-    if term.b is None:
-        assert op.table is not None and term.coefficient is not None and index is not None
-        return a, terms.coefficient(op.table, term.coefficient, index)
-    return a, terms.fraction(values[term.b]) if term.fraction_b else values[term.b]
