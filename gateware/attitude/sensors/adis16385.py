@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value, signed
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory, stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
@@ -55,6 +55,11 @@ class Adis16385(wiring.Component):
     After ``bad_limit`` consecutive samples that are dropped or missing, or a wrong word during the
     start, the reader starts again from the reset pulse, until a start succeeds.
 
+    A frame of ``command`` follows the next sample, and a request of the temperature follows it. So
+    the host writes any byte of any register: offsets, GLOB_CMD, or MSC_CTRL to start a self-test,
+    during which the check of MSC_CTRL fails and samples are dropped. A new start loses what was
+    written, if it was not saved in the device's flash.
+
     DIAG_STAT: bits of ``alarm_mask`` raise the alarm, and the sample is used. Bits of
     ``invalid_mask`` drop it; by default the one for a frame with a wrong number of clocks, after
     which the registers read are unknown (a sibling part's bit).
@@ -87,6 +92,8 @@ class Adis16385(wiring.Component):
         Start over, for example because of new settings. Settings are taken during the reset pulse.
     msc_ctrl, smpl_prd, sens_avg : In(16)
         Settings of the device.
+    command : In(stream of 16)
+        Frames to send: ``0x8000 | address << 8 | byte``.
     sample : Out(1)
         A checked sample is available in this cycle.
     index : In(3), word : Out(18)
@@ -142,6 +149,7 @@ class Adis16385(wiring.Component):
                 "msc_ctrl": In(16, init=settings.msc_ctrl),
                 "smpl_prd": In(16, init=settings.smpl_prd),
                 "sens_avg": In(16, init=settings.sens_avg),
+                "command": In(stream.Signature(16)),
                 "sample": Out(1),
                 "index": In(range(len(WORDS))),
                 "word": Out(16 + FRACTION),
@@ -271,7 +279,7 @@ class Adis16385(wiring.Component):
         m.d.comb += [
             self.flags.running.eq(r.running),
             r.spi_turn.eq(fsm.ongoing("FRAMES")),
-            spi.i.valid.eq(r.spi_turn),
+            spi.i.valid.eq(r.spi_turn | (fsm.ongoing("EDGE") & r.extra.any())),
         ]
         m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
         return m
@@ -349,15 +357,18 @@ class Adis16385(wiring.Component):
             with m.If(step[3:].all()):
                 m.d.sync += step.eq(step | 4)
             with m.If(r.ends):
-                m.d.sync += r.running.eq(1)
+                m.d.sync += [r.running.eq(1), r.extra[0].eq(self.command.valid & r.whole)]
                 m.next = "EDGE"
         with m.If(r.start_over):
             m.next = "RESET"
 
     def _await_edge(self, m: Module, r: _Registers) -> None:
-        """The next data-ready edge."""
+        """The next data-ready edge; before it a command and a request of the temperature."""
         m.d.sync += r.step.eq(FIRST_RUN)
-        with m.If(r.edge & ~self.spi.busy):
+        m.d.comb += self.command.ready.eq(r.extra[0] & self.spi.i.ready)
+        with m.If(self.spi.i.ready):
+            m.d.sync += r.extra.eq(r.extra << 1)
+        with m.If(r.edge & ~self.spi.busy & ~r.extra.any()):
             m.d.sync += [
                 self.stamp.eq(self.time),
                 self.number.eq(r.edges),
@@ -420,7 +431,7 @@ class Adis16385(wiring.Component):
         with m.If(bad):
             m.d.sync += [r.chances.eq(r.chances - 1), r.final.eq(r.chances == 1)]
         with m.If(r.start_over):
-            m.d.sync += [*r.wait(), r.running.eq(0)]
+            m.d.sync += [*r.wait(), r.running.eq(0), r.extra.eq(0)]
 
     def _frames(self, m: Module, r: _Registers) -> None:
         """The table of frames: command of ``step``, and use of its reply; a cycle after it."""
@@ -446,9 +457,9 @@ class Adis16385(wiring.Component):
         high = Signal()
         table = Const(rows, len(row) << len(r.step))
         m.d.sync += [row.eq(table.word_select(r.step, len(row))), high.eq(~r.step[0])]
-        m.d.comb += self.spi.i.payload.eq(
-            Cat(r.known.word_select(high, 8) & r.writes.replicate(8), r.command)
-        )
+        of_table = Cat(r.known.word_select(high, 8) & r.writes.replicate(8), r.command)
+        of_host = Mux(r.extra[0], self.command.payload, read("TEMP_OUT"))
+        m.d.comb += self.spi.i.payload.eq(Mux(r.extra.any(), of_host, of_table))
 
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
@@ -489,6 +500,7 @@ class _Registers:
         self.judging = Signal()
         self.equal = Signal()
         self.spi_turn = Signal()
+        self.extra = Signal(2)  # to send after a sample: the command, then a request
         self.edge = Signal()
         self.running = Signal()
         self.over = Signal()

@@ -261,14 +261,13 @@ class AttitudeSystem(wiring.Component):
             csr.compass_flags.eq(compass.flags),
             *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
         ]
-        # A letter waits until the reader can send it; another one replaces it.
-        with m.If(compass.command.ready):
-            m.d.sync += compass.command.valid.eq(0)
-        with m.If(csr.compass_command_stb):
-            m.d.sync += [
-                compass.command.valid.eq(1),
-                compass.command.payload.eq(csr.compass_command),
-            ]
+        # A command waits until its reader can send it; another one replaces it.
+        for name, reader in (("inertial_command", inertial), ("compass_command", compass)):
+            command = reader.command
+            with m.If(command.ready):
+                m.d.sync += command.valid.eq(0)
+            with m.If(getattr(csr, f"{name}_stb")):
+                m.d.sync += [command.valid.eq(1), command.payload.eq(getattr(csr, name))]
 
     def _filter(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
         """Readers and registers to the core."""

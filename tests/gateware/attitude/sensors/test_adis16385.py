@@ -103,6 +103,24 @@ def test_rates_have_one_unit_in_every_range(bench: ReaderBench, sens_avg: int, s
     assert "over_range" in happened.flags[-1][1]
 
 
+@pytest.mark.parametrize("offset", range(0, PERIOD, 390))
+def test_a_command_is_sent_after_a_sample(bench: ReaderBench, offset: int) -> None:
+    """Whole, at any time; no sample is lost, and temperatures stay those of the sample before."""
+    log = [[k, 0, 0, 0, 0, 0, k, 0] for k in range(60)]
+    at, offset_register = 30_000 + offset, 0x9A12
+    happened = bench.run(samples=20, log=log, command=(at, offset_register))
+    assert happened.violations == 0 and {n for _, names in happened.events for n in names} == {
+        "sample"
+    }
+    assert [s.number for s in happened.samples] == list(range(20))
+    assert all(s.words[6] == s.words[0] - 1 for s in happened.samples)
+    assert len(happened.frames) == CONFIG_FRAMES + 20 * RUN_FRAMES + 2
+    wrong_setting = bench.run(cycles=at + 6 * PERIOD, command=(at, 0xB803))
+    assert at < wrong_setting.times("config_error")[0] <= at + 5 * PERIOD
+    reset = bench.run(cycles=at + 20 * PERIOD, command=(at, 0xBE80), settings=(6, 1, 0x0405))
+    assert at < reset.times("config_error")[0] and reset.samples[-1].time > at + 18 * PERIOD
+
+
 def test_restart_starts_over(bench: ReaderBench) -> None:
     at = 30_000
     reader = bench.reader

@@ -135,6 +135,15 @@ def test_another_range_of_the_gyro_gives_the_same_attitude(board) -> None:
     assert np.abs(apart).max() < 0.05
 
 
+def test_a_command_of_the_host_reaches_the_sensor(board, what) -> None:
+    """Another SENS_AVG than the reader's: seen, and put right by a new start."""
+    settings = {"filter": COMPLEMENTARY, "inertial_command": 0xB803}
+    run = run_board(board, what, updates=20, settings=settings)
+    names = board.system.events
+    seen = {n for _, bits in run.trace.events for k, n in enumerate(names) if bits >> k & 1}
+    assert {"inertial_config_error", "inertial_restart"} <= seen and len(run.trace.updates) == 20
+
+
 def test_divider(board, what) -> None:
     settings = {"filter": COMPLEMENTARY, "output_divider": 4}
     run = run_board(board, what, updates=60, settings=settings)

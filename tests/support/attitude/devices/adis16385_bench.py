@@ -149,6 +149,7 @@ class ReaderBench:
         fault: tuple[str, int, int] | None = None,
         restart: int | None = None,
         settings: tuple[int, int, int] | None = None,
+        command: tuple[int, int] | None = None,
     ) -> Happened:
         """Let them run.
 
@@ -166,6 +167,8 @@ class ReaderBench:
             Cycle of a restart.
         settings : (int, int, int), optional
             msc_ctrl, smpl_prd, sens_avg.
+        command : (int, int), optional
+            Cycle and frame of a command.
         """
         limit = cycles if cycles is not None else 1000 * PERIOD + 100 * (samples or 0) * PERIOD
         plusargs: dict[str, object] = {
@@ -179,6 +182,8 @@ class ReaderBench:
             plusargs["restart"] = restart
         if settings is not None:
             plusargs["settings"] = "".join(f"{word:04x}" for word in settings)
+        if command is not None:
+            plusargs["command_at"], plusargs["command"] = command[0], f"{command[1]:04x}"
         if fault is not None:
             name, plusargs["fault_from"], plusargs["fault_to"] = fault
             plusargs["fault"] = f"{1 << FAULTS.index(name):x}"

@@ -1,7 +1,7 @@
 // The reader of the ADIS16385 and the device, pin to pin; clocks scaled down by parameters.
 //
 // Plusargs: those of the device; +samples=N and +cycles=N end the run; +restart=CYCLE restarts the
-// reader there; +settings=HEX sets msc_ctrl, smpl_prd, sens_avg; +fault=HEX and +fault_from=CYCLE,
+// reader there; +command=HEX offers a command from cycle +command_at=CYCLE on; +settings=HEX sets msc_ctrl, smpl_prd, sens_avg; +fault=HEX and +fault_from=CYCLE,
 // +fault_to=CYCLE switch faults on in between.
 //
 // Printed, time first:
@@ -38,6 +38,10 @@ module adis16385_bench #(
     reg [31:0] now;
     reg [2:0] index;
     reg [47:0] settings;
+    reg [15:0] command;
+    reg command_valid;
+    wire command_ready;
+    integer command_at;
     reg [15:0] fault_mask;
     integer samples, limit_samples, limit_cycles, restart_at, fault_from, fault_to, reading;
     reg [7:0] flags_before;
@@ -50,7 +54,8 @@ module adis16385_bench #(
         .clk(clk), .rst(rst), .cs_n(cs_n), .sclk(sclk), .mosi(mosi), .miso(miso),
         .reset_n(reset_n), .data_ready(data_ready), .\time (now), .enable(1'b1),
         .restart(now == restart_at), .msc_ctrl(settings[47:32]), .smpl_prd(settings[31:16]),
-        .sens_avg(settings[15:0]), .sample(sample), .index(index), .word(word), .stamp(stamp),
+        .sens_avg(settings[15:0]), .command__payload(command), .command__valid(command_valid),
+        .command__ready(command_ready), .sample(sample), .index(index), .word(word), .stamp(stamp),
         .number(number), .temperature(temperature), .diag_stat(diag_stat), .flags(flags), .events(events));
 
     adis16385_device #(
@@ -69,6 +74,9 @@ module adis16385_bench #(
         if (!$value$plusargs("cycles=%d", limit_cycles)) limit_cycles = 2147483647;
         if (!$value$plusargs("restart=%d", restart_at)) restart_at = -1;
         if (!$value$plusargs("settings=%h", settings)) settings = 48'h000600010402;
+        if (!$value$plusargs("command=%h", command)) command = 0;
+        if (!$value$plusargs("command_at=%d", command_at)) command_at = -1;
+        command_valid = 0;
         if (!$value$plusargs("fault=%h", fault_mask)) fault_mask = 0;
         if (!$value$plusargs("fault_from=%d", fault_from)) fault_from = 0;
         if (!$value$plusargs("fault_to=%d", fault_to)) fault_to = 2147483647;
@@ -79,6 +87,8 @@ module adis16385_bench #(
 
     always @(posedge clk) if (!rst) begin
         now <= now + 1;
+        if (command_ready) command_valid <= 0;
+        if (now == command_at) command_valid <= 1;
         flags_before <= flags;
         latest_before <= {temperature, diag_stat};
         ready_before <= data_ready;
