@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Iterator
 from boresight.firmware.layout import head
 from boresight.firmware.names import identifier, literal, stem, unique
 from boresight.model.tools.c_names import comment
-from boresight.model.words.check import check_complete
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 #: Stems whose ``<stem>_t`` belongs to the standard headers.
@@ -57,7 +56,6 @@ class Body:
     """
 
     def __init__(self, program: Program, *, prefix: str | None = None) -> None:
-        check_complete(program)
         self.params = program.of_kind(Kind.PARAM)
         self.states = [state for state, _ in program.states]
         if prefix is not None and identifier(prefix) != prefix:

@@ -128,11 +128,6 @@ def test_bad_prefix() -> None:
         Body(program(Op(3, ())), prefix="2 be")
 
 
-def test_a_value_of_later_on() -> None:
-    with pytest.raises(ValueError, match=r"^operation 0 \(y\) must read values defined before it"):
-        Body(program(Op(3, (Term(3, 1, 22),))))
-
-
 def test_what_only_a_state_takes_over_is_loaded() -> None:
     delay = replace(program(Op(3, ())), states=((2, 0),))
     lines = Body(delay).statements(after=[])

@@ -3,6 +3,7 @@
 import itertools
 import random
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from boresight.model.errors import InputError
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format, leading_sign_count
-from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.interpreter import Interpreter, compiled
 from boresight.model.words.program import Kind, Negate, Overflow, Scale, When
 from tests.support.nodes import node_of
 
@@ -248,18 +249,22 @@ def test_every_operation_on_extreme_words(word: int) -> None:
     runs = 24
     for program in (Complementary().compile(word=word), random_expressions(1, word)[0]):
         arith = program.arithmetic
-        machine = Interpreter(program, runs)
+        table = np.array(program.table_memory)
         edge = np.array([arith.min_int, arith.max_int, 0, -1, 1 << (word - 2), arith.min_int + 1])
         for op in program.ops:
-            for number in set(op.operands()):
-                if program.values[number].kind is not Kind.CONST:
-                    machine.values[number] = rng.choice(edge, runs)
-            got, clamped = machine._run(op)
-            for k in range(runs):
-                words = {n: int(machine.values[n][k]) for n in op.operands()}
-                want, flag = run_in_integers(program, op, words)
-                assert int(got[k]) == want
-                assert (False if clamped is None else bool(clamped[k])) == flag
+            alone = replace(program, ops=(op,))
+            words = [
+                np.full(runs, v.initial) if v.kind is Kind.CONST else rng.choice(edge, runs)
+                for v in program.values
+            ]
+            single = [[int(w[k]) for w in words] for k in range(runs)]
+            wanted = [run_in_integers(program, op, w) for w in single]
+            clamped = np.reshape(compiled(alone, arrays=True)(words, table), (-1, runs))
+            flags = np.broadcast_to(clamped.any(axis=0), runs)
+            assert [*zip(words[op.dest].tolist(), flags.tolist(), strict=True)] == wanted
+            update = compiled(alone, arrays=False)
+            flags = [any(update(w, program.table_memory)) for w in single]
+            assert [*zip((w[op.dest] for w in single), flags, strict=True)] == wanted
 
 
 def test_rounding_is_half_up(trace: Any) -> None:

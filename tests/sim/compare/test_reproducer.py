@@ -18,6 +18,8 @@ from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.faulty import All, words_and_states
 
+CHANGED = "found a program that was changed"
+
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
@@ -44,7 +46,9 @@ def test_what_it_holds(file: Path) -> None:
     ("change", "found"),
     [
         (lambda data: data["outputs"][0].append(0), "no record of 1 words in outputs"),
-        (lambda data: data["program"]["ops"][0]["terms"][0].update(shift=99), "shift"),
+        (lambda data: data["program"]["ops"][0]["terms"][0].update(shift=9), CHANGED),
+        (lambda data: data["program"]["ops"][0].pop("terms"), CHANGED),
+        (lambda data: data.pop("program"), CHANGED),
     ],
 )
 def test_what_no_core_could_run_is_refused(file: Path, change: Any, found: str) -> None:
