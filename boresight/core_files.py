@@ -319,6 +319,7 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "config": core.machine.name,
         "word": core.machine.arithmetic.word,
         "digest": core.digest,
+        "identity": core.identity,
         "resources": reports[0]["resources"],
         "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
         "microcode": {

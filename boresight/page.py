@@ -26,12 +26,11 @@ def write_page(
     estimator: Estimator,
     build: Build,
     results: Sequence[CheckResult],
-    target: str,
     inputs: Sequence[Path],
     tell: Callable[[str], None],
 ) -> str:
     """Write report.html and report.json; returns the name of the page."""
-    part = TARGETS[target]
+    part = TARGETS.get(build.target, TARGETS["xc6slx9"])
     files = ("report.html", "report.json")
     with output_folder(folder, "check", files=files, inputs=inputs) as place:
         tell(f"synthesis (yosys) for {part.title}")

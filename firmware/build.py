@@ -162,6 +162,8 @@ class CModel:
         Program to run.
     cflags, cache
         See `compiled_library`.
+    files : mapping of str to str, optional
+        Contents of the program's files by name; by default those of `emit_c`.
 
     Attributes
     ----------
@@ -170,14 +172,19 @@ class CModel:
     """
 
     def __init__(
-        self, program: Program, *, cflags: Sequence[str] | None = None, cache: Path | None = None
+        self,
+        program: Program,
+        *,
+        cflags: Sequence[str] | None = None,
+        cache: Path | None = None,
+        files: Mapping[str, str] | None = None,
     ) -> None:
         self.program = program
         self.cflags = tuple(CFLAGS if cflags is None else cflags)
         self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
         count, word = ctypes.c_size_t, ctypes.c_int32
         words = array_of(np.int32)
-        self._files, self._cache = emit_c(program), cache
+        self._files, self._cache = files or emit_c(program), cache
         self.library = compiled_library(self._files, cflags=self.cflags, cache=cache)
         self._memory, self._call = instance(
             self.library,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
@@ -58,12 +58,16 @@ class Core:
         Contents of the memories.
     number : int
         The selected program. The hardware always begins with program 0.
+    files : mapping of str to str
+        Verilog by file name that stands for the generated one: ``core.v``, and the primitives in
+        it; empty: it is generated.
     """
 
     parts: tuple[Part, ...]
     machine: Machine
     image: Image
     number: int = 0
+    files: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
     #: Generated Verilog, by form; it does not depend on the selected program.
     _texts: dict[tuple[bool, bool], str] = field(
         default_factory=dict, init=False, compare=False, repr=False
@@ -99,6 +103,11 @@ class Core:
         """Hexadecimal identifier of all programs in their order; of a single one, its own."""
         return _digest([part.program for part in self.parts])
 
+    @property
+    def identity(self) -> str:
+        """Short hexadecimal identifier of the programs, their schedules, and the machine."""
+        return hashlib.sha256(repr((self.machine, self.image)).encode()).hexdigest()[:12]
+
     def select(self, number: int) -> Core:
         """Return the same core with another program selected."""
         if not 0 <= number < len(self.parts):
@@ -127,6 +136,8 @@ class Core:
             With the build identifier; by default as ``instances``. Without it the Verilog of all
             programs of a machine differs only in memory contents, which simulations exploit.
         """
+        if self.files:
+            return self.files["core.v"]
         form = instances, instances if identified is None else identified
         if form not in self._texts:
             # Amaranth, a fifth of a second to import.

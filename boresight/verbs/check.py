@@ -8,6 +8,7 @@ boresight check one.py,two.py log.csv  # both on one core, in turns
 boresight check one.py,two.py one=log.csv two=motor.csv  # each with its own log
 boresight check my_filter.py log.csv --baseline check.json  # also against an earlier --json
 boresight check my_filter.py log.csv --wave 1200:1210  # also write the core's signals
+boresight check build log.csv  # the Verilog and C in the folder that compile wrote
 boresight check reproducer.json  # repeat a difference that was found
 """
 
@@ -21,6 +22,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from boresight.folder import build_in, changes_in, is_folder
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require_choice, require_whole
@@ -101,8 +103,9 @@ def check(
     Parameters
     ----------
     estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. A
-        reproducer.json alone runs a difference again.
+        Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. The folder
+        that compile wrote: its Verilog and C run, if no file has changed. A reproducer.json alone
+        runs a difference again.
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs; with several estimators NAME=LOG gives each its own.
     steps : int, optional
@@ -144,20 +147,17 @@ def check(
     machine_named(config.removesuffix("-d7"))
     check_word(word)
     levels = levels.split(",") if isinstance(levels, str) else levels
+    if is_folder(estimator) and (changes := changes_in(Path(estimator))):
+        return Result({"results": []}, failures=changes)
     part = _part(target, levels)
     if isinstance(estimator, str) and estimator.endswith(".json"):
         return _again((estimator, *logs), levels=levels, simulator=simulator, target=part)
-    names = estimator_names(estimator)
-    estimators = [find_estimator(n) for n in names]
+    build, choice = _build(estimator, config, word, part, params)
+    estimators = build.estimators
     if output is not None and len(estimators) > 1:
         found = ", ".join(e.name for e in estimators)
         fix = "leave -o out, or check each"
         raise InputError.at("--output", wanted="one estimator", found=found, fix=fix)
-    values = params_of_each(names, params)
-    from boresight.depths import build_for  # it imports the gateware
-
-    make = partial(Build, *estimators, word=word, params=values, target=part)
-    build, choice = build_for(lambda name: make(config=name), config, part)
     messages: list[str] = []
     tell = progress or (lambda text: None)
     checking = Check(
@@ -192,7 +192,7 @@ def check(
         inputs = log_files(log for log in logs if isinstance(log, str | Path))
         from boresight.page import write_page  # it imports the gateware, plots, synthesis
 
-        lines.append(write_page(Path(output), estimators[0], build, results, part, inputs, tell))
+        lines.append(write_page(Path(output), estimators[0], build, results, inputs, tell))
     good = all(r.good for r in results)
     return Result(
         {"results": results},
@@ -210,6 +210,27 @@ def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[
         OutputFile(REPRODUCER)
         return {"reproducer": REPRODUCER}
     return {}
+
+
+def _build(
+    estimator: Any, config: str, word: int, part: str, params: Any
+) -> tuple[Build, object | None]:
+    """The core of estimators, or of a compiled folder; and the choice of its depth."""
+    if is_folder(estimator):
+        if (config, word, part, params) != ("small", 32, "xc6slx9", None):
+            raise InputError.at(
+                estimator,
+                wanted="no --config, --word, --target or --param: the folder has them",
+                found="one of them",
+                fix="leave it out",
+            )
+        return build_in(Path(estimator)), None
+    from boresight.depths import build_for  # it imports the gateware
+
+    names = estimator_names(estimator)
+    estimators = [find_estimator(n) for n in names]
+    make = partial(Build, *estimators, word=word, params=params_of_each(names, params), target=part)
+    return build_for(lambda name: make(config=name), config, part)
 
 
 def _part(target: str | None, levels: Sequence[str]) -> str:

@@ -39,6 +39,7 @@ from boresight.core_files import (
     write_text,
 )
 from boresight.depths import DepthChoice, build_for
+from boresight.folder import made_of
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import machine_named
@@ -192,6 +193,7 @@ def compile(
                 for k in range(len(own))
             ],
         )
+        data["made"] = plain(made_of(names, build, target, Path(output)))
         if choice is not None:
             data["depth"] = plain(choice)
         if system is not None:
@@ -249,7 +251,8 @@ def _result(
     core = build.core
     routed = area.clock_mhz if isinstance(area, Routed) else None
     hz = 1e6 * (clock or routed or _CLOCK_HZ / 1e6)
-    rows, lines = [], [f"{output}: {core.machine.name}, W = {core.machine.arithmetic.word}"]
+    word = core.machine.arithmetic.word
+    rows, lines = [], [f"{output}: {core.machine.name}, W = {word}, core {core.identity}"]
     for part, estimator in zip(core.parts, build.estimators, strict=True):
         program, schedule = part.program, part.schedule
         lines.append(

@@ -27,6 +27,7 @@ from boresight.model.tools.folders import cache_folder
 __all__ = [
     "MANIFEST",
     "OutputFile",
+    "changed_files",
     "digest",
     "output_folder",
     "overwriting",
@@ -233,6 +234,18 @@ def _refusing(path: StrPath, option: str) -> Iterator[None]:
         ) from error
 
 
+def changed_files(folder: Path) -> list[str]:
+    """Names of the files of an output folder that are missing, or not as Boresight wrote them."""
+    known = _listed(folder)
+    if not known or (folder / MANIFEST).read_text(encoding="utf-8") != _manifest(known):
+        return [MANIFEST]
+    return [
+        name
+        for name, file in known.items()
+        if not (folder / name).is_file() or digest(folder / name) != file["sha256"]
+    ]
+
+
 def digest(path: Path) -> str:
     """SHA-256 of a file's contents, in hexadecimal."""
     with path.open("rb") as file:
@@ -246,6 +259,13 @@ def _listed(folder: Path) -> Files:
         return {name: {"by": f["by"], "sha256": f["sha256"]} for name, f in files.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
+
+
+def _manifest(known: Files) -> str:
+    """Text of a list, with its own hash."""
+    files = dict(sorted(known.items()))
+    own = hashlib.sha256(json.dumps(files).encode()).hexdigest()
+    return json.dumps({"files": files, "sha256": own}, indent=1) + "\n"
 
 
 def _require_name(path: StrPath, option: str) -> None:
@@ -312,8 +332,7 @@ def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
             known[name] = {"by": by, "sha256": digest(staging / name)}
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             os.replace(staging / name, folder / name)
-        text = json.dumps({"files": dict(sorted(known.items()))}, indent=1) + "\n"
-        (staging / MANIFEST).write_text(text, encoding="utf-8")
+        (staging / MANIFEST).write_text(_manifest(known), encoding="utf-8")
         os.replace(staging / MANIFEST, folder / MANIFEST)
 
 

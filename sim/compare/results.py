@@ -238,6 +238,11 @@ class CheckResult:
         return self.build.estimators[self.number].name
 
     @property
+    def identity(self) -> str:
+        """That of the core (`gateware.core.Core.identity`); empty if none holds the programs."""
+        return "" if self.build.shortage else self.build.core.identity
+
+    @property
     def textbook(self) -> tuple[Difference, ...]:
         """Float64 beside the second form."""
         return self.book.differences
@@ -275,7 +280,7 @@ class CheckResult:
         reference = "a comparison" if self.comparison else "truth"
         return [
             f"{self.estimator} on {self.given.record.name}, {self.build.config}, "
-            f"W = {self.build.word}",
+            f"W = {self.build.word}{', core ' * bool(self.identity)}{self.identity}",
             *(f"  {level.line()}" for level in self.levels),
             *([] if self.profile is None else [f"  {self.profile}"]),
             *(f"  {text}" for text in self.accuracy.lines()),
@@ -298,6 +303,7 @@ class CheckResult:
             "config": self.build.config,
             "word": self.build.word,
             "program": self.build.programs[self.number].digest,
+            "identity": self.identity,
             "profile": None if self.profile is None else self.profile.place,
             "good": self.good,
             "exact": self.exact,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
+from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, with_params
@@ -13,6 +15,9 @@ from boresight.model.lowering.heaviest import heaviest
 from boresight.model.words.program import Program
 
 __all__ = ["Build"]
+
+#: Files that hold the core and the primitives in it.
+_VERILOG = ("core.v", "spartan6.v")
 
 
 class Build:
@@ -32,6 +37,9 @@ class Build:
         Leading outputs whose latency counts first; by default as each estimator declares.
     target : str
         Part of the level netlist (`sim.levels.synthesised`).
+    files : mapping of str to str, optional
+        Contents of a compiled folder by relative path: its Verilog and C run in place of newly
+        generated ones.
 
     Raises
     ------
@@ -47,9 +55,10 @@ class Build:
         params: Sequence[Mapping[str, float] | None] | None = None,
         urgent: int | None = None,
         target: str = "xc6slx9",
+        files: Mapping[str, str] | None = None,
     ) -> None:
         self.config, self.word, self.urgent = config, word, urgent
-        self.target = target
+        self.target, self.files = target, files or {}
         self.estimators = estimators
         self.params = tuple(params or [None] * len(estimators))
         for estimator, values in zip(estimators, self.params, strict=True):
@@ -91,9 +100,16 @@ class Build:
             The programs do not fit into one core.
         """
         try:
-            return build_shared_core(self.programs, self.config, urgents=self.urgents)
+            core = build_shared_core(self.programs, self.config, urgents=self.urgents)
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
+        verilog = {name: text for name, text in self.files.items() if name in _VERILOG}
+        return replace(core, files=verilog) if verilog else core
+
+    def firmware(self, number: int) -> dict[str, str] | None:
+        """C files of a program in `files`, by name, the header first; None: there are none."""
+        names = emit_c(self.programs[number]) if self.files else {}
+        return {name: self.files[f"firmware/{name}"] for name in names} or None
 
     @property
     def shortage(self) -> str:

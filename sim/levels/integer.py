@@ -82,7 +82,7 @@ class Emitted(Level):
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         super().__init__(build, number, tool)
-        self._model = CModel(self.program)
+        self._model = CModel(self.program, files=build.firmware(number))
 
     def set_params(self, params: Mapping[str, float] | None) -> None:
         """Set these parameter values, and the others to their defaults; a reset preserves them."""

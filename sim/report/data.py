@@ -102,6 +102,7 @@ def report_data(
         "config": core.machine.name,
         "word": program.arithmetic.word,
         "digest": program.digest,
+        "identity": core.identity,
         "verdict": _verdict(checks),
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": clock_mhz},
         "verification": _verification(checks, warn),

@@ -80,7 +80,7 @@ class CompiledSimulation(RtlSimulation):
         """
         core, count = self.core, len(self.core.image.registers)
         numbered = [
-            self.design(replace(core, image=replace(core.image, registers=[*numbers])))[1]
+            self.design(replace(core, image=replace(core.image, registers=[*numbers]), files={}))[1]
             for numbers in (range(count), range(count, 2 * count))
         ]
         return {

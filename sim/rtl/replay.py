@@ -207,7 +207,7 @@ class RtlSimulation(ABC):
     def design(self, core: Core) -> tuple[dict[str, str], dict[str, str]]:
         """Return the core's Verilog, and the files with the contents of its memories, by name."""
         text, memories = split_memories(core.verilog(instances=False))
-        return {"core.sv": text}, memories
+        return {**core.files, "core.v": text}, memories
 
     def run(
         self,

@@ -4,9 +4,10 @@ A block after a line that ends in "as `NAME`:" is a file, and written. Otherwise
 one page being one module. ``sh`` is command lines, of which `boresight` is called by its entry
 point and ``pytest`` by calling the tests; a few tools run as they are, and what sets up an
 environment does not. ``text`` is what the block before it printed, of command lines the last:
-``...`` stands for any lines, decimals may differ, times and Icarus, which not all have, do not
-count. ``toml`` and ``yaml`` are parsed, of workflows the command lines too. A block without a
-language is a drawing; one in braces is Sphinx's own, and the build of the site checks it.
+``...`` stands for any lines, decimals may differ, times, identities of cores and Icarus, which not
+all have, do not count. ``toml`` and ``yaml`` are parsed, of workflows the command lines too. A
+block without a language is a drawing; one in braces is Sphinx's own, and the build of the site
+checks it.
 
 ``<!-- parsed, not run: WHY -->`` before a block of command lines: their arguments are looked at.
 """
@@ -48,7 +49,7 @@ SETUP = ("python3", ".", "pip", "make", "source")
 TOOLS = ("sed", "mkdir", "cp", "python")
 #: How far a decimal may be from the page's.
 NEAR = 0.2
-_VARIES = re.compile(r"\s+[\d.,]+ (s|a second)$")
+_VARIES = re.compile(r"\s+[\d.,]+ (s|a second)$|(?<=, core )[0-9a-f]{12}$")
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,36 @@ def test_the_core_that_is_checked_is_the_one_that_compile_writes(here: Path, tar
     check = boresight.check("mine.py", "mine.csv", levels=("fixed",), target=target)
     (result,) = check.to_json()["results"]
     assert (result["config"], result["program"]) == (core["config"], core["digest"])
+    assert result["identity"] == core["identity"]
+
+
+def test_the_files_of_a_folder_are_what_runs(here: Path, data, said, refused, monkeypatch) -> None:
+    identity = data("compile mine.py --param alpha=0.25 -o core")["identity"]
+    line = "check core mine.csv --steps 20 --levels c,rtl"
+    result = data(line)
+    assert result["good"] and result["results"][0]["identity"] == identity
+    assert "W = 32, core " + identity in said("check mine.py mine.csv --param alpha=0.25 -q")
+    assert "wanted no --config" in refused(f"{line} --word 24")
+    files = [path for path in Path("core").rglob("*") if path.is_file()]
+    for path in files:
+        good = path.read_bytes()
+        path.write_bytes(bytes([*good[:-9], good[-9] ^ 1, *good[-8:]]))
+        assert f"FAILED: {path}: missing, or not as compile wrote it" in said(f"{line} -q", 1)
+        path.write_bytes(good)
+    # Without that list the forms themselves show that a file has changed.
+    monkeypatch.setattr("boresight.folder.changed_files", lambda folder: [])
+    for level, name, old, new in (
+        ("rtl", "core.v", "32'd268435456;", "32'd299999999;"),  # alpha
+        ("c", "firmware/mine.c", "acc -= ", "acc += "),
+    ):
+        path = Path("core") / name
+        good = path.read_text()
+        path.write_text(good.replace(old, new))
+        (wrong,) = (x for x in said(f"{line} -q", 1).splitlines() if x.split()[0] == level)
+        assert "[0/20]" not in wrong and "/20] mismatches" in wrong
+        path.write_text(good)
+    Path("mine.py").write_text(Path("mine.py").read_text().replace("16.0", "8.0"))
+    assert "compile again" in refused(line)
 
 
 def test_beyond_the_tolerance(here: Path, data, said) -> None:
