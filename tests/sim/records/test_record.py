@@ -161,31 +161,23 @@ def log(**more: Any) -> NineAxis:
     )
 
 
-def test_columns() -> None:
-    result = log().record()
-    assert list(result.columns) == [
-        "t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz"
-    ]  # fmt: skip
-    values = {n: c.values.tolist() for n, c in result.columns.items()}
-    assert values["gy"] == [1.0, 4.0, 7.0]
-    assert values["az"] == [12.0, 15.0, 18.0]
-    assert values["mx"][::2] == [20.0, 26.0] and np.isnan(values["mx"][1])
-    assert result.name == "walk" and result.place(2, "gy") == "log 'walk', gy[2]"
-
-
 def test_there_and_back() -> None:
+    names = ["t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz"]
+    plain = log().record()
+    assert [*plain.columns] == names and plain.place(2, "gy") == "log 'walk', gy[2]"
+    assert plain.columns["gy"].values.tolist() == [1.0, 4.0, 7.0]
     mov, steps = np.array([True, False, True]), np.array([0.75, -0.25, 1.0])
     back = NineAxis.of(log(q=Q, mov=mov, steps=steps).record())
     for key in ("t", "gyr", "acc", "mag"):
         assert np.array_equal(getattr(back, key), getattr(log(), key), equal_nan=True)
-    assert np.array_equal(back.attitude, Q, equal_nan=True)
+    assert np.array_equal(back.attitude, Q, equal_nan=True) and len(back) == 3
     assert back.counts.tolist() == mov.tolist() and back.dt.tolist() == steps.tolist()
-    assert back.mag_new.tolist() == [True, False, True] and len(back) == 3
-    plain = NineAxis.of(log().record())
-    assert plain.dt.tolist() == log().dt.tolist() == [0.75, 0.5, 1.0]
-    assert plain.counts.all() and plain.q is None
+    assert back.mag_new.tolist() == [True, False, True]
+    again = NineAxis.of(plain)
+    assert again.dt.tolist() == log().dt.tolist() == [0.75, 0.5, 1.0]
+    assert again.counts.all() and again.q is None
     with pytest.raises(InputError, match="^log 'walk': wanted a reference attitude, found none"):
-        _ = plain.attitude
+        _ = again.attitude
 
 
 def test_other_units_and_names() -> None:
@@ -256,16 +248,10 @@ class Sensors(Estimator):
     outputs = (Output("y"),)
 
 
-def warned(rows: int = 3, new: np.ndarray | None = None, **values: float) -> tuple[str, ...]:
-    inputs = np.zeros((rows, len(Sensors.inputs)))
+def warned(**values: float) -> tuple[str, ...]:
     usual = {"ax": 6.0, "ay": 0.0, "az": 8.0, "mx": 30.0, "my": 40.0, "mz": 0.0, "thrust": 1.0}
-    for k, declared in enumerate(Sensors.inputs):
-        inputs[:, k] = {**usual, **values}.get(declared.name, 0.0)
-    return warnings_of(Sensors(), inputs, np.ones(inputs.shape, bool) if new is None else new)
-
-
-def test_nothing_is_odd() -> None:
-    assert warned() == ()
+    row = [{**usual, **values}.get(declared.name, 0.0) for declared in Sensors.inputs]
+    return warnings_of(Sensors(), np.array([row] * 3), np.ones((3, len(row)), bool))
 
 
 @pytest.mark.parametrize(
@@ -282,18 +268,13 @@ def test_nothing_is_odd() -> None:
         ({"mx": 0.3, "my": 0.4}, "mx my mz: typically 0.5 uT, which looks like gauss"),
         ({"mx": 300.0, "my": 400.0}, "mx my mz: typically 500 uT, which looks like milligauss"),
         ({"mx": 3e4, "my": 4e4}, "mx my mz: typically 5e+04 uT, which looks like nT"),
+        *(({}, ""), ({"gx": 10.0}, ""), ({"shaft": 500.0}, "")),
+        *(({"az": 0.0, "ax": 5.1}, ""), ({"my": 8.0, "mx": 0.0}, "")),
         ({"dt": 0.25}, "dt: at the end of its range in most rows; is t in seconds?"),
     ],
 )  # fmt: skip
 def test_odd(values: dict[str, float], text: str) -> None:
-    assert warned(**values) == (text,)
-
-
-@pytest.mark.parametrize(
-    "values", [{"gx": 10.0}, {"shaft": 500.0}, {"az": 0.0, "ax": 5.1}, {"my": 8.0, "mx": 0.0}]
-)
-def test_not_odd(values: dict[str, float]) -> None:
-    assert warned(**values) == ()
+    assert warned(**values) == ((text,) if text else ())
 
 
 def turned(length: int = 3000) -> dict[str, np.ndarray]:
