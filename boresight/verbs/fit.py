@@ -74,8 +74,8 @@ def fit(
     states in their declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS`
     above what was seen, and half of the bits that are left to its interval, at most
     `sim.fit.choose.MOST_BITS`. Inputs, parameters, states and next states, angles that wrap,
-    divisors and arguments of roots keep the formats of their declarations or intervals. Formats
-    that would make an output less exact are left out; see `sim.fit.fitting.select_ranges`. Nothing
+    divisors and arguments of roots keep the formats of their declarations or intervals. None
+    is kept if they would make an output less exact; see `sim.fit.fitting.select_ranges`. Nothing
     is written if a word saturates on the sources, or if more variances are negative than without
     the profile.
 
@@ -186,10 +186,9 @@ def _gain(
         yield "no error changes: the profile gains nothing in these records"
     if dropped:
         worse = ", ".join(e["output"] for e in dropped if "less exact" in e["verdict"])
-        left = "those that gain most are kept" if formats else "none is kept"
         yield (
             f"with every format from runs less exact: {worse or 'variances, or saturations'}; "
-            f"{left} (docs/learn/ranges.md, what a profile cannot mend)"
+            "none is kept (docs/learn/ranges.md, what a profile cannot mend)"
         )
 
 

@@ -462,11 +462,11 @@ def _of_log(
     elif truth:
         figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
         text += f", RMSE against the log's truth: {figures}"
-    notes = dict.fromkeys(note for p in pieces for note in p.warnings)
+    notes = [*pieces[-1].warnings]
     if saturated:
-        notes[saturated_text(sum(piece.saturated for piece in pieces), saturated)] = None
+        notes.append(saturated_text(sum(piece.saturated for piece in pieces), saturated))
     failures = [f"{level}: {fault}" for fault in faults[:1]]
-    return Result(data, summary=text if not faults else "", notes=[*notes], failures=failures)
+    return Result(data, summary=text if not faults else "", notes=notes, failures=failures)
 
 
 def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:

@@ -148,6 +148,8 @@ class _Case:
     pieces: list[tuple[FloatArray, Run, Run]] = field(default_factory=list)
     clamped: Mapping[str, int] = field(default_factory=dict)
     warnings: dict[str, None] = field(default_factory=dict)
+    #: Warnings about the rows so far.
+    told: Sequence[str] = ()
     #: By attempt: states before the first update that differs, and its record.
     divergences: dict[int, tuple[IntArray | None, FloatArray]] = field(default_factory=dict)
     #: And where the slice began in which it is.
@@ -156,7 +158,7 @@ class _Case:
     def take(self, block: Feed, keep_all: bool) -> None:
         """Rows of the log; they are kept, those of a long log only to keep all."""
         self.clamped = block.clamped
-        self.warnings |= dict.fromkeys(block.warnings)
+        self.told = block.warnings if len(block) else self.told
         if keep_all or not self.feeds:
             self.feeds.append(block)
 
@@ -376,7 +378,7 @@ class Check:
             text = f"no core, as compile would make it: {self._shortage}"
             for case in cases:
                 case.warnings[text] = None
-        for text in dict.fromkeys(text for case in cases for text in case.warnings):
+        for text in dict.fromkeys(text for case in cases for text in (*case.told, *case.warnings)):
             self.progress(f"warning: {text}")
         say("float64")
         for attempt in attempts:
@@ -511,7 +513,7 @@ class Check:
             given,
             inputs=inputs,
             clamped=dict(case.clamped),
-            warnings=(*case.warnings, *book.remarks),
+            warnings=(*case.told, *case.warnings, *book.remarks),
         )
         run = Run.joined(fixed)
         examined = self._claims_of(number)

@@ -39,8 +39,6 @@ __all__ = [
 HOSTILE_STEPS = 2000
 #: Factor by which an error has to grow with a profile to be worse.
 WORSE = 1.1
-#: Least gains of a format, in bits, in the partial profiles tried if the whole one is worse.
-_GAINS = (2, 4, 8)
 #: Share of its tolerance up to which an output may be worse if the mean error is smaller.
 SPARE = 0.5
 #: Factor by which an output without a tolerance may then be worse, if others have one.
@@ -211,7 +209,7 @@ class Selection:
     Attributes
     ----------
     profile : Profile
-        With all ranges, those that gain many bits, or none.
+        With all ranges, or none.
     before : Effect or str
         Of intervals alone; the reason if that does not compile.
     after, full : Effect
@@ -231,10 +229,9 @@ def select_ranges(
     params: Mapping[str, float] | None = None,
     word: int = 32,
 ) -> Selection:
-    """Choose the most exact formats: all ranges, those that gain many bits, or none.
+    """Choose the more exact formats: all ranges, or none.
 
-    Of several, those with the fewest outputs beyond their tolerance, then with the smallest
-    geometric mean of the errors. An output becomes `WORSE` only if
+    With all ranges an output becomes `WORSE` only if
 
     * its error stays within `SPARE` of its tolerance (or, if it has none and others have, grows by
       no more than a quarter), and the mean becomes smaller, or
@@ -248,32 +245,15 @@ def select_ranges(
     InputError
         It does not compile with the profile either.
     """
-    profile = fit.profile
-
-    def effect_of(candidate: Profile | None) -> Effect | str:
-        return effect(fit.estimator, candidate, records, params=params, word=word)
-
-    before, full = effect_of(None), effect_of(profile)
+    before, full = (
+        effect(fit.estimator, profile, records, params=params, word=word)
+        for profile in (None, fit.profile)
+    )
     if isinstance(full, str):
         raise InputError(full)
-    if isinstance(before, str) or (_is_safe(before, full) and not _worse(before, full)):
-        return Selection(profile, before, full, full)
-    candidates = [(profile, full)]
-    for bits in _GAINS:
-        ranges = {n: r for n, r in profile.ranges.items() if _gain(fit.intervals[n], r) >= bits}
-        candidate = replace(profile, ranges=ranges)
-        after = effect_of(candidate) if ranges else ""
-        candidates += [(candidate, after)] if isinstance(after, Effect) else []
-    initial = replace(profile, ranges={}), before
-    accepted = [c for c in candidates if _accepted(before, c[1])]
-    best, after = min(accepted, key=lambda c: (_beyond(c[1]), _mean(before, c[1])), default=initial)
-    return Selection(best, before, after, full)
-
-
-def _gain(interval: Range, range_: Range) -> float:
-    """Bits that a format gains."""
-    wide, narrow = (max(map(abs, ends)) for ends in (interval, range_))
-    return math.log2(wide / narrow) if narrow else 0.0
+    if isinstance(before, str) or _accepted(before, full):
+        return Selection(fit.profile, before, full, full)
+    return Selection(replace(fit.profile, ranges={}), before, before, full)
 
 
 def _factors(before: Effect, after: Effect) -> list[float]:
@@ -282,12 +262,6 @@ def _factors(before: Effect, after: Effect) -> list[float]:
         (a.largest, b.largest) for a, b in zip(before.differences, after.differences, strict=True)
     ]
     return [b / a if a > 0.0 else math.inf if b > 0.0 else 1.0 for a, b in errors]
-
-
-def _is_safe(before: Effect, after: Effect) -> bool:
-    """Whether no more updates saturate, and no more variances are negative."""
-    saturated = after.saturated_updates <= before.saturated_updates
-    return saturated and after.negative_updates <= before.negative_updates
 
 
 def _worse(before: Effect, after: Effect) -> list[tuple[float, Difference]]:
@@ -309,10 +283,16 @@ def _beyond(result: Effect) -> int:
 
 def _accepted(before: Effect, after: Effect) -> bool:
     """Whether formats may be kept; see `select_ranges`."""
+    worse = _worse(before, after)
     factor_limit = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
     is_tolerable = all(
         factor <= factor_limit if d.tolerance is None else d.largest <= SPARE * d.tolerance
-        for factor, d in _worse(before, after)
+        for factor, d in worse
     )
     is_repair = _beyond(before) > 0 == _beyond(after)
-    return _is_safe(before, after) and (is_repair or (is_tolerable and _mean(before, after) < 1.0))
+    is_safe = (
+        after.saturated_updates <= before.saturated_updates
+        and after.negative_updates <= before.negative_updates
+    )
+    is_better = not worse or is_repair or (is_tolerable and _mean(before, after) < 1.0)
+    return is_safe and is_better

@@ -53,7 +53,7 @@ class Feed:
     counts : bool (n,)
         Samples that count in an error against truth: where a column ``mov`` is not 0, or all.
     warnings : tuple of str
-        Warnings about implausible values.
+        Warnings about times and implausible values, in this piece and those before.
     """
 
     record: Record
@@ -96,7 +96,7 @@ class Feed:
             last.clamped,
             {n: np.concatenate([part.truth[n] for part in parts]) for n in first.truth},
             np.concatenate([part.counts for part in parts]),
-            tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
+            last.warnings,
         )
 
     def parts(self) -> Iterator[Feed]:
@@ -156,7 +156,7 @@ def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
 
 
 class Feeder:
-    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all.
+    """`feed` of a record in pieces; the rate is that of the first.
 
     Raises
     ------
@@ -175,6 +175,8 @@ class Feeder:
             )
         self.estimator = estimator
         self._start, self._place = 0, Place("")
+        self._clock: Clock | None = None
+        self._notes, self._implausible = dict[str, None](), tuple[str, ...]()
         self._reader = InputReader(
             estimator, lambda row, _, name: self._place(row - self._start, name)
         )
@@ -203,14 +205,22 @@ class Feeder:
             record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
-            record.notes
-            if start
-            else (
-                *record.notes,
-                *_irregular_steps(estimator, record),
-                *warnings_of(estimator, inputs, new),
-            ),
+            self._warnings(record, inputs, new),
         )
+
+    def _warnings(self, record: Record, inputs: FloatArray, new: BoolArray) -> tuple[str, ...]:
+        """Warnings up to now: values are judged by the first piece, gaps are counted in all."""
+        is_first = not self._start
+        if is_first:
+            self._implausible = warnings_of(self.estimator, inputs, new)
+        self._notes |= dict.fromkeys(record.notes)
+        if self.estimator.states and _timed(record) and not selection().gaps:
+            if is_first and len(record) > 2:
+                self._clock = Clock.of_steps(record.steps()[1:])
+            elif self._clock is not None:
+                self._clock = self._clock.extended(record.steps())
+        lines = [] if self._clock is None else _irregular_steps(self.estimator, self._clock)
+        return tuple(dict.fromkeys([*self._notes, *lines, *self._implausible]))
 
     def _told(self, declared: Input, values: FloatArray) -> FloatArray:
         """A gap as a board tells it: by the time step that restarts or bridges the filter."""
@@ -251,10 +261,8 @@ def _rate_hz(record: Record) -> float:
     return 1.0 / max(float(np.median(record.steps())), 1e-9)
 
 
-def _irregular_steps(estimator: Estimator, record: Record) -> Iterator[str]:
+def _irregular_steps(estimator: Estimator, clock: Clock) -> Iterator[str]:
     """Warnings about gaps and jitter of the times, and what the estimator makes of them."""
-    if not estimator.states or not _timed(record) or len(record) < 3 or selection().gaps:
-        return
     every = selection().every
     timed = any(i.name == "dt" or i.unit in _TIME_UNITS for i in estimator.inputs)
     if every > 1 and not timed and "dt" not in estimator.rates_hz:
@@ -262,7 +270,6 @@ def _irregular_steps(estimator: Estimator, record: Record) -> Iterator[str]:
             f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
             f"{every} rows as one step"
         )
-    clock = Clock.of_steps(record.steps()[1:])
     for note in clock.notes(jitter=not timed):
         yield note if timed else f"{note}: {estimator.name} has no input dt, and counts each as one"
 

@@ -267,6 +267,13 @@ class Clock:
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
         return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
 
+    def extended(self, steps: FloatArray) -> Clock:
+        """The clock with the gaps of further steps [s]."""
+        limit = GAP_STEPS / self.rate_hz if self.rate_hz else math.inf
+        gaps, longest = int((steps > limit).sum()), max(self.longest_s, float(steps.max()))
+        samples = self.samples + len(steps)
+        return replace(self, samples=samples, gaps=self.gaps + gaps, longest_s=longest)
+
     def notes(self, *, jitter: bool = True) -> list[str]:
         """A line for gaps and one for jitter, if there are any."""
         lines = [f"gaps in the times: {self.gaps}, longest {self.longest_s:.3g} s"]

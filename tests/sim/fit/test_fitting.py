@@ -198,41 +198,34 @@ def test_ranges_that_saturate_on_the_records_are_left_out(records: dict[str, Any
 
 
 @pytest.mark.parametrize(
-    ("whole", "two", "tolerances", "wanted"),
+    ("sizes", "tolerances", "kept"),
     [
-        ((1.05, 0.9), (0.5, 0.5), (None, None), "whole"),  # nothing is worse
-        ((1.2, 0.1), (1.0, 0.9), (None, None), "two"),  # its author accepts no more
-        ((1.2, 0.1), (1.0, 1.0), (None, None), "none"),
-        ((1.2, 0.1), (1.0, 0.9), (2.3, None), "two"),  # more than half of its tolerance
-        ((1.2, 0.1), (1.0, 0.9), (2.5, None), "whole"),
-        ((1.2, 0.9), (1.0, 0.9), (2.5, None), "two"),  # not together smaller
-        ((1.2, 0.1), (1.0, 0.9), (2.5, 0.95), "whole"),
-        ((1.2, 0.8), (1.0, 0.1), (2.5, 0.95), "two"),  # both within, the more exact
-        ((1.2, 0.8), (1.0, 0.97), (1.3, 0.95), "whole"),  # as it makes all outputs pass
-        ((1.2, 0.8), (1.0, 0.97), (1.1, 0.95), "two"),
-        ((0.0, 1.3), (1.0, 1.0), (None, None), "none"),
-        ((0.1, 1.2), (0.9, 1.0), (2.0, None), "whole"),  # not judged, beside one that is
-        ((0.1, 1.3), (0.9, 1.0), (2.0, None), "two"),
+        ((1.05, 0.9), (None, None), True),  # nothing is worse
+        ((1.2, 0.1), (None, None), False),  # its author accepts no more
+        ((1.2, 0.1), (2.3, None), False),  # more than half of its tolerance
+        ((1.2, 0.1), (2.5, None), True),
+        ((1.2, 0.9), (2.5, None), False),  # not together smaller
+        ((1.2, 0.1), (2.5, 0.95), True),
+        ((1.2, 0.8), (1.3, 0.95), True),  # as it makes all outputs pass
+        ((1.2, 0.8), (1.1, 0.95), False),
+        ((0.0, 1.3), (None, None), False),
+        ((0.1, 1.2), (2.0, None), True),  # not judged, beside one that is
+        ((0.1, 1.3), (2.0, None), False),
     ],
 )
 def test_what_is_kept_of_a_profile(
     records: dict[str, Any],
     monkeypatch: pytest.MonkeyPatch,
-    whole: Any,
-    two: Any,
+    sizes: Any,
     tolerances: Any,
-    wanted: str,
+    kept: bool,
 ) -> None:
-    """By the factors of two errors, of all ranges and of those that gain two bits."""
+    """By the factors of two errors."""
     fit = fitted(Motor(), records)
 
     def measured(estimator: Any, profile: Any, *_: Any, **__: Any) -> Effect:
-        some = profile is not None and len(profile.ranges) < len(fit.profile.ranges)
-        sizes = (1.0, 1.0) if profile is None else two if some else whole
-        each = zip("ab", sizes, tolerances, strict=True)
+        each = zip("ab", (1.0, 1.0) if profile is None else sizes, tolerances, strict=True)
         return Effect(tuple(Difference(n, "", 9, x, x, 0, t) for n, x, t in each), 0, 0)
 
     monkeypatch.setattr(fitting, "effect", measured)
-    ranges = select_ranges(fit, records).profile.ranges
-    count = {"whole": len(fit.profile.ranges), "none": 0}
-    assert 0 < len(ranges) < count["whole"] if wanted == "two" else len(ranges) == count[wanted]
+    assert select_ranges(fit, records).profile.ranges == (fit.profile.ranges if kept else {})

@@ -13,9 +13,9 @@ from boresight.cli import main
 from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.sim.records import maps
-from boresight.sim.records.feed import Feeder, feed
+from boresight.sim.records.feed import Feeder, feed, feeds
 from boresight.sim.records.files import content_of, read_pieces, read_record
-from boresight.sim.records.record import Record, joined, timed
+from boresight.sim.records.record import Record, joined, resized, timed
 from boresight.sim.records.selection import Selection, selected
 from tests.support.estimators import ALL
 
@@ -138,7 +138,7 @@ class Sum(Estimator):
 
 
 class TimedSum(Sum):
-    inputs = (*Sum.inputs, Input("dt", 0.0, 1.0, "s"))
+    inputs = (*Sum.inputs, Input("dt", 0.0, 100.0, "s"))
 
 
 def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
@@ -154,6 +154,15 @@ def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
             "--every 4: sum has no input dt and no rates_hz, and counts 4 rows as one step",
         )
         assert feed(TimedSum(), even).warnings == ()
+
+
+def test_gaps_of_all_pieces_are_counted() -> None:
+    """A piece has the warnings of those before it."""
+    t = np.arange(40) * 0.01 + 30.0 * (np.arange(40) > 15) + 2.0 * (np.arange(40) > 32)
+    pieces = resized(timed([Record.of({"t": t, "z": np.zeros(40)})]), 10)
+    told = [piece.warnings for piece in feeds(TimedSum(), pieces)]
+    once, twice = (f"gaps in the times: {k}, longest 30 s" for k in (1, 2))
+    assert told == [(), (once,), (once,), (twice,)]
 
 
 def test_gaps_restart_what_restarts() -> None:
