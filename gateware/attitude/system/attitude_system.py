@@ -141,7 +141,6 @@ class AttitudeSystem(wiring.Component):
                     for name in ("sample", "running", "updated", "line", "counts")
                 },
                 **{f"probe_value{k}": Out(16) for k in range(3)},
-                "probe_program": Out(range(len(self.plan.names))),
                 "probe_events": Out(len(self.events)),
                 **(ports if wishbone else {}),
             }
@@ -229,7 +228,6 @@ class AttitudeSystem(wiring.Component):
             self.probe_running.eq(inertial.flags.running),
             self.probe_updated.eq(attitude.updated),
             self.probe_line.eq(compass.line),
-            self.probe_program.eq(attitude.choice),
             self.probe_counts.eq(compass.is_counts),
             self.probe_events.eq(bus.events),
             *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),

@@ -6,13 +6,10 @@
 //
 // Written to trace.txt, cycle first:
 //   cycle R line       data-ready has risen at the pin; line of the log, from 1 on
-//   cycle C 0|1        chip select at the pin
 //   cycle S            a whole sample is in the reader's buffer
-//   cycle P n          the core runs program n
 //   cycle U n          update n is in the registers
 //   cycle B byte       the stop bit of a byte from the host line has begun (byte in hex)
 //   cycle E            a byte without stop bit
-//   cycle T            the first start bit after a pause of the host line
 //   cycle N events     pulses of the counted events, as bits (hex)
 //   cycle F adis hmr   faults of the devices that are on, as bits (hex)
 //   cycle V n          violations of the timing that the ADIS16385 saw, at the end
@@ -101,8 +98,7 @@ module bench #(
     integer trace, cycle, updates, limit_updates, limit_cycles, last_edge;
     integer listen_timer, listen_bit, quiet, since_update;
     reg [7:0] heard;
-    reg listening, was_ready, was_cs_n, keep;
-    integer was_program;
+    reg listening, was_ready, keep;
     reg [31:0] was_faults;
 
     initial begin
@@ -117,7 +113,7 @@ module bench #(
         host_rx = 1; host_bit = 10; host_timer = 0; host_frame = 10'h3ff;
         listening = 0; listen_timer = 0; listen_bit = 0; quiet = 0; since_update = 0;
         seen_running = 0;
-        was_ready = 0; was_cs_n = 1; was_program = -1; was_faults = 0;
+        was_ready = 0; was_faults = 0;
         next_host;
     end
 
@@ -144,7 +140,6 @@ module bench #(
             if (!listening) begin
                 quiet <= quiet + 1;
                 if (host_tx === 1'b0) begin
-                    if (quiet > 2 * HOST_DIVISOR) $fwrite(trace, "%0d T\n", cycle);
                     listening <= 1;
                     listen_timer <= HOST_DIVISOR + HOST_DIVISOR / 2 - 1;
                     listen_bit <= 0;
@@ -169,8 +164,6 @@ module bench #(
             // Pins of the ADIS16385.
             was_ready <= adis_data_ready;
             if (adis_data_ready && !was_ready) $fwrite(trace, "%0d R %0d\n", cycle, adis_line);
-            was_cs_n <= adis_cs_n;
-            if (adis_cs_n != was_cs_n) $fwrite(trace, "%0d C %0d\n", cycle, adis_cs_n);
 
             if ({adis.on, 4'd0, hmr.active} != was_faults) begin
                 $fwrite(trace, "%0d F %h %h\n", cycle, adis.on, hmr.active);
@@ -185,10 +178,6 @@ module bench #(
 `endif
             // Inside.
             if (dut.probe_sample === 1'b1) $fwrite(trace, "%0d S\n", cycle);
-            if (dut.probe_program != was_program) begin
-                $fwrite(trace, "%0d P %0d\n", cycle, dut.probe_program);
-                was_program <= dut.probe_program;
-            end
             if (dut.probe_events != 0) $fwrite(trace, "%0d N %h\n", cycle, dut.probe_events);
             if (dut.probe_line === 1'b1)
                 $fwrite(trace, "%0d L %0d %0d %0d %0d %0d\n", cycle, dut.probe_counts,

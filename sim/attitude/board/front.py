@@ -1,4 +1,4 @@
-"""Conversion of records to the raw counts of a board's sensors, and back."""
+"""Conversion of records to the raw counts of a board's sensors."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from boresight.model.attitude.front.field import FIELD_SCALE
 from boresight.model.attitude.front.inertial import ACC_SCALE, GYRO_SCALE, STAMP_BITS
 from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Program
-from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples
+from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Column, Record
+from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_to_euler
 
-__all__ = ["field_words", "heading_words", "inertial_words", "quantise", "words_as_record"]
+__all__ = ["field_words", "heading_words", "inertial_words", "quantise"]
 
 
 def quantise(
@@ -92,18 +91,3 @@ def heading_words(q: FloatArray) -> IntArray:
 
 def _counts(value: FloatArray, scale: float, limit: int) -> IntArray:
     return np.clip(np.rint(value / scale), -limit, limit).astype(np.int64)
-
-
-def words_as_record(program: Program, chain: Chain, name: str = "words") -> Record:
-    """Return the records of a chain in their units; `sim.records.feed` gives exactly its words.
-
-    Parameters
-    ----------
-    program : Program
-        Filter, for the formats of its inputs.
-    """
-    real = {
-        program.values[n].name: program.format(n).real(chain.records[:, k])
-        for k, n in enumerate(program.inputs)
-    }
-    return Record(name, {n: Column(v) for n, v in real.items()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -35,18 +36,12 @@ class Trace:
         Cycle in which data-ready rose, and the device's line of the log then, from 1 on.
     samples, updates : int64
         Cycles in which a sample was in the reader's buffer, and an update in the registers.
-    select : int64 (n, 2)
-        Cycles in which chip select fell and rose again.
-    programs : int64 (n, 2)
-        Cycle of a change of program, and the new number.
     faults : list of (cycle, inertial bits, compass bits)
         Faults of the devices from that cycle on.
     events : list of (cycle, bits)
         Pulses of the counted events (`AttitudeSystem.events`).
     lines : tuple of Line
         Good lines of the compass.
-    starts : int64
-        The first start bit of each burst of bytes to the host.
     bytes_at : int64, data : bytes
         Cycle in which the stop bit of each byte to the host began; the bytes.
     framing_errors : int64
@@ -58,12 +53,9 @@ class Trace:
     ready: Cycles
     samples: Cycles
     updates: Cycles
-    select: Cycles
-    programs: Cycles
     faults: list[tuple[int, int, int]]
     events: list[tuple[int, int]] = field(repr=False)
     lines: tuple[Line, ...]
-    starts: Cycles
     bytes_at: Cycles
     data: bytes = field(repr=False)
     framing_errors: Cycles
@@ -78,67 +70,30 @@ def read_trace(text: str) -> Trace:
     SimulationFailed
         Unknown values (X) at the pins, or a trace without an end.
     """
-    cycles_of: dict[str, list[int]] = {kind: [] for kind in "SUTE"}
-    ready: list[tuple[int, int]] = []
-    violations = -1
-    chip: list[tuple[int, int]] = []
-    programs: list[tuple[int, int]] = []
-    events: list[tuple[int, int]] = []
-    faults: list[tuple[int, int, int]] = []
-    lines: list[Line] = []
-    bytes_at: list[int] = []
-    data = bytearray()
+    rows: dict[str, list[list[str]]] = defaultdict(list)
     for line in text.splitlines():
         cycle, kind, *rest = line.split()
-        time = int(cycle)
         if kind == "X":
-            raise SimulationFailed(f"unknown value (X) at the board's pins in cycle {time}")
-        if kind in cycles_of:
-            cycles_of[kind].append(time)
-        elif kind == "R":
-            ready.append((time, int(rest[0])))
-        elif kind == "F":
-            faults.append((time, int(rest[0], 16), int(rest[1], 16)))
-        elif kind == "N":
-            events.append((time, int(rest[0], 16)))
-        elif kind == "V":
-            violations = int(rest[0])
-        elif kind == "C":
-            chip.append((time, int(rest[0])))
-        elif kind == "P":
-            programs.append((time, int(rest[0])))
-        elif kind == "B":
-            bytes_at.append(time)
-            data.append(int(rest[0], 16))
-        elif kind == "L":
-            a, b, c, slot = (int(v) for v in rest[1:])
-            lines.append(Line(time, rest[0] == "1", (a, b, c), slot))
-    if violations < 0:
+            raise SimulationFailed(f"unknown value (X) at the board's pins in cycle {cycle}")
+        rows[kind].append([cycle, *rest])
+    if not rows["V"]:
         raise SimulationFailed("the board's bench did not come to its end")
 
-    def cycles(kind: str) -> Cycles:
-        return np.array(cycles_of[kind], dtype=np.int64)
+    def numbers(kind: str, columns: int) -> Cycles:
+        return np.array(rows[kind], dtype=np.int64).reshape(-1, columns)
 
     return Trace(
-        ready=np.array(ready, dtype=np.int64).reshape(-1, 2),
-        samples=cycles("S"),
-        updates=cycles("U"),
-        starts=cycles("T"),
-        framing_errors=cycles("E"),
-        select=_selections(chip),
-        programs=np.array(programs, dtype=np.int64).reshape(-1, 2),
-        faults=faults,
-        events=events,
-        lines=tuple(lines),
-        bytes_at=np.array(bytes_at, dtype=np.int64),
-        data=bytes(data),
-        violations=violations,
+        ready=numbers("R", 2),
+        samples=numbers("S", 1)[:, 0],
+        updates=np.array([int(row[0]) for row in rows["U"]], dtype=np.int64),
+        framing_errors=numbers("E", 1)[:, 0],
+        faults=[(int(t), int(adis, 16), int(hmr, 16)) for t, adis, hmr in rows["F"]],
+        events=[(int(t), int(bits, 16)) for t, bits in rows["N"]],
+        lines=tuple(
+            Line(int(t), counts == "1", (int(a), int(b), int(c)), int(slot))
+            for t, counts, a, b, c, slot in rows["L"]
+        ),
+        bytes_at=np.array([int(t) for t, _ in rows["B"]], dtype=np.int64),
+        data=bytes(int(byte, 16) for _, byte in rows["B"]),
+        violations=int(rows["V"][-1][1]),
     )
-
-
-def _selections(chip: list[tuple[int, int]]) -> Cycles:
-    """First and last cycle of each time that the chip was selected, shape (n, 2)."""
-    falls = [c for c, level in chip if not level]
-    rises = [c for c, level in chip if level and falls and c > falls[0]]
-    count = min(len(falls), len(rises))
-    return np.array([falls[:count], rises[:count]], dtype=np.int64).T.reshape(-1, 2)

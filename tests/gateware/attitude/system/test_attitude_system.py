@@ -7,7 +7,9 @@ from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_device import Timing
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.attitude.system.interface import system_registers
 from boresight.gateware.attitude.system.programs import system_core
+from boresight.gateware.attitude.system.system_bus import CSR
 from boresight.gateware.core import Core
 from boresight.model.errors import InputError
 
@@ -19,8 +21,10 @@ def core() -> Core:
 
 
 def test_registers_are_told_apart(core: Core) -> None:
-    registers = AttitudeSystem(core=core).map().registers
+    whole = AttitudeSystem(core=core).map()
+    registers = whole.registers
     assert len({r.address for r in registers}) == len({r.name for r in registers}) == len(registers)
+    assert len(whole.identifiers) == len(registers)
     names = {r.name for r in registers}
     assert {
         "calibrate_inertial.gyro_xx",
@@ -88,3 +92,35 @@ def test_only_32_bit_words() -> None:
 def test_a_clock_that_no_line_can_use(core: Core) -> None:
     with pytest.raises(InputError, match="clock: wanted a clock from which both serial rates"):
         system_design(core)(3_000_000)
+
+
+#: Settings after power-up, by register.
+SETTINGS = {
+    "inertial_msc_ctrl": 0x0006,
+    "inertial_smpl_prd": 0x0001,
+    "inertial_sens_avg": 0x0402,
+    "magnetic_source": 2,
+    "compass_mode": 1,
+    "output_mode": 1,
+    "output_divider": 8,
+}
+
+
+def test_settings_after_power_up(core: Core) -> None:
+    system = AttitudeSystem(core=core).map()
+    assert {name: system.find(name).reset for name in SETTINGS} == SETTINGS
+
+
+def declared(**more):
+    options = {"clock_hz": 1e8, "build": 0, "inertial_flags": {}, "compass_flags": {}, **more}
+    return {r.name: r for r in system_registers(**{"filters": ("one", "two"), **options})}
+
+
+def test_what_a_system_has_not_is_not_there() -> None:
+    usual, other = declared(), declared(feed=True)
+    orders = [f.name for f in usual["order"].fields]
+    assert orders == ["restart_filter", "restart_inertial", "clear_counters"]
+    assert [f.name for f in other["order"].fields] == [*orders, "take_feed"]
+    assert (usual["order"].width, other["order"].width) == (3, 4)
+    assert {n: r.address for n, r in usual.items()} == {n: r.address for n, r in other.items()}
+    assert usual["identification"].address == CSR

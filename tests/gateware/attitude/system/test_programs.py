@@ -5,8 +5,7 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.attitude.system.programs import system_core, system_estimators
-from boresight.gateware.core import Core, build_core
-from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.core import Core
 from boresight.model.attitude import FILTERS
 from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.front.sensed import board_params
@@ -16,8 +15,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from tests.support.random_program import random_inputs
-
-CONFIG = pytest.mark.parametrize("config", ["small", "fast"])
 
 
 @pytest.mark.parametrize("word", [26, 32])
@@ -30,18 +27,6 @@ def test_interpreter_and_c(name: str, word: int) -> None:
     outputs, saturated = CModel(program).update(rows)
     assert (outputs == [out[:, 0] for out, _ in wanted]).all()
     assert (saturated == [bool(s[0]) for _, s in wanted]).all()
-
-
-@CONFIG
-@pytest.mark.parametrize("name", sorted(FRONT))
-def test_interpreter_and_core(name: str, config: str) -> None:
-    program = FRONT[name]().compile()
-    core = build_core(program, config)
-    emulator, machine = Emulator(core.machine, core.image), Interpreter(program)
-    for row in random_inputs(program, 2, 60):
-        record = emulator.update(row)
-        assert record.outputs == machine.update(np.array(row)[:, None])[0][:, 0].tolist()
-        assert record.cycles == core.schedule.length
 
 
 def initial(core: Core, filter: str, name: str) -> float:

@@ -12,7 +12,7 @@ from boresight.model.errors import InputError
 from boresight.sim.attitude.board.faults import FaultTrial, trial_log
 from boresight.sim.attitude.board.front import inertial_words
 from boresight.sim.attitude.board.run import judge, run_board, stimulus, writes
-from boresight.sim.attitude.board.trace import read_trace
+from boresight.sim.attitude.board.trace import Line, read_trace
 from boresight.sim.attitude.board.wrong_values import FAST_TURNS, WRONG_VALUES, wronged
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
@@ -29,10 +29,27 @@ from .conftest import UPDATES
 
 def test_every_frame_equals_the_models(board, what, plain) -> None:
     verdict = judge(board, what, plain, filter=COMPLEMENTARY, source=2)
-    assert (verdict.mismatches, verdict.first) == (0, "")
+    assert (verdict.mismatches, verdict.first, verdict.lost) == (0, "", 0)
+    assert np.array_equal(np.diff(plain.frames[:, 0] & 0xFFFF), np.ones(UPDATES - 1))
     assert verdict.updates == len(plain.frames) == len(plain.trace.samples) == UPDATES
     assert verdict.lines >= 2 and verdict.fields >= 2
     assert plain.dropped == plain.trace.violations == len(plain.trace.framing_errors) == 0
+
+
+def test_other_data_and_lost_samples_are_seen(board, what, plain) -> None:
+    def mismatches(what=what, run=plain) -> int:
+        verdict = judge(board, what, run, filter=COMPLEMENTARY, source=2)
+        return verdict.mismatches + verdict.lost
+
+    counts, compass = what.counts.copy(), what.compass.copy()
+    counts[UPDATES // 2, 2] += 1
+    compass[0, 0] += 1
+    assert mismatches(dataclasses.replace(what, counts=counts)) > 0
+    assert mismatches(dataclasses.replace(what, compass=compass)) > 0
+    assert mismatches(run=dataclasses.replace(plain, frames=plain.frames[:0])) == 1
+    samples, updates = (np.delete(v, 5) for v in (plain.trace.samples, plain.trace.updates))
+    gone = dataclasses.replace(plain.trace, samples=samples, updates=updates)
+    assert mismatches(run=dataclasses.replace(plain, trace=gone, frames=plain.frames[:-1])) > 0
 
 
 def test_latency_is_the_stated_one(board, what, plain) -> None:
@@ -45,11 +62,6 @@ def test_latency_is_the_stated_one(board, what, plain) -> None:
     assert least == most <= board.system.plan.lengths[COMPLEMENTARY] + 100  # 1 us at 100 MHz
 
 
-def test_no_sample_is_lost(board, what, plain) -> None:
-    assert judge(board, what, plain, filter=COMPLEMENTARY, source=2).lost == 0
-    assert np.array_equal(np.diff(plain.frames[:, 0] & 0xFFFF), np.ones(UPDATES - 1))
-
-
 @pytest.mark.parametrize("word", WORDS)
 def test_one_wrong_bit_is_seen(word: str, board, what, plain) -> None:
     frames = plain.frames.copy()
@@ -58,47 +70,6 @@ def test_one_wrong_bit_is_seen(word: str, board, what, plain) -> None:
         board, what, dataclasses.replace(plain, frames=frames), filter=COMPLEMENTARY, source=2
     )
     assert verdict.mismatches == 1 and f"update {UPDATES // 2}" in verdict.first
-
-
-def test_one_lost_sample_is_seen(board, what, plain) -> None:
-    trace = plain.trace
-    gone = dataclasses.replace(
-        trace, samples=np.delete(trace.samples, 5), updates=np.delete(trace.updates, 5)
-    )
-    frames = plain.frames[:-1]
-    verdict = judge(
-        board,
-        what,
-        dataclasses.replace(plain, trace=gone, frames=frames),
-        filter=COMPLEMENTARY,
-        source=2,
-    )
-    assert verdict.lost == 1
-
-
-def test_another_sample_or_line_is_seen(board, what, plain) -> None:
-    counts = what.counts.copy()
-    counts[UPDATES // 2, 2] += 1
-    assert (
-        judge(
-            board, dataclasses.replace(what, counts=counts), plain, filter=COMPLEMENTARY, source=2
-        ).mismatches
-        > 0
-    )
-    compass = what.compass.copy()
-    compass[0, 0] += 1
-    assert (
-        judge(
-            board, dataclasses.replace(what, compass=compass), plain, filter=COMPLEMENTARY, source=2
-        ).mismatches
-        > 0
-    )
-
-
-def test_no_frames_is_no_pass(board, what, plain) -> None:
-    silent = dataclasses.replace(plain, frames=plain.frames[:0])
-    verdict = judge(board, what, silent, filter=COMPLEMENTARY, source=2)
-    assert verdict.mismatches == 1 and verdict.updates == 0
 
 
 def test_magnetometer_counts(board, what) -> None:
@@ -215,26 +186,14 @@ def test_without_unknown_values(board, what) -> None:
 
 # -- the bench's events, read from their text -----------------------------------------------------
 
-TEXT = """\
-5 C 1
-10 R 1
-12 C 0
-14 P 3
-20 C 1
-22 S
-30 U
-31 T
-32 B c0
-33 N 1f
-34 B 0a
-36 E
-40 L 1 -7 8 -9 2
-44 L 0 1 2 3 4
-50 F 2 a0
-60 R 2
-61 C 0
-70 V 4
-"""
+TEXT = "10 R 1\n22 S\n30 U 0\n32 B c0\n33 N 1f\n36 E\n40 L 1 -7 8 -9 2\n50 F 2 a0\n70 V 4\n"
+
+
+def test_events_are_read() -> None:
+    trace = read_trace(TEXT)
+    assert trace.ready.tolist() == [[10, 1]] and trace.data == b"\xc0" and trace.violations == 4
+    assert trace.lines == (Line(40, True, (-7, 8, -9), 2),)
+    assert (trace.events, trace.faults) == ([(33, 0x1F)], [(50, 2, 0xA0)])
 
 
 @pytest.mark.parametrize(
