@@ -278,10 +278,14 @@ class EkfBias(Estimator):
             )
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))
         ]
-        tilted = y[0] * y[0] + y[1] * y[1] + LEAST_FORCE > ALIGNED * y[2]
+        # Differences near zero keep all their bits: a narrow word of squares has none for these.
+        level = ALIGNED * y[2] - (y[0] * y[0] + y[1] * y[1] + LEAST_FORCE)
+        tilted = ops.saturated(level, 1.0) < 0.0
         unaligned = aligning & (tilted | (u.dt < 0.0))
         learnt = x.heading_unknown > -0.75
-        heading_found = seeking & learnt & ~(unused | (m[0] * m[0] + LEAST_FIELD > FOUND * m[1]))
+        north = FOUND * m[1] - (m[0] * m[0] + LEAST_FIELD)
+        not_north = ops.saturated(north, 2.0**-3) < 0.0
+        heading_found = seeking & learnt & ~(unused | not_north)
         unfinished = unaligned | (seeking & ~heading_found)
         start = self._first(unfinished, p)
         after = self._turned(downdated(a, gains, aligning), turned, (full, bias_full), fresh, start)

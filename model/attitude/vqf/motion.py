@@ -11,7 +11,7 @@ from boresight.model.attitude.vqf.settings import FORCE_MOST
 
 __all__ = ["made_vertical", "rotated"]
 
-_UPSIDE_DOWN = 2.0**-5  #: 1 + cosine of a turn from which on half a turn comes first.
+_UPSIDE_DOWN = 0.5  #: 1 + cosine of a turn from which on half a turn comes first.
 
 
 def rotated(q: list[Any], v: Any) -> list[Any]:

@@ -19,9 +19,9 @@ from tests.support.exact_sensors import ACC, MAG, apart, at_rest, bits, run_fixe
 FILTERS = {
     "mekf": {32: 0.001, 24: 0.01, 18: 0.2},
     "ekf_quaternion": {32: 0.002, 24: 0.2, 18: 8.0},
-    "ekf_bias": {32: 0.001, 24: 0.1},
-    "vqf(rate_hz=100)": {32: 0.001, 24: 0.3, 18: 1.0},
-    "complementary": {32: 0.001, 24: 0.01, 18: 2.0},
+    "ekf_bias": {32: 0.001, 24: 0.1, 20: 2.5},
+    "vqf(rate_hz=100)": {32: 0.0005, 24: 0.1, 18: 0.3},
+    "complementary": {32: 0.0005, 24: 0.005, 18: 0.2},
 }
 FIELD = (0.0, 20.0, -40.0)
 
