@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,6 @@ from boresight.model.estimator import (
     input_words,
     param_words,
 )
-from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Kind
 from tests.support.estimators import ALL
 
 pytestmark = pytest.mark.pythons
@@ -99,32 +96,6 @@ def test_inputs_of_the_wrong_width_are_refused() -> None:
         Leaky().run_float(np.zeros((5, 3, 1)))
 
 
-def test_fixed_equals_float() -> None:
-    program = Leaky().compile()
-    assert [program.values[n].name for n in program.inputs] == ["u", "v"]
-    assert program.output_names == ("y", "sum")
-    machine = Interpreter(program, 3)
-    params = {"rate": 0.3, "offset": -0.7}
-    machine.params.update(param_words(program, Leaky().param_values(params)))
-    inputs = np.random.default_rng(2).uniform(-1, 1, (50, 2, 3))
-    out, saturated = machine.run(input_words(program, inputs))
-    want = Leaky().run_float(inputs, params=params).outputs
-    for k, name in enumerate(program.output_names):
-        fmt = program.format(program.outputs[k])
-        assert np.abs(fmt.real(out[:, k]) - want[name]).max() < 4 * fmt.lsb
-    assert not saturated.any()
-
-
-def test_initial_values_reach_the_program() -> None:
-    program = Leaky().compile()
-    assert (
-        program.format(program.find("rate")).real(program.values[program.find("rate")].initial)
-        == 0.5
-    )
-    (state,) = program.of_kind(Kind.STATE)
-    assert program.format(state).real(program.values[state].initial) == 1.0
-
-
 def test_input_words_saturate() -> None:
     program = Leaky().compile(word=18)
     words = input_words(program, np.array([[[9.0, -9.0, 0.5], [1.0, -1.0, 0.25]]]))
@@ -145,25 +116,6 @@ def test_width_is_checked(word: int) -> None:
         rf"width inside the range$",
     ):
         Leaky().compile(word=word)
-
-
-def test_step_must_be_written() -> None:
-    with pytest.raises(NotImplementedError):
-        Estimator().step(SimpleNamespace(), SimpleNamespace(), SimpleNamespace())
-
-
-def test_unbounded_values_are_refused_by_name() -> None:
-    class Unbounded(Leaky):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            y = ops.named("slope", ops.rsqrt(u.u * u.u))
-            return {"y": y}, {"y": y, "sum": y}
-
-    with pytest.raises(
-        InputError,
-        match=r"^test_estimator\.py, line \d+: wanted a finite range, found slope in \[0\.5, inf\]"
-        r"; declare it with ops\.bounded, or limit it with ops\.clip$",
-    ):
-        Unbounded().compile()
 
 
 @pytest.mark.parametrize("name", sorted(ALL))

@@ -55,20 +55,6 @@ def test_step_must_return_what_is_declared() -> None:
             wrong().compile()
 
 
-def test_an_if_on_a_traced_value_is_refused() -> None:
-    class Branching(Leaky):
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            y = u.u if x.y < 0.0 else x.y
-            return {"y": y}, {"y": y, "sum": y}
-
-    with pytest.raises(
-        InputError,
-        match=r"^test_step\.py, line \d+: wanted operations that can be recorded, found if, and, "
-        r"or, not, .*; use ops\.where\(",
-    ):
-        Branching().compile()
-
-
 @pytest.mark.parametrize(
     "reason, line",
     [

@@ -102,21 +102,6 @@ def test_prescribed_formats_are_met_from_afar(word: int, power: int) -> None:
     assert formats == [word - 1, word - 1, word - 2]
 
 
-def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:
-    with pytest.raises(
-        InputError, match=r"^test_fuse\.py, line \d+: wanted a finite range, found .* \[-inf, inf\]"
-    ):
-        trace(lambda x: ops.rsqrt(x * 0.0) * x, [(-1.0, 1.0)])
-
-
-def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
-    with pytest.raises(
-        InputError,
-        match=r"^test_fuse\.py, line \d+: wanted a root of 0 or more, found .* in \[-1, ",
-    ):
-        trace(lambda x: ops.sqrt(x - x - 1.0), [(0.0, 1.0)])
-
-
 def test_numbers_that_no_word_is_are_refused() -> None:
     """What only intervals show to be a constant; what shifts cannot bring to its format."""
     g = Tracer("far")

@@ -129,46 +129,6 @@ def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: fl
 # -- conditions, through fixed point --------------------------------------------------------------
 
 
-def compare(kind: Any, a: Any, b: Any) -> Any:
-    return {"<": lambda: a < b, ">": lambda: a > b, "<=": lambda: a <= b, ">=": lambda: a >= b}[
-        kind
-    ]()
-
-
-def invert(c: Any, yes: Any) -> Any:
-    """Logical not of a traced condition or an array, if asked for."""
-    return ~c if yes else c
-
-
-@pytest.mark.parametrize("word", [18, 25, 32])
-@pytest.mark.parametrize("kinds", [("<", ">"), (">=", "<"), ("<=", ">="), (">", "<=")])
-def test_conditions_are_boolean_logic(trace: Any, word: int, kinds: Any) -> None:
-    """Every inversion of & and |, on integers, so that no comparison is near."""
-    cases = [
-        (p, q, r, f)
-        for p in (0, 1)
-        for q in (0, 1)
-        for r in (0, 1)
-        for f in (operator.and_, operator.or_)
-    ]
-
-    def function(x0: Any, x1: Any) -> Any:
-        out = []
-        for p, q, r, combine in cases:
-            c = combine(
-                invert(compare(kinds[0], x0, 1.0), p), invert(compare(kinds[1], x1, -2.0), q)
-            )
-            c = combine(invert(c, r), x0 < x1)
-            out.append(ops.where(c, 1.0, 0.0))
-        return tuple(out)
-
-    a, b = (v.ravel() for v in np.meshgrid(np.arange(-4.0, 5.0), np.arange(-4.0, 5.0)))
-    fixed, floats, saturated = trace(function, [(-4.0, 4.0), (-4.0, 4.0)], word).run(a, b)
-    assert not saturated.any()
-    for case, y, want in zip(cases, fixed, floats, strict=True):
-        assert np.array_equal(y, want), case
-
-
 @pytest.mark.parametrize("word", [18, 32])
 @pytest.mark.parametrize("span", [1e-3, 4.0, 3e5])
 def test_conditions_of_unlike_size_combine(trace: Any, word: int, span: float) -> None:
@@ -197,29 +157,6 @@ def test_conditions_of_unlike_size_combine(trace: Any, word: int, span: float) -
     fixed, floats, _ = trace(function, [(-span, span), (-1e-6 * span, 1e-6 * span)], word).run(
         a * span, b * 1e-6 * span
     )
-    for y, want in zip(fixed, floats, strict=True):
-        assert np.array_equal(y, want)
-
-
-def test_a_condition_on_a_constant_combines(trace: Any) -> None:
-    def function(x0: Any) -> Any:
-        zero = x0 - x0
-        never, always = zero < 0.0, ~(zero < 0.0)
-        if not isinstance(x0, Scalar):
-            never, always = np.zeros(len(x0), bool), np.ones(len(x0), bool)
-        return tuple(
-            ops.where(c, 1.0, 0.0)
-            for c in (
-                (x0 < 0.0) & always,
-                (x0 < 0.0) & never,
-                (x0 < 0.0) | always,
-                (x0 < 0.0) | never,
-                always & (x0 < 0.0),
-                never | (x0 < 0.0),
-            )
-        )
-
-    fixed, floats, _ = trace(function, [(-1.0, 1.0)]).run(np.array([-0.5, 0.5]))
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
 

@@ -10,14 +10,8 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
 from boresight.model.lowering.trace import Scalar, Tracer
-from boresight.model.nine_axis import INPUTS
-from boresight.model.recorded import evaluate
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import read_record
 
 pytestmark = pytest.mark.pythons
 
@@ -148,25 +142,3 @@ def test_lines(x: Any, y: Any) -> None:
 
 
 # -- the record computes what the step computes ----------------------------------------------
-
-
-@pytest.mark.parametrize("name", sorted(n for n, e in ESTIMATORS.items() if e.inputs == INPUTS))
-def test_equals_the_reference(name: str) -> None:
-    log = read_record(bundled("ximu_walk"))
-    e = fitted(ESTIMATORS[name](), log)
-    records = feed(e, log).inputs[:400]
-    reference = e.run_float(records[..., None])
-    trace = e.trace()
-    leaves = {("param", p.name): p.default for p in e.params}
-    leaves |= {("state", s.name): s.initial for s in e.states}
-    worst = 0.0
-    for k, record in enumerate(records):
-        leaves |= {("input", i.name): float(u) for i, u in zip(e.inputs, record, strict=True)}
-        known = evaluate(trace, leaves)
-        for output, value in trace.outputs.items():
-            difference = known[value.number] - reference.outputs[output][k, 0]
-            if output in ("pitch", "roll", "heading"):
-                difference = (difference + 1.0) % 2.0 - 1.0
-            worst = max(worst, abs(difference))
-        leaves |= {s.data[:2]: known[v.number] for s, _, v in trace.states}
-    assert worst < 1e-9  # double precision, with products in another order

@@ -3,7 +3,6 @@
 import dataclasses
 import enum
 import json
-import math
 from typing import Any
 
 import pytest
@@ -142,20 +141,6 @@ def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
             assert changed.digest not in seen
             seen.add(changed.digest)
     assert len(seen) > 140 and same == 3 * 2 + 3 * 6 + 6 + 4 + 1
-
-
-def test_ranges_in_between_do_not_change_the_digest() -> None:
-    """As they would on a machine that computes them with other last bits."""
-    p = Complementary().compile()
-    moved = tuple(
-        dataclasses.replace(v, low=math.nextafter(v.low, -9e9), high=math.nextafter(v.high, 9e9))
-        if v.kind is Kind.OP
-        else v
-        for v in p.values
-    )
-    assert dataclasses.replace(p, values=moved).digest == p.digest
-    ports = tuple(dataclasses.replace(v, high=v.high + 1e-9) for v in p.values)
-    assert dataclasses.replace(p, values=ports).digest != p.digest
 
 
 # -- random programs are legal and varied ---------------------------------------------------------
