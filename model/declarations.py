@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.places import author_line, placed
 from boresight.model.units import GRAVITY, check_unit
 from boresight.model.words.fixed import Format
@@ -117,13 +117,8 @@ class Input:
         _check_range(where, self.low, self.high)
         check_flag(where, "clamp", self.clamp)
         if isinstance(self.missing, str):
-            if self.missing != "hold":
-                raise InputError.at(
-                    where,
-                    wanted='missing=NUMBER or missing="hold"',
-                    found=repr(self.missing),
-                    fix="choose what it reads where a log has no new sample",
-                )
+            wanted, fix = ('missing=NUMBER or missing="hold"', "choose one for missing samples")
+            require(self.missing == "hold", where, wanted, self.missing, fix)
         elif self.missing is not None:
             _check_inside(where, "missing", self.missing, self.low, self.high)
 
@@ -295,38 +290,30 @@ class Output:
         check_unit(where, self.unit)
         for name in ("tolerance", "share", "longest", "truth"):
             _check_number(where, name, getattr(self, name) or 0.0)
-        for name, value, wanted, valid in (
-            ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
-            ("longest", self.longest, "of 0 or more", self.longest >= 0),
-        ):
-            if not valid:
-                raise InputError.at(
-                    where,
-                    wanted=f"a {name} {wanted}",
-                    found=repr(value),
-                    fix="give what you accept of decisions that differ from those of float64",
-                )
-        if self.truth is not None and not 0.0 < self.truth < math.inf:
-            raise InputError.at(
-                where,
-                wanted="a limit above 0 for the error against truth",
-                found=repr(self.truth),
-                fix="give the largest root mean square error that you accept",
-            )
-        if self.unit in EXACT_UNITS and self.tolerance:
-            raise InputError.at(
-                where,
-                wanted=f"no tolerance of {self.unit}, which are compared bit by bit",
-                found=repr(self.tolerance),
-                fix="leave it out, or give share and longest, how many may differ",
-            )
-        if self.tolerance is not None and not 0.0 <= self.tolerance < math.inf:
-            raise InputError.at(
-                where,
-                wanted="a tolerance of 0 or more",
-                found=repr(self.tolerance),
-                fix="give the largest difference of fixed point and float that you accept",
-            )
+        accepted = "give what you accept of decisions that differ from those of float64"
+        require(0.0 <= self.share <= 1.0, where, "a share from 0 to 1", self.share, accepted)
+        require(self.longest >= 0, where, "a longest of 0 or more", self.longest, accepted)
+        require(
+            self.truth is None or 0.0 < self.truth < math.inf,
+            where,
+            "a limit above 0 for the error against truth",
+            self.truth,
+            "give the largest root mean square error that you accept",
+        )
+        require(
+            not (self.unit in EXACT_UNITS and self.tolerance),
+            where,
+            f"no tolerance of {self.unit}, which are compared bit by bit",
+            self.tolerance,
+            "leave it out, or give share and longest, how many may differ",
+        )
+        require(
+            self.tolerance is None or 0.0 <= self.tolerance < math.inf,
+            where,
+            "a tolerance of 0 or more",
+            self.tolerance,
+            "give the largest difference of fixed point and float that you accept",
+        )
 
 
 class Named(Protocol):
@@ -361,21 +348,13 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
         for declaration in declared:
             location = placed(declaration.line if isinstance(declaration, _DECLARED) else "", where)
             name = declaration.name
-            if not (isinstance(name, str) and name.isidentifier()) or iskeyword(name):
-                raise InputError.at(
-                    location,
-                    wanted=f"{kind} names of letters, digits and _, no words of Python",
-                    found=repr(declaration.name),
-                    fix="rename it",
-                )
-            if declaration.name in names:
-                raise InputError.at(
-                    location,
-                    wanted=f"each {kind} once",
-                    found=f"{declaration.name} twice",
-                    fix="rename one",
-                )
-            names.add(declaration.name)
+            wanted = f"{kind} names of letters, digits and _, no words of Python"
+            valid = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
+            require(valid, location, wanted, name, "rename it")
+            if name in names:
+                wanted, found = f"each {kind} once", f"{name} twice"
+                raise InputError.at(location, wanted=wanted, found=found, fix="rename one")
+            names.add(name)
 
 
 def _with_plain_numbers(declaration: Any) -> None:
@@ -390,33 +369,19 @@ def _with_plain_numbers(declaration: Any) -> None:
 
 
 def _check_number(where: str, subject: str, value: Any) -> None:
-    if not isinstance(value, Real):
-        raise InputError.at(
-            where,
-            wanted=f"{subject}: a number",
-            found=repr(value),
-            fix="write it without quotes" if isinstance(value, str) else "correct it",
-        )
+    fix = "write it without quotes" if isinstance(value, str) else "correct it"
+    require(isinstance(value, Real), where, f"{subject}: a number", value, fix)
 
 
 def check_flag(where: str, subject: str, value: object) -> None:
     """Refuse a text and the like where True or False is wanted: it would count as True."""
-    if not isinstance(value, bool | np.bool_):
-        raise InputError.at(
-            where, wanted=f"{subject}: True or False", found=repr(value), fix="correct it"
-        )
+    require(isinstance(value, bool | np.bool_), where, f"{subject}: True or False", value)
 
 
 def _check_range(where: str, low: float, high: float) -> None:
+    forms = 'write it as Input("z", -1.0, 1.0, "m"), State likewise, Param("gain", 0.2, 0.0, 1.0)'
     for limit in (low, high):
-        if not isinstance(limit, Real):
-            raise InputError.at(
-                where,
-                wanted="a name, then numbers for its range",
-                found=repr(limit),
-                fix='write it as Input("z", -1.0, 1.0, "m"), State likewise, '
-                'Param("gain", 0.2, 0.0, 1.0)',
-            )
+        require(isinstance(limit, Real), where, "a name, then numbers for its range", limit, forms)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise InputError.at(
             where,

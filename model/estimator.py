@@ -16,7 +16,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Named, Output, Param, State
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import InputError, require, require_choice
 from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
@@ -206,13 +206,9 @@ class Estimator:
         for name, value in (given or {}).items():
             require_choice(f"parameter {name}", name, legal, "correct the name")
             p = legal[name]
-            if isinstance(value, str) or not p.low <= value <= p.high:  # NaN fails too
-                raise InputError.at(
-                    f"parameter {name}",
-                    wanted=f"{p.low:g} to {p.high:g} {p.unit}".rstrip(),
-                    found=f"{value!r}",
-                    fix="choose a value inside the range",
-                )
+            inside = not isinstance(value, str) and p.low <= value <= p.high  # NaN is not
+            wanted = f"{p.low:g} to {p.high:g} {p.unit}".rstrip()
+            require(inside, f"parameter {name}", wanted, value, "choose a value inside the range")
             values[name] = float(value)
         return values
 
@@ -280,14 +276,10 @@ class Estimator:
         profile = self.profile and self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), profile)
         bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
+        meanings = [o.meaning or bits * (o.name == "status") for o in self.outputs]
         ports = tuple(
-            Port(
-                o.name,
-                o.unit,
-                o.tolerance,
-                bits if o.name == "status" and not o.meaning else o.meaning,
-            )
-            for o in self.outputs
+            Port(o.name, o.unit, o.tolerance, meaning)
+            for o, meaning in zip(self.outputs, meanings, strict=True)
         )
         in_ports = tuple(InPort(i.missing, i.flags, i.explained) for i in self.inputs)
         return (replace(program, ports=ports, urgent=self.urgent, in_ports=in_ports), nodes)

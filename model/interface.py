@@ -8,7 +8,7 @@ from numbers import Real
 from typing import Protocol
 
 from boresight.model.declarations import Input, Output, Param, State, check_declared
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.places import placed
 
 __all__ = ["Interface", "check_interface"]
@@ -58,12 +58,9 @@ def check_interface(estimator: Interface, line: str) -> None:
     if not estimator.outputs:
         raise InputError.at(where, wanted="an output", found="none", fix="declare outputs")
     if not 0 <= estimator.urgent <= len(estimator.outputs):
-        raise InputError.at(
-            where,
-            wanted=f"urgent of 0 to {len(estimator.outputs)}",
-            found=str(estimator.urgent),
-            fix="it counts the leading outputs whose latency counts first",
-        )
+        wanted, found = f"urgent of 0 to {len(estimator.outputs)}", str(estimator.urgent)
+        fix = "it counts the leading outputs whose latency counts first"
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
     _check_flags(estimator, name)
     _check_rates(estimator, where)
 
@@ -111,13 +108,9 @@ def _check_parameters(estimator: Interface, name: str) -> None:
     """Refuse parameters with the name of an input or state."""
     names = {i.name for i in estimator.inputs} | {s.name for s in estimator.states}
     for p in estimator.params:
-        if p.name in names:
-            raise InputError.at(
-                placed(p.line, f"{name}, parameter {p.name}"),
-                wanted="a name that no input or state has",
-                found=repr(p.name),
-                fix="rename one",
-            )
+        where = placed(p.line, f"{name}, parameter {p.name}")
+        wanted = "a name that no input or state has"
+        require(p.name not in names, where, wanted, p.name, "rename one")
 
 
 def _check_kinds(estimator: Interface, where: str) -> None:

@@ -211,24 +211,18 @@ def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
 
 
 def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
-    fix = "correct or remove the package that offers it"
+    wanted = f"an entry point of a class derived from boresight.{base.__name__} ({point.value})"
+    cause = None
     try:
         loaded = point.load()
+        if isinstance(loaded, type) and issubclass(loaded, base):
+            return loaded
+        found = (loaded if isinstance(loaded, type) else type(loaded)).__name__
     except Exception as error:
-        raise InputError.at(
-            where,
-            wanted=f"an entry point that imports ({point.value})",
-            found=f"{type(error).__name__}: {error}",
-            fix=fix,
-        ) from error
-    if isinstance(loaded, type) and issubclass(loaded, base):
-        return loaded
-    raise InputError.at(
-        where,
-        wanted=f"an entry point of a class derived from boresight.{base.__name__} ({point.value})",
-        found=type(loaded).__name__ if not isinstance(loaded, type) else loaded.__name__,
-        fix=fix,
-    )
+        wanted, cause = f"an entry point that imports ({point.value})", error
+        found = f"{type(error).__name__}: {error}"
+    fix = "correct or remove the package that offers it"
+    raise InputError.at(where, wanted=wanted, found=found, fix=fix) from cause
 
 
 #: Modules that users' files imported from their own folder, by name: file and SHA-256.
@@ -263,12 +257,10 @@ def _module(path: Path, kind: str) -> ModuleType:
             raise
         except (Exception, SystemExit) as error:
             del sys.modules[name]
-            raise InputError.at(
-                _error_line(error, file, path),
-                wanted="a file that imports",
-                found=_error_text(error),
-                fix=_remedy(_error_text(error)),
-            ) from error
+            line, text = _error_line(error, file, path), _error_text(error)
+            of_kalman = re.search(r"State\.__init__\(\) .* '(sd|sd_max)'$", text)
+            fix = "take State from boresight.kalman, which has it" if of_kalman else "correct it"
+            raise InputError.at(line, wanted="a file that imports", found=text, fix=fix) from error
     vars(module)["__helpers__"] = [*_helpers.values()]
     return module
 
@@ -283,8 +275,8 @@ def _imports_from(folder: Path) -> Iterator[None]:
         if helper[0].parent != folder or not _is_current(helper):
             del _helpers[name]
             sys.modules.pop(name, None)
-            # Its .pyc would serve for a text of the same second and length.
-            Path(importlib.util.cache_from_source(str(helper[0]))).unlink(missing_ok=True)
+    # No .pyc: it would serve for another text of the same second and length.
+    writes_no_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     before = {*sys.modules}
     path_entries = [entry for entry in sys.path if entry != str(folder)]
     sys.path[:] = [str(folder), *path_entries]
@@ -292,6 +284,7 @@ def _imports_from(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
+        sys.dont_write_bytecode = writes_no_bytecode
         sys.path[:] = [*path_entries, str(folder)]  # for imports inside functions
         for name in {*sys.modules} - before:
             file = Path(getattr(sys.modules[name], "__file__", None) or "")
@@ -307,13 +300,6 @@ def _is_current(helper: tuple[Path, str]) -> bool:
     """Whether a helper's file is as it was imported."""
     file, digest = helper
     return file.is_file() and _digest(file) == digest
-
-
-def _remedy(text: str) -> str:
-    """What to do about an error of an import."""
-    if re.search(r"State\.__init__\(\) .* '(sd|sd_max)'$", text):
-        return "take State from boresight.kalman, which has it"
-    return "correct it"
 
 
 def _error_text(error: BaseException) -> str:
@@ -359,28 +345,18 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
     candidate = vars(module).get(name)
     if isinstance(candidate, type) and issubclass(candidate, base):
         return candidate
-    if name and name in vars(module):
-        subject = f"{name}, not derived from {base.__name__}"
-    else:
-        subject = _listed(classes) if classes or not name else f"no {name}"
     if not name and len(set(classes.values())) == 1:
         return next(iter(classes.values()))
-    raise InputError.at(
-        path,
-        wanted=f"a class {name} derived from boresight.{base.__name__}"
-        if name
-        else f"one class derived from boresight.{base.__name__}",
-        found=subject,
-        fix=f"name one: {path}:{next(iter(classes))}" if classes else f"write {_noun(kind)} in it",
-    )
+    found = ", ".join(classes) or (f"no {name}" if name else "none")
+    if name and name in vars(module):
+        found = f"{name}, not derived from {base.__name__}"
+    wanted = f"{f'a class {name}' if name else 'one class'} derived from boresight.{base.__name__}"
+    fix = f"name one: {path}:{next(iter(classes))}" if classes else f"write {_noun(kind)} in it"
+    raise InputError.at(path, wanted=wanted, found=found, fix=fix)
 
 
 def _noun(kind: str) -> str:
     return f"{'an' if kind[0] in 'aeio' else 'a'} {kind}"
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(names) or "none"
 
 
 def _constructed(cls: type[T], source: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:

@@ -276,18 +276,12 @@ class Tracer:
         if isinstance(x, np.ndarray) and x.ndim == 0:
             return self.lift(x.item())
         if isinstance(x, np.ndarray | str) or not hasattr(x, "__float__"):
-            raise InputError.at(
-                author_line(),
-                wanted="a number",
-                found=f"an array of shape {x.shape}"
-                if isinstance(x, np.ndarray)
-                else "None"
-                if x is None
-                else f"a {type(x).__name__.lower()}",
-                fix="give it one element at a time"
-                if isinstance(x, np.ndarray | list | tuple)
-                else "compute it from states, inputs, parameters and numbers",
-            )
+            found = "None" if x is None else f"a {type(x).__name__.lower()}"
+            fix = "compute it from states, inputs, parameters and numbers"
+            if isinstance(x, np.ndarray | list | tuple):
+                found = f"an array of shape {x.shape}" if isinstance(x, np.ndarray) else found
+                fix = "give it one element at a time"
+            raise InputError.at(author_line(), wanted="a number", found=found, fix=fix)
         return self.const(x)
 
     def add(self, a: Scalar, b: Scalar) -> Scalar:
