@@ -97,6 +97,18 @@ def test_words_that_stand_still() -> None:
     assert refusal(Gated(3, 1e-4)) == ""  # it moves, though not as it should
 
 
+def test_an_output_that_a_false_claim_decides_is_left_to_the_check_of_claims() -> None:
+    class Decided(Estimator):
+        inputs = (Input("z", -1.0, 1.0),)
+        outputs = (Output("y", tolerance=1e-3),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            claimed = ops.bounded(u.z, -0.6, 0.6, "false")
+            return {}, {"y": ops.where(claimed > 0.7, 1.0, 0.0)}
+
+    assert refusal(Decided(), inputs=np.linspace(-1.0, 1.0, 400)[:, None]) == ""
+
+
 def test_parameters_are_those_that_were_chosen() -> None:
     """Also where the defaults leave no word to move; and one that stands still may be anywhere."""
 
