@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -44,8 +43,9 @@ from boresight.options import (
     Word,
 )
 from boresight.parameters import params_of
+from boresight.sim.accuracy.figures import Angles
 from boresight.sim.boards import board_system
-from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.difference import Difference, Differences, differences
 from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level as Machine
@@ -63,7 +63,6 @@ from boresight.sim.records.files import (
 )
 from boresight.sim.records.record import Column, Record
 from boresight.sim.result import Result
-from boresight.sim.rotations.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
 from boresight.sim.worlds.world import WORLD_GROUP, World, drawn, world_of
@@ -334,21 +333,33 @@ def _rows_of(what: str, several: Sequence[Difference]) -> list[dict[str, Any]]:
     ]
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """What is told of a piece of a log; ``outputs`` of a whole log alone."""
+class _Summary:
+    """What is told of a log, piece by piece; rows are kept of one that comes as a whole."""
 
-    rows: int
-    log: str
-    t: FloatArray | None
-    outputs: Mapping[str, FloatArray]
-    truth: Sequence[Difference]
-    rmse: AttitudeRmse | None
-    samples: int
-    clamped: Mapping[str, int]
-    saturated: int
-    warnings: Sequence[str]
-    fault: str
+    def __init__(self, estimator: Estimator, *, whole: bool) -> None:
+        self.estimator, self.whole, self.rows, self.saturated = estimator, whole, 0, 0
+        self.angles, self.fault = Angles(), ""
+        self.truth: Differences | None = None
+        self.t: FloatArray | None = None
+        self.outputs: Mapping[str, FloatArray] = {}
+
+    def add(self, columns: Feed, loop: Loop) -> None:
+        """Take the next rows; raises InputError if an output is infinite."""
+        outputs = loop.outputs
+        _check_finite(self.estimator, outputs, self.rows)
+        self.log, self.clamped = columns.record.name, columns.clamped
+        if self.truth is None:
+            declared = self.estimator.outputs
+            self.truth = Differences(declared, columns.truth, judged=False, curves=self.whole)
+        self.truth.add(outputs, columns.truth)
+        if {*QUATERNION} <= outputs.keys() & columns.truth.keys():
+            self.angles.add(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
+        self.rows += len(columns)
+        self.saturated += loop.run.n_saturated
+        self.fault = self.fault or loop.run.fault
+        self.warnings = columns.warnings
+        if self.whole:
+            self.t, self.outputs = columns.t, outputs
 
 
 def _on_log(
@@ -374,7 +385,7 @@ def _on_log(
     target = None
     if output is not None:
         target = OutputFile(output, inputs=inputs)
-    pieces = list[_Piece]()
+    summary = _Summary(estimator, whole=rows is None)
 
     def runs(machine: Machine) -> Iterator[tuple[Feed, Loop]]:
         """The level on the log, piece by piece, with what it ran on."""
@@ -386,11 +397,8 @@ def _on_log(
             yield columns, loop
 
     def written(machine: Machine) -> Iterator[Record]:
-        """Outputs, piece by piece; what the result needs of each goes to ``pieces``."""
         for columns, loop in runs(machine) if rows is None else ahead(runs(machine)):
-            start = sum(piece.rows for piece in pieces)
-            pieces.append(_piece(estimator, columns, loop, whole=rows is None))
-            _check_finite(estimator, loop.outputs, start)
+            summary.add(columns, loop)
             if target is not None:
                 yield _record(estimator, columns.t, loop.outputs)
 
@@ -402,71 +410,44 @@ def _on_log(
             with target.opened() as file:
                 write_pieces(str(output), file, written(machine))
         saturated = dict[str, int]()
-        if any(piece.saturated for piece in pieces):
+        if summary.saturated:
             read = feeds(estimator, _read(log, steps, rows))
             saturated = saturations(machine, (columns.inputs for columns in read))
-    return _of_log(estimator, level, pieces, saturated, output)
-
-
-def _piece(estimator: Estimator, columns: Feed, loop: Loop, *, whole: bool) -> _Piece:
-    """What is told of a piece; its rows are kept where it is the whole log."""
-    rmse, samples = _attitude_error(columns, loop.outputs)
-    truth = differences(estimator.outputs, loop.outputs, columns.truth, judged=False, curves=whole)
-    return _Piece(
-        rows=len(columns),
-        log=columns.record.name,
-        t=columns.t if whole else None,
-        outputs=loop.outputs if whole else {},
-        truth=truth,
-        rmse=rmse,
-        samples=samples,
-        clamped=dict(columns.clamped),
-        saturated=loop.run.n_saturated,
-        warnings=tuple(columns.warnings),
-        fault=loop.run.fault,
-    )
+    return _of_log(summary, level, saturated, output)
 
 
 def _of_log(
-    estimator: Estimator,
-    level: str,
-    pieces: Sequence[_Piece],
-    saturated: Mapping[str, int],
-    output: str | Path | None,
+    of: _Summary, level: str, saturated: Mapping[str, int], output: str | Path | None
 ) -> Result:
-    """The result of all pieces; ``saturated`` are updates by the name of the value."""
-    first, rows = pieces[0], sum(piece.rows for piece in pieces)
-    counts = [piece.rows for piece in pieces]
-    joined = [Difference.joined(d, counts) for d in zip(*(p.truth for p in pieces), strict=True)]
-    truth = [d for d in joined if np.isfinite(d.rms)]
-    rmse = _joined_error(pieces)
-    faults = [p.fault for p in pieces if p.fault]
+    """The result of a log; ``saturated`` are updates by the name of the value."""
+    assert of.truth is not None  # a log has a row
+    every = of.truth.result()
+    truth = [d for d in every if np.isfinite(d.rms)]
+    rmse = of.angles.result() if of.angles.samples else None
     data = {
-        "estimator": estimator.name,
+        "estimator": of.estimator.name,
         "level": level,
-        "log": first.log,
-        "rows": rows,
-        "t": first.t,
-        "outputs": first.outputs,
-        "units": {o.name: o.unit for o in estimator.outputs},
-        "truth": joined,
-        "rmse_deg": None if rmse is None else rmse._asdict(),
-        "clamped": pieces[-1].clamped,
-        "saturated_updates": sum(piece.saturated for piece in pieces),
+        "log": of.log,
+        "rows": of.rows,
+        "t": of.t,
+        "outputs": of.outputs,
+        "units": {o.name: o.unit for o in of.estimator.outputs},
+        "truth": every,
+        "rmse_deg": rmse,
+        "clamped": dict(of.clamped),
+        "saturated_updates": of.saturated,
         "saturated": saturated,
     }
-    text = f"{rows} rows" + (f" to {output}" if output is not None else "")
+    text = f"{of.rows} rows" + (f" to {output}" if output is not None else "")
     if rmse is not None:
-        figures = ", ".join(f"{k} {v:.3f}" for k, v in rmse._asdict().items())
+        figures = ", ".join(f"{k} {v:.3f}" for k, v in rmse.items())
         text += f", RMSE against the log's reference, deg: {figures}"
     elif truth:
         figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
         text += f", RMSE against the log's truth: {figures}"
-    notes = [*pieces[-1].warnings]
-    if saturated:
-        notes.append(saturated_text(sum(piece.saturated for piece in pieces), saturated))
-    failures = [f"{level}: {fault}" for fault in faults[:1]]
-    return Result(data, summary=text if not faults else "", notes=notes, failures=failures)
+    notes = [*of.warnings, *([saturated_text(of.saturated, saturated)] if saturated else [])]
+    failures = [f"{level}: {of.fault}"] if of.fault else []
+    return Result(data, summary="" if of.fault else text, notes=notes, failures=failures)
 
 
 def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
@@ -506,26 +487,3 @@ def _record(
         values = outputs[o.name] * (180.0 if half_turns else 1.0)
         columns[o.name] = Column(values, "deg" if half_turns else o.unit or None)
     return Record(estimator.name, columns).of_numbers()
-
-
-def _attitude_error(
-    columns: Feed, outputs: Mapping[str, FloatArray]
-) -> tuple[AttitudeRmse | None, int]:
-    """The error of an attitude from the log's reference, and of how many samples."""
-    if not {*QUATERNION} <= {*outputs} or any(name not in columns.truth for name in QUATERNION):
-        return None, 0
-    reference = attitude_of(columns.truth)
-    samples = int(np.count_nonzero(~np.isnan(reference).any(axis=1) & columns.counts))
-    if not samples:
-        return None, 0
-    return attitude_rmse(attitude_of(outputs), reference, columns.counts), samples
-
-
-def _joined_error(pieces: Sequence[_Piece]) -> AttitudeRmse | None:
-    """The error of an attitude over all pieces."""
-    counted = [(p.rmse, p.samples) for p in pieces if p.rmse is not None]
-    if not counted:
-        return None
-    squares = [np.square(rmse) for rmse, _ in counted]
-    mean = np.average(squares, axis=0, weights=[n for _, n in counted])
-    return AttitudeRmse(*np.sqrt(mean).tolist())

@@ -12,17 +12,18 @@ from itertools import zip_longest
 import numpy as np
 
 from boresight.model.arrays import FloatArray
+from boresight.model.declarations import Output
 from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import FoldedClaims, claim_results
+from boresight.sim.compare.difference import Differences
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
-from boresight.sim.compare.truth import TrueErrors
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -136,10 +137,12 @@ class _Attempt:
 class _Case:
     """One estimator on its log: what has been seen of it, and what is kept."""
 
+    outputs: Sequence[Output]
     judge: Judge
-    truth: TrueErrors
     folded: FoldedClaims
     rows: int = 0
+    #: Errors of the interpreter against the true values of the log.
+    truth: Differences | None = None
     #: The interpreter's states before the piece at hand; None before the first.
     before: IntArray | None = None
     #: The interpreter's run of the piece at hand.
@@ -157,6 +160,7 @@ class _Case:
 
     def take(self, block: Feed, keep_all: bool) -> None:
         """Rows of the log; they are kept, those of a long log only to keep all."""
+        self.truth = self.truth or Differences(self.outputs, block.truth, judged=False)
         self.clamped = block.clamped
         self.told = block.warnings if len(block) else self.told
         if keep_all or not self.feeds:
@@ -260,8 +264,8 @@ class Check:
         sources = [Log.of(log) for log in logs]
         cases = [
             _Case(
+                estimator.outputs,
                 Judge(self.build, k, curves=keep_all),
-                TrueErrors(estimator.outputs),
                 FoldedClaims(
                     estimator,
                     claims_of(self.build.programs[k], self.build.nodes[k]),
@@ -296,8 +300,10 @@ class Check:
                 pieces += 1
                 self._piece(cases, piece, real, attempts, interpreter, keep_all)
                 for case, block in zip(cases, blocks, strict=True):
-                    if case.latest is not None and start < len(block):
-                        case.truth.add(block.rows(start, start + rows), case.latest.outputs)
+                    if case.latest is not None and case.truth is not None and start < len(block):
+                        part = block.rows(start, start + rows)
+                        truth = {n: np.where(part.counts, v, np.nan) for n, v in part.truth.items()}
+                        case.truth.add(case.latest.outputs, truth)
         results = []
         for k, case in enumerate(cases):
             again = partial(self._again, k, case, sources)
@@ -527,7 +533,7 @@ class Check:
             run,
             reference,
             book,
-            case.truth.result(),
+            tuple(d for d in case.truth.result() if d.samples) if case.truth else (),
             sources[number % len(sources)].comparison,
             (
                 *(claim_results(examined, accuracy.reached, broken) if examined else ()),

@@ -54,7 +54,10 @@ class Difference:
     at_step : int or None
         Sample of the largest.
     tolerance : float or None
-        None: shown, not judged.
+        Largest accepted error; None: not judged by it.
+    limit : float or None
+        Of an error against truth the largest accepted root mean square (`Output.truth`), infinite
+        where none is declared; else None.
     apart : float64 (n,)
         Of every sample, where they are kept; NaN where there is no reference, or no number.
     decided : Decided, optional
@@ -72,26 +75,11 @@ class Difference:
     rms: float
     at_step: int | None
     tolerance: float | None
+    limit: float | None = None
     apart: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
     decided: Decided | None = None
     after: Difference | None = None
     beyond: int = field(default=0, repr=False, compare=False)
-
-    @classmethod
-    def joined(cls, parts: Sequence[Difference], rows: Sequence[int]) -> Difference:
-        """Differences of parts of so many rows that follow each other, not judged, as one."""
-        seen = [p for p in parts if p.samples]
-        if len(parts) == 1 or not seen:
-            return parts[0]
-        count = sum(p.samples for p in seen)
-        largest = seen[int(np.argmax([p.largest for p in seen]))]  # the first that is no number
-        start = next(sum(rows[:k]) for k, p in enumerate(parts) if p is largest)
-        return replace(
-            largest,
-            samples=count,
-            rms=math.sqrt(math.fsum(p.samples * p.rms**2 for p in seen) / count),
-            at_step=None if largest.at_step is None else largest.at_step + start,
-        )
 
     @property
     def first_beyond(self) -> int | None:
@@ -101,6 +89,8 @@ class Difference:
     @property
     def good(self) -> bool:
         """Not judged, or within the tolerance over at least one sample; NaN is beyond any."""
+        if self.limit is not None:
+            return self.limit == math.inf or self.rms <= self.limit
         if self.tolerance is None or not self.samples:
             return self.tolerance is None
         if self.decided is not None:
@@ -117,7 +107,7 @@ class Difference:
             "max": self.largest if math.isfinite(self.largest) else None,
             "rms": self.rms if math.isfinite(self.rms) else None,
             "at_step": self.at_step,
-            "tolerance": self.tolerance,
+            "tolerance": self.tolerance if self.limit in (None, math.inf) else self.limit,
             "good": self.good,
             **({} if self.decided is None else {"decisions": asdict(self.decided)}),
             **({} if self.after is None else {"after": self.after.to_json()}),
@@ -126,6 +116,11 @@ class Difference:
     def line(self) -> str:
         """One line for people."""
         unit = f" {self.unit}" if self.unit else ""
+        if self.limit is not None:
+            verdict = f"{'within' if self.good else 'BEYOND'} {self.limit:.3g}"
+            verdict = "not judged" if self.limit == math.inf else verdict
+            text = f"rms {self.rms:.3g}{unit}, max {self.largest:.3g}{unit}"
+            return f"{self.output:12s} {text}: {verdict}"
         if self.decided is not None and self.decided.differing and math.isfinite(self.largest):
             verdict = "within what is accepted" if self.good else "BEYOND what is accepted"
             return f"{self.output:12s} {self.decided} from step {self.at_step} on: {verdict}"
@@ -206,7 +201,7 @@ class Differences:
     references : names of outputs
         That have a reference.
     judged : bool
-        Whether tolerances count (they are of fixed point against float, not against truth).
+        Whether references are float64's, and tolerances count; else they are true values.
     curves : bool
         Whether `Difference.apart` is kept.
     """
@@ -271,6 +266,7 @@ class _Account:
         self.output, self.exact = output, output.unit in EXACT_UNITS
         limit = 0.0 if self.exact else output.tolerance
         self.tolerance = limit if judged else None
+        self.limit = None if judged else output.truth or math.inf
         self._before, self._after = Spread(), Spread()
         self._parted = False
         self._beyond: int | None = None
@@ -302,6 +298,7 @@ class _Account:
         )
         return replace(
             made,
+            limit=self.limit,
             apart=np.concatenate(self._curves) if self._curves else made.apart,
             decided=None if self._decided is None else self._decided.result(),
             after=after if self._parted else None,

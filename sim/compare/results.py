@@ -14,7 +14,6 @@ from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import Book
-from boresight.sim.compare.truth import TrueError
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
@@ -200,7 +199,7 @@ class CheckResult:
         The interpreter's, with which every level was compared, and float64's.
     book : Book
         Float64 beside `Estimator.textbook`, where there is one, and faults of the model.
-    truth : tuple of TrueError
+    truth : tuple of Difference
         Errors of fixed point against the log's true values.
     comparison : bool
         Whether these are another device's estimates: then limits do not count.
@@ -220,7 +219,7 @@ class CheckResult:
     fixed: Run = field(repr=False)
     floating: Run = field(repr=False)
     book: Book = field(default_factory=Book)
-    truth: tuple[TrueError, ...] = ()
+    truth: tuple[Difference, ...] = ()
     comparison: bool = False
     claims: tuple[ClaimResult, ...] = ()
     rows: int = 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,7 +114,7 @@ def test_values_are_judged_up_to_the_first_decision_that_differs_and_behind_it_b
 def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
     results, reference = [0.0, 1.0, 5.0], [NAN, 3.0, NAN]
     truth = apart(Output("y", "m", tolerance=9.0), results, reference, judged=False)
-    assert truth == Difference("y", "m", 1, 2.0, 2.0, 1, None)
+    assert truth == Difference("y", "m", 1, 2.0, 2.0, 1, None, limit=math.inf)
     run = apart(Output("y", "m", tolerance=9.0), results, reference)
     assert (run.samples, run.at_step, run.good) == (3, 0, False)
     assert math.isnan(run.largest) and math.isnan(run.rms)
@@ -137,20 +136,6 @@ def test_infinite_references_are_beyond(unit: str, tolerance: float | None) -> N
         output = Output("y", unit, tolerance=tolerance)
         assert not apart(output, [0.0, 0.0], [0.0, reference]).good
         assert apart(output, [0.0, 0.0], [0.0, reference]).first_beyond == 1
-
-
-def test_parts_that_follow_each_other() -> None:
-    """The largest of all, where it is in the whole; gaps of a truth count nowhere."""
-    none = Difference("y", "m", 0, NAN, NAN, None, None)
-    small, large = (Difference("y", "m", n, x, x, 1, None) for n, x in ((3, 1.0), (1, 5.0)))
-    rms = math.sqrt((3 * 1.0 + 25.0) / 4)
-    assert Difference.joined([none, small, large], [4, 3, 2]) == replace(
-        large, samples=4, rms=rms, at_step=8
-    )
-    assert Difference.joined([large, small], [2, 3]) == replace(large, samples=4, rms=rms)
-    assert Difference.joined([small], [3]) == small
-    both = [none, replace(none, unit="s")]
-    assert repr(Difference.joined(both, [4, 4])) == repr(none)
 
 
 ATTITUDES = tuple(Output(n, "", tolerance=1e-3) for n in QUATERNION)

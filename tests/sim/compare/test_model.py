@@ -40,12 +40,12 @@ def test_the_error_against_truth_is_shown_and_judged(off: float, good: bool) -> 
     u = np.sin(T)
     result = checked(Scale(), u=u, y_true=2.0 * u + off)
     (error,) = result.truth
-    assert error.difference.rms == pytest.approx(abs(off)) and result.good == good
+    assert error.rms == pytest.approx(abs(off)) and result.good == good
     said = f"against truth: y            rms {abs(off):g} V, max {abs(off):g} V: "
     assert said + ("within 0.2" if good else "BEYOND 0.2") in str(result)
-    assert result.to_json()["truth"][0]["rms"] == error.difference.rms
+    assert result.to_json()["truth"][0]["rms"] == error.rms
     gaps = np.where(np.arange(N) < 5, 2.0 * u, np.nan)
-    assert checked(Scale(), u=u, y_true=gaps).truth[0].difference.samples == 5
+    assert checked(Scale(), u=u, y_true=gaps).truth[0].samples == 5
     assert checked(Scale(), u=u).truth == ()
 
 
