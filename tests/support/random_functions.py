@@ -61,7 +61,10 @@ class _Maker:
         if not isinstance(node, type(args[0].node)):  # folded: a number
             return Known(args[0].node * 0.0 + node, value + 0.0 * args[0].value, 0.0 * value)
         made = Known(node, value, np.broadcast_to(error, value.shape))
-        own = _OWN_LSB * Format.for_range(self.word, *made.range).lsb
+        low, high = made.range
+        slack = 1e-9 * (1.0 + max(abs(low), abs(high)))
+        assert low - slack <= value.min() and value.max() <= high + slack, "beyond its interval"
+        own = _OWN_LSB * Format.for_range(self.word, low, high).lsb
         # The rules for the errors are of first order.
         small = made.error <= _SMALL * max(map(abs, made.range))
         return Known(node, value, np.where(small, made.error + own, np.inf))

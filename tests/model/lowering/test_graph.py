@@ -1,20 +1,16 @@
 """The traced graph: folding, merging, intervals, conditions, refusals."""
 
 import math
-import operator
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.trace import Scalar, Tracer
-from tests.support.nodes import node_of, nodes_of
+from tests.support.nodes import nodes_of
 
 pytestmark = pytest.mark.pythons
 
@@ -44,76 +40,6 @@ def test_a_larger_number_is_a_divisor(trace: Any) -> None:
     assert not saturated.any() and [f.frac for f in t.formats()] == [28, 30]
 
 
-# -- intervals ------------------------------------------------------------------------------------
-
-
-def inverse(condition: Any) -> Any:
-    """``~``, which of a Python bool is another number."""
-    return not condition if isinstance(condition, bool) else ~condition
-
-
-BINARY: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "min": ops.minimum,
-    "max": ops.maximum,
-    "pick": lambda a, b: ops.where(a < b, a, 0.5 * b),
-    "flip": lambda a, b: ops.flip(a > b, b),
-    "both": lambda a, b: ops.where((a < 1.0) & inverse(b < 0.0), a, b),
-    "over": lambda a, b: a / ops.clip(b, 0.5, 9.0),
-}
-UNARY: dict[str, Callable[..., Any]] = {
-    "neg": operator.neg,
-    "abs": ops.absolute,
-    "wrap": ops.wrap_ht,
-    "clip": lambda a: ops.clip(a, -0.75, 1.5),
-    "sat": lambda a: ops.saturated(a, 0.5),
-    "sin": lambda a: ops.sincos_ht(a)[0],
-    "cos": lambda a: ops.sincos_ht(a)[1],
-    "sqrt": lambda a: ops.sqrt(a * a),
-    "scale": lambda a: a * -0.3,
-}
-LEAF_RANGES = ((-2.0, 3.0), (0.0, 1.0), (-5.0, -0.25), (0.0, 0.0625))
-tree = st.recursive(
-    st.sampled_from([0, 1, 2, 3, 0.0, -1.5, 2.0]).map(
-        lambda v: ("leaf", v) if isinstance(v, int) else ("const", v)
-    ),
-    lambda sub: st.one_of(
-        st.tuples(st.sampled_from(sorted(UNARY)), sub),
-        st.tuples(st.sampled_from(sorted(BINARY)), sub, sub),
-    ),
-    max_leaves=10,
-)
-
-
-def evaluate(t: Any, leaves: Any, const: Any) -> Any:
-    if t[0] == "leaf":
-        return leaves[t[1]]
-    if t[0] == "const":
-        return const(t[1])
-    return {**UNARY, **BINARY}[t[0]](*(evaluate(s, leaves, const) for s in t[1:]))
-
-
-@settings(max_examples=300)
-@given(tree, st.integers(0, 2**32 - 1))
-def test_intervals_hold_every_value(t: Any, seed: int) -> None:
-    g = Tracer("unit")
-    leaves = [g.leaf("input", f"x{k}", *r) for k, r in enumerate(LEAF_RANGES)]
-    node = node_of(evaluate(t, leaves, g.const))
-    rng = np.random.default_rng(seed)
-    points = [
-        np.concatenate([rng.uniform(low, high, 40), rng.choice([low, high], 24)])
-        for low, high in LEAF_RANGES
-    ]
-    y = np.broadcast_to(evaluate(t, points, float), (64,))
-    slack = 1e-9 * (1.0 + max(abs(node.low), abs(node.high)))
-    assert node.low - slack <= y.min() and y.max() <= node.high + slack
-
-
-# -- refusals -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("low", "high"), [(-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0), (0.0, 1e5), (-1e5, 0.0)]
 )
@@ -124,9 +50,6 @@ def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: fl
         rf"\[{low:g}, {high:g}\]; divide by ops\.{'maximum' if high - low < 3.0 else 'clip'}\(",
     ):
         nodes(1.0 / leaf(g, "speed", low, high))
-
-
-# -- conditions, through fixed point --------------------------------------------------------------
 
 
 @pytest.mark.parametrize("word", [18, 32])

@@ -1,4 +1,4 @@
-"""Random expressions of all operations stay within what their formats explain, point by point."""
+"""Random expressions stay in their intervals, and within what their formats explain."""
 
 from __future__ import annotations
 

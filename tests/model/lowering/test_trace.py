@@ -95,11 +95,6 @@ def test_comparisons(x: Any, y: Any) -> None:
 
 
 def test_misuse_is_refused(x: Any) -> None:
-    for asked in (x, x < 1.0):
-        with pytest.raises(
-            InputError, match=r"^test_trace\.py, line \d+: .* found if, and, or, not"
-        ):
-            bool(asked)
     with pytest.raises(InputError, match="wanted comparisons with < > <= >=, found == or != on a"):
         bool(x == 1.0)
     same = x
@@ -107,11 +102,6 @@ def test_misuse_is_refused(x: Any) -> None:
     for combine in (operator.and_, operator.xor):
         with pytest.raises(InputError, match="wanted conditions, as x < 1.0, found 1 in a condit"):
             combine(x < 1.0, 1)
-    for odd in (lambda: (x < 1.0) + 1.0, lambda: ops.where(x < 1.0, x < 2.0, 0.0)):
-        with pytest.raises(InputError, match="found a condition as a number; write ops.where"):
-            odd()
-    with pytest.raises(TypeError):
-        np.tanh(x)
 
 
 def test_a_value_that_was_kept_from_another_run_is_refused(x: Any) -> None:
