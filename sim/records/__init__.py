@@ -1,21 +1,20 @@
 """Records: the inputs of an estimator, sample by sample, and true values.
 
-========= =======================================================================================
-module    contents
-========= =======================================================================================
-record    a table of columns by name, with units, validity and locations for messages
-text      CSV, with faults named by line and column
-tables    Parquet, Feather, MAT, ``.npz``
-topics    topics of a recording, and their clocks
-ulog      PX4's flight logs
-bags      bags of ROS, MCAP
-maps      which topics and fields become which columns, in TOML
-frames    axes by their letters
-assembly  a recording's topics as one record
-selection slices, every n-th row, gaps
-files     log files by suffix; a log in blocks, as often as wanted
-feed      a record as an estimator's inputs: units, steps, true values
-reader    the input reader of logs, loops and streams: missing samples, flags, ranges
-plausible warnings about values that are implausible in their unit
-========= =======================================================================================
+========== =======================================================================================
+module     contents
+========== =======================================================================================
+record     a table of columns by name, with units, validity and locations for messages
+text       CSV, with faults named by line and column
+tables     Parquet, Feather, MAT, ``.npz``
+topics     topics of a recording, and their clocks
+recordings PX4's flight logs, bags of ROS, MCAP
+maps       which topics and fields become which columns, in TOML
+frames     axes by their letters
+assembly   a recording's topics as one record
+selection  slices, every n-th row, gaps
+files      log files by suffix; a log in blocks, as often as wanted
+feed       a record as an estimator's inputs: units, steps, true values
+reader     the input reader of logs, loops and streams: missing samples, flags, ranges
+plausible  warnings about values that are implausible in their unit
+========== =======================================================================================
 """

@@ -21,14 +21,13 @@ from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.extras import optional
 from boresight.sim.records import tables
 from boresight.sim.records.assembly import Reader, record_from
-from boresight.sim.records.bags import is_bag, read_bag
 from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.maps import read_map, ready_map
 from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed
+from boresight.sim.records.recordings import read_bag, read_ulog
 from boresight.sim.records.selection import selection
 from boresight.sim.records.text import read_csv, write_csv
-from boresight.sim.records.ulog import read_ulog
 
 __all__ = [
     "FORMATS",
@@ -238,6 +237,11 @@ def blocks_of(path: str | os.PathLike[str], *, steps: bool = False) -> Iterator[
     """
     blocks, rows = _blocks(Path(path)), selection()
     return rows.pieces(timed(blocks)) if steps or not rows.is_identity else blocks
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a folder is a bag of ROS 2."""
+    return os.path.isfile(path / "metadata.yaml")  # `Path.is_file` raises on some Pythons
 
 
 def recording_of(path: Path) -> tuple[Reader, str] | None:

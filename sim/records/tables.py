@@ -179,6 +179,7 @@ def read_feather(file: BinaryIO) -> Iterator[Arrays]:
 def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
     """Columns of a Parquet file, 65,536 rows at a time."""
     parquet, is_empty = _arrow("parquet"), True
+    file = file if file.seekable() else io.BytesIO(file.read())
     with _pool():
         # It would hold its read-ahead buffers to the end of the file.
         table = parquet.ParquetFile(file, pre_buffer=False)

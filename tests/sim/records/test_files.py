@@ -1,8 +1,10 @@
 """Log files: names, bytes, CSV, archives."""
 
 import io
+import os
 import re
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -150,6 +152,16 @@ def test_of_paths_and_of_memory(tmp_path: Path) -> None:
     assert record_of(result) is result and record_of({"z": [1.0]}, name="mine").name == "mine"
     with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
         read_record(tmp_path / "c.csv")
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.csv.gz", "a.parquet", "a.npz"])
+def test_a_pipe_is_read(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    content = content_of(name, Record.of({"z": T}))
+    writer = threading.Thread(target=(tmp_path / name).write_bytes, args=(content,))
+    writer.start()
+    assert read_record(tmp_path / name).columns["z"].values.tolist() == T.tolist()
+    writer.join()
 
 
 def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
