@@ -79,6 +79,8 @@ _RULES = (
         ),
     ),
 )
+#: Largest over least length of the field, of 9 in 10 samples, without a magnet.
+_UNEVEN = 2.5
 
 
 def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tuple[str, ...]:
@@ -110,14 +112,23 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
             and (typical > 0.0 or rule.unit == "m/s^2")  # no field: no sample
             and rule.least < declared.high <= rule.range_limit
         ]
+        if declared.unit == "uT" and len(columns) == 3 and typical > 0.0:
+            lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
+            low, high = np.percentile(lengths[lengths > 0.0], (5.0, 95.0))
+            if high > _UNEVEN * low:
+                warnings.append(
+                    f"{' '.join(names)}: {low:.3g} to {high:.3g} uT in 9 of 10 samples: is there "
+                    "a magnet or iron near, or an offset?"
+                )
         if len(columns) == 3:
             triads[declared.unit] = _Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
     if dt is not None and "rad/s" in triads:
         vectors = [triads[unit] for unit in ("m/s^2", "uT") if unit in triads]
         warnings += _contradictions(triads["rad/s"], vectors, inputs[:, dt])
-    if dt is not None and np.median(inputs[:, dt]) >= estimator.inputs[dt].high:
-        warnings.append("dt: at the end of its range in most rows; is t in seconds?")
+    usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
+    if dt is not None and (usual >= estimator.inputs[dt].high or usual < 0.0):
+        warnings.append("dt: beyond its range in most rows; is t in seconds?")
     return tuple(warnings)
 
 

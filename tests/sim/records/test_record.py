@@ -254,6 +254,15 @@ def warned(**values: float) -> tuple[str, ...]:
     return warnings_of(Sensors(), np.array([row] * 3), np.ones((3, len(row)), bool))
 
 
+def test_an_offset_of_the_field() -> None:
+    inputs = np.zeros((400, len(Sensors.inputs)))
+    inputs[:, [i.name == "az" for i in Sensors.inputs]] = 9.8
+    at, turn = [i.name for i in Sensors.inputs].index("mx"), np.linspace(0.0, 20.0, 400)
+    inputs[:, at], inputs[:, at + 3] = 60.0 + 45.0 * np.cos(turn), 45.0 * np.sin(turn)
+    text, *_ = warnings_of(Sensors(), inputs, np.ones(inputs.shape, bool))
+    assert text.startswith("mx my mz: 1") and text.endswith("a magnet or iron near, or an offset?")
+
+
 @pytest.mark.parametrize(
     "values, text",
     [
@@ -270,7 +279,7 @@ def warned(**values: float) -> tuple[str, ...]:
         ({"mx": 3e4, "my": 4e4}, "mx my mz: typically 5e+04 uT, which looks like nT"),
         *(({}, ""), ({"gx": 10.0}, ""), ({"shaft": 500.0}, "")),
         *(({"az": 0.0, "ax": 5.1}, ""), ({"my": 8.0, "mx": 0.0}, "")),
-        ({"dt": 0.25}, "dt: at the end of its range in most rows; is t in seconds?"),
+        ({"dt": 0.25}, "dt: beyond its range in most rows; is t in seconds?"),
     ],
 )  # fmt: skip
 def test_odd(values: dict[str, float], text: str) -> None:
