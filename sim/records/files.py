@@ -134,8 +134,6 @@ RECORDINGS: dict[str, tuple[Reader, str]] = {
     ".db3": (read_bag, "ros"),
     ".mcap": (read_bag, "ros"),
 }
-
-
 #: Largest file that is held in memory, bytes.
 _MEMORY_LIMIT = 8 << 20
 
@@ -179,7 +177,7 @@ def _logs_below(path: Path) -> list[Path]:
     if not os.path.isdir(path) or is_bag(path):  # `Path.is_dir` raises on some Pythons
         return [path]
     bags = {p.parent for p in path.rglob("metadata.yaml")}
-    files = (p for p in path.rglob("*") if p.name.endswith((*FORMATS, *RECORDINGS)))
+    files = (p for p in path.rglob("*") if p.name.lower().endswith((*FORMATS, *RECORDINGS)))
     logs = bags | {p for p in files if p.parent not in bags}
     # In hidden folders are files that are being written, or were when a process was killed.
     return sorted(p for p in logs if not any(x[0] == "." for x in p.relative_to(path).parts[:-1]))

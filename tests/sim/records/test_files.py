@@ -165,12 +165,12 @@ def test_a_pipe_is_read(tmp_path: Path, name: str) -> None:
 
 
 def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
-    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv", "e.csv.gz"):
+    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv", "e.csv.gz", "f.CSV"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     result = log_files([tmp_path / "notes.txt", tmp_path])
     assert [p.relative_to(tmp_path).as_posix() for p in result] == [
-        *("notes.txt", "a.npz", "b.csv", "deep/c.csv", "e.csv.gz")
+        *("notes.txt", "a.npz", "b.csv", "deep/c.csv", "e.csv.gz", "f.CSV")
     ]
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
