@@ -19,7 +19,7 @@ Every verb of the command line is a function here::
 An estimator is given as a name, ``file.py:Class``, a class or an object; an estimator's file needs
 only ``from boresight import Estimator, Input, Output, Param, State, ops``. A log is given as a
 path, or as data: arrays by column name, a table, a `Record`. Every verb returns a
-`boresight.sim.result.Result`: ``result["name"]`` is a value, ``result.good`` the verdict,
+`boresight.Result`: ``result["name"]`` is a value, ``result.good`` the verdict,
 ``to_json()`` plain data, ``str`` what the command line prints; a notebook shows tables.
 Importing this package is cheap: its modules are imported on the first use of their names.
 """
@@ -45,10 +45,11 @@ if TYPE_CHECKING:
     from boresight.model.estimator import Estimator as Estimator
     from boresight.regression import baseline as baseline
     from boresight.sim.experiments.experiment import Experiment as Experiment
-    from boresight.sim.experiments.experiment import Result as Result
+    from boresight.sim.experiments.experiment import ExperimentResult as ExperimentResult
     from boresight.sim.experiments.experiment import Target as Target
     from boresight.sim.records.files import record_of as record_of
     from boresight.sim.records.record import Record as Record
+    from boresight.sim.result import Result as Result
     from boresight.sim.worlds.world import World as World
     from boresight.verbs.accuracy import accuracy as accuracy
     from boresight.verbs.check import check as check
@@ -72,9 +73,10 @@ _EXPORTS = {
     "model.errors": "InputError ToolMissing",
     "model.estimator": "Estimator",
     "regression": "baseline",
-    "sim.experiments.experiment": "Experiment Result Target",
+    "sim.experiments.experiment": "Experiment ExperimentResult Target",
     "sim.records.files": "record_of",
     "sim.records.record": "Record",
+    "sim.result": "Result",
     "sim.worlds.world": "World",
     "verbs.accuracy": "accuracy",
     "verbs.check": "check",

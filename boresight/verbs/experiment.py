@@ -54,7 +54,7 @@ def experiment(
     ------
     InputError
         Unknown name, seed out of range, folder that cannot be written, an experiment that raises or
-        gives no `Result`.
+        gives no `ExperimentResult`.
     """
     instance = experiment_of(name)
     require_whole("seed", seed, 0, 2**31)

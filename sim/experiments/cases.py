@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
-from boresight.sim.experiments.experiment import Experiment, Result
+from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.page import Section, render
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
@@ -70,7 +70,7 @@ class CasesExperiment(Experiment):
         """SVG of the first run of a case."""
         raise NotImplementedError
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """See `Experiment`."""
         cases = [(name, name, runs) for name in self.cases]
         outcomes = run_cases(
@@ -99,6 +99,6 @@ class CasesExperiment(Experiment):
                 ),
             ],
         )
-        return Result(
+        return ExperimentResult(
             figures=figures, targets=targets, details=meanings, pages={self.pages[0]: page}
         )

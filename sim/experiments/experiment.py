@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 from boresight.model.errors import InputError
 from boresight.model.methods import called
 
-__all__ = ["Experiment", "Result", "Target", "grouped", "result_of"]
+__all__ = ["Experiment", "ExperimentResult", "Target", "grouped", "result_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,7 @@ def grouped(targets: Iterable[Target]) -> list[tuple[Target, ...]]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class ExperimentResult:
     """Result of a run of an experiment.
 
     Attributes
@@ -172,7 +172,7 @@ class Experiment:
         if "summary" not in vars(cls):
             cls.summary = (cls.__doc__ or "").strip().partition("\n")[0]
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """Run it.
 
         Parameters
@@ -189,24 +189,24 @@ class Experiment:
 
 def result_of(
     experiment: Experiment, *, seed: int, runs: int, say: Callable[[str], None]
-) -> Result:
+) -> ExperimentResult:
     """Run an experiment (`Experiment.run`) and check its result.
 
     Raises
     ------
     InputError
-        The method raises, or gives anything but a `Result` with targets and all pages.
+        The method raises, or gives anything but an `ExperimentResult` with targets and all pages.
     """
-    where, wanted = f"experiment {experiment.name}", "a run that gives a Result"
+    where, wanted = f"experiment {experiment.name}", "a run that gives an ExperimentResult"
     if type(experiment).run is Experiment.run:
-        fix = "write it: it returns Result(figures={...}, targets=(...))"
+        fix = "write it: it returns ExperimentResult(figures={...}, targets=(...))"
         raise InputError.at(where, wanted="a method run", found="none", fix=fix)
-    fix = "return Result(figures={NAME: NUMBER}, targets=(Target(...), ...))"
+    fix = "return ExperimentResult(figures={NAME: NUMBER}, targets=(Target(...), ...))"
     result = called(
         experiment.run,
         where=where,
         wanted=wanted,
-        kind=Result,
+        kind=ExperimentResult,
         answer=fix,
         seed=seed,
         runs=runs,
@@ -222,6 +222,9 @@ def result_of(
     for name in experiment.pages:
         if not isinstance(result.pages.get(name), str):
             raise InputError.at(
-                where, wanted=f"the page {name}", found="none", fix="return it in Result.pages"
+                where,
+                wanted=f"the page {name}",
+                found="none",
+                fix="return it in ExperimentResult.pages",
             )
     return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from boresight import Experiment, Result
+from boresight import Experiment, ExperimentResult
 from boresight.model.errors import require
 from boresight.sim.experiments import seeds
 from boresight.sim.experiments.forms import schedules_of
@@ -44,7 +44,7 @@ class Array(Experiment):
         require(1.0 <= hours <= 24.0, "experiment array, hours", "1 to 24", hours)
         self.hours = hours
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """See `Experiment`; cases that only illustrate have fewer runs."""
         cases = [
             (name, replace(case, hours=self.hours), min(runs, case.runs))
@@ -65,7 +65,7 @@ class Array(Experiment):
         hourly = {
             name: [result.hourly.tolist() for result in group.each] for name, group in flown.items()
         }
-        return Result(
+        return ExperimentResult(
             figures=figures,
             targets=targets,
             details={"cases": {n: c.meaning for n, c in CASES.items()}, "hourly_arcsec": hourly},

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from boresight import Experiment, Result
+from boresight import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import differences_of, run_forms, schedules_of
 from boresight.sim.experiments.seeds import run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
@@ -40,7 +40,7 @@ class Mls(Experiment):
 
     pages = ("mls.html",)
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """See `Experiment`; four patterns for each run, at least 40; some cases have ten runs."""
         draws = 4 * max(runs, FEW)  # half of the pulses may be at a wrong place; of few, all
         patterns, figures = {}, {"phases_fixed_float_turns": phases_fixed_float(seed)}
@@ -62,4 +62,6 @@ class Mls(Experiment):
         targets = targets_of("boresight.systems.mls", figures, spreads_of(flights, "mls_"))
         meanings = {name: case.meaning for name, case in CASES.items()}
         text = render(meanings, pooled_runs, flights, patterns, targets)
-        return Result(figures=figures, targets=targets, details=meanings, pages={"mls.html": text})
+        return ExperimentResult(
+            figures=figures, targets=targets, details=meanings, pages={"mls.html": text}
+        )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import boresight
-from boresight import Experiment, Result
+from boresight import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import schedules_of
 from boresight.sim.experiments.targets import targets_of
 from boresight.systems.radar.estimator import Registration
@@ -33,7 +33,7 @@ class Radar(Experiment):
     runs = 500
     pages = ("radar.html",)
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """See `Experiment`."""
         say("tracks without noise")
         noiseless = watch(TwoRadars(noise=0.0, seconds=170.0), first(*FREE))
@@ -50,7 +50,7 @@ class Radar(Experiment):
         for config, (schedule,) in schedules_of(Registration()).items():
             metrics[f"registration_interval_cycles_{config}"] = float(schedule.interval)
         goals = targets_of("boresight.systems.radar", metrics, runs=runs)
-        return Result(
+        return ExperimentResult(
             figures=metrics,
             targets=goals,
             details={"fixed_float_percent": differences, "weak": theory.weak.tolist()},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from boresight import Experiment, Result
+from boresight import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import schedules_of
 from boresight.sim.experiments.seeds import figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
@@ -34,7 +34,7 @@ class Satcom(Experiment):
 
     pages = ("satcom.html",)
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """See `Experiment`; cases of `WHAT_IF` have at most `FEW` runs."""
         cases = [(name, case, runs) for name, case in CASES.items()]
         cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
@@ -45,7 +45,7 @@ class Satcom(Experiment):
         for config, (schedule,) in schedules_of(Filter()).items():
             figures[f"satcom_interval_cycles_{config}"] = float(schedule.interval)
         targets = targets_of("boresight.systems.satcom", figures, spreads_of(flown, "satcom_"))
-        return Result(
+        return ExperimentResult(
             figures=figures,
             targets=targets,
             details={name: case.meaning for name, case in (CASES | WHAT_IF).items()},

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import boresight.sim.experiments.cases as cases_module
-from boresight.sim.experiments.experiment import Experiment, Result
+from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.seeds import Runs
 
 
@@ -20,7 +20,7 @@ def result_of(
     cases: Mapping[str, Any],
     runs: Mapping[str, Runs],
     patch: pytest.MonkeyPatch,
-) -> Result:
+) -> ExperimentResult:
     """Run a system's experiment on two seeds from 7 on; ``runs`` of cases are not run again.
 
     Asserts that it runs ``task`` on all ``cases``, that every target of its table has a figure, and

@@ -22,7 +22,7 @@ from boresight.sim.attitude.ma2014.sections import (
 )
 from boresight.sim.attitude.ma2014.targets import targets
 from boresight.sim.attitude.ma2014.world import CASES, E2, make_log
-from boresight.sim.experiments.experiment import Experiment, Result, Target
+from boresight.sim.experiments.experiment import Experiment, ExperimentResult, Target
 from boresight.sim.experiments.page import Section, render
 from boresight.sim.records.record import Record
 
@@ -44,12 +44,12 @@ class Ma2014(Experiment):
 
     pages = ("ma2014.html",)
 
-    def run(self, *, seed: int, runs: int, say: Say) -> Result:
+    def run(self, *, seed: int, runs: int, say: Say) -> ExperimentResult:
         """See `Experiment`: the targets of the paper are reported, those of ours are binding."""
         details = measure(seed, runs, say, self.jobs)
         first = make_log(E2, CASES["C"], details["seed"])
         judged_targets = (*targets(details), *_equalities(first, say))
-        return Result(
+        return ExperimentResult(
             figures=_figures(details),
             targets=judged_targets,
             details=details,

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 EXPERIMENT = """
-from boresight import Experiment, Result, Target
+from boresight import Experiment, ExperimentResult, Target
 
 
 class Mine(Experiment):
@@ -14,7 +14,7 @@ class Mine(Experiment):
 
     def run(self, *, seed, runs, say):
         high = Target(name="error", source="data sheet", value=0.1 * runs, high=0.25, unit="m")
-        return Result(figures={"seed": float(seed)}, targets=(high,))
+        return ExperimentResult(figures={"seed": float(seed)}, targets=(high,))
 """
 
 

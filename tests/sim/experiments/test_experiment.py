@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight import Experiment, Result, Target
+from boresight import Experiment, ExperimentResult, Target
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
@@ -41,7 +41,7 @@ def test_a_target_that_no_value_can_meet_is_refused(given) -> None:
 
 
 SOURCE = """
-from boresight import Experiment, Result, Target
+from boresight import Experiment, ExperimentResult, Target
 
 
 class Mine(Experiment):
@@ -58,7 +58,7 @@ class Mine(Experiment):
             Target(name="rate", source="a paper", value=9.0, high=1.0, binding=False),
             Target(name="gain", source="ours", value=9.0, high=1.0, fewest=50),
         )
-        return Result(
+        return ExperimentResult(
             figures={"error": 0.5}, targets=targets, details={"seed": seed}, pages={"mine.html": ""}
         )
 """
@@ -92,13 +92,13 @@ class Pageless(Broken):
     pages = ("a.html",)
 
     def run(self, *, seed, runs, say):
-        return Result(figures={}, targets=())
+        return ExperimentResult(figures={}, targets=())
 
 
 @pytest.mark.parametrize(
     ("what", "message"),
     [
-        (Broken, "wanted a run that gives a Result"),
+        (Broken, "wanted a run that gives an ExperimentResult"),
         (Pageless, "wanted the page a.html"),
         ("satcm", "satcom"),
     ],
