@@ -69,8 +69,9 @@ class Hmr3300(wiring.Component):
         Clock cycles, free-running: beat of the slow counters.
     mode : In(2)
         0 any sentences, 1 heading sentences, 2 and 3 magnetometer counts.
-    command : In(stream of 8)
-        Letter to send as ``*X\r\n``, when no sequence of commands is under way.
+    command : In(stream of 9)
+        Letter to send as ``*X\r\n``, or with bit 8 a byte to send as it is, when no sequence of
+        commands is under way.
     line : Out(1)
         A good sentence has come; ``values`` and ``is_counts`` are new with this cycle and stay
         until the next.
@@ -135,7 +136,7 @@ class Hmr3300(wiring.Component):
                 "tx": Out(1, init=1),
                 "time": In(32),
                 "mode": In(2),
-                "command": In(stream.Signature(8)),
+                "command": In(stream.Signature(9)),
                 "line": Out(1),
                 "is_counts": Out(1),
                 "values": Out(signed(16)).array(3),

@@ -1,4 +1,4 @@
-"""Commands to the HMR3300: selection of the kind of sentence, and single letters."""
+"""Commands to the HMR3300: selection of the kind of sentence, single letters, bytes."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ class _Sequence:
     left: Signal  # characters of the command
     sending: Signal  # some are left
     manual: Signal  # the letter is the user's
+    raw: Signal  # ... a byte that is sent as it is
     tries: Signal
     timer: Signal
 
@@ -41,9 +42,9 @@ class _Sequence:
         """Enter a stage, with its command."""
         return [self.stage.eq(stage), self.timer.eq(0), *(self.send() if command else ())]
 
-    def send(self) -> list[Any]:
-        """Send a command."""
-        return [self.left.eq(4), self.sending.eq(1)]
+    def send(self, raw: Any = 0) -> list[Any]:
+        """Send a command; a raw byte is the last of its characters."""
+        return [self.left.eq(Mux(raw, 1, 4)), self.raw.eq(raw), self.sending.eq(1)]
 
 
 class Commander(wiring.Component):
@@ -79,8 +80,10 @@ class Commander(wiring.Component):
     -------
     mode : In(2)
         0 any sentences, 1 heading sentences, 2 and 3 counts.
-    command : In(stream of 8)
-        Letter X, sent as ``*X\r\n``; waits for the end of a sequence.
+    command : In(stream of 9)
+        Letter X, sent as ``*X\r\n``; or with bit 8 a byte that is sent as it is, for commands that
+        begin with ``#``. It waits for the end of a sequence. With ``mode`` 0 no sequence begins
+        between two bytes.
     o : Out(stream of 8)
         Bytes to the compass.
     tick : In(1)
@@ -106,7 +109,7 @@ class Commander(wiring.Component):
         super().__init__(
             {
                 "mode": In(2),
-                "command": In(stream.Signature(8)),
+                "command": In(stream.Signature(9)),
                 "o": Out(stream.Signature(8)),
                 "tick": In(1),
                 "heard": In(1),
@@ -127,10 +130,11 @@ class Commander(wiring.Component):
         stage = Signal(Stage)
         left = Signal(range(5))
         manual = Signal()
+        raw = Signal()
         tries = Signal(range(TRIES))
         timer = Signal(self.timeout_ticks.bit_length())
         sending = Signal()
-        at = _Sequence(stage, left, sending, manual, tries, timer)
+        at = _Sequence(stage, left, sending, manual, raw, tries, timer)
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
         quiet, expired, wanted, other = (
             Signal(name=n) for n in ("quiet", "expired", "wanted", "other")
@@ -164,12 +168,12 @@ class Commander(wiring.Component):
                         with m.If(tries == TRIES - 1):
                             m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
-                        m.d.sync += [manual.eq(1), *at.send()]
+                        m.d.sync += [manual.eq(1), *at.send(raw=self.command.payload[8])]
                 with m.Default():
                     with m.If(wanted | ~self.mode.any()):
                         m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
-                        m.d.sync += [manual.eq(1), *at.send()]
+                        m.d.sync += [manual.eq(1), *at.send(raw=self.command.payload[8])]
                     with m.Elif((expired | other) & self.mode.any()):
                         m.d.sync += at.go_to(Stage.STOP, command=True)
                         with m.If(quiet):
@@ -210,10 +214,11 @@ class Commander(wiring.Component):
         """The characters of the command, with the letter of the stage or of the user."""
         left, of_stage = at.left, Mux(self.mode[1], ord("M"), ord("H"))
         of_stage = Mux(at.stage != Stage.SELECT, ord("S"), of_stage)
-        letter = Mux(at.manual, self.command.payload, of_stage)
+        letter = Mux(at.manual, self.command.payload[:8], of_stage)
         first = Mux(left[0], ord("\n"), Const(ord("*"), 8))
+        of_four = Mux(left[1], Mux(left[0], letter, ord("\r")), first)
         return [
-            self.o.payload.eq(Mux(left[1], Mux(left[0], letter, ord("\r")), first)),
-            self.command.ready.eq(at.manual & (left == 3) & self.o.ready),
+            self.o.payload.eq(Mux(at.raw, letter, of_four)),
+            self.command.ready.eq(at.manual & (at.raw | (left == 3)) & self.o.ready),
             self.sent.eq((left == 1) & self.o.ready),
         ]

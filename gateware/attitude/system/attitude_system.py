@@ -8,6 +8,7 @@ from typing import Any
 
 from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
+from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.arbiter import BusArbiter
@@ -259,13 +260,17 @@ class AttitudeSystem(wiring.Component):
             csr.compass_flags.eq(compass.flags),
             *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
         ]
-        # A command waits until its reader can send it; another one replaces it.
-        for name, reader in (("inertial_command", inertial), ("compass_command", compass)):
-            command = reader.command
-            with m.If(command.ready):
-                m.d.sync += command.valid.eq(0)
-            with m.If(getattr(csr, f"{name}_stb")):
-                m.d.sync += [command.valid.eq(1), command.payload.eq(getattr(csr, name))]
+        # Commands wait until their reader can send them; the next inertial one replaces it.
+        with m.If(inertial.command.ready):
+            m.d.sync += inertial.command.valid.eq(0)
+        with m.If(csr.inertial_command_stb):
+            m.d.sync += [
+                inertial.command.valid.eq(1),
+                inertial.command.payload.eq(csr.inertial_command),
+            ]
+        m.submodules.compass_commands = queue = SyncFIFO(width=9, depth=16)
+        m.d.comb += [queue.w_en.eq(csr.compass_command_stb), queue.w_data.eq(csr.compass_command)]
+        wiring.connect(m, queue.r_stream, compass.command)
 
     def _filter(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
         """Readers and registers to the core."""

@@ -93,10 +93,13 @@ def test_commands_leave_on_the_line(simulate, listen) -> None:
 
     async def bench(ctx):
         await put(ctx, dut.command, ord("Q"))
-        await ctx.tick().repeat(4 * 10 * dut.divisor)
+        for byte in b"#Dev=7\r\n":
+            await put(ctx, dut.command, 0x100 | byte)
+        await put(ctx, dut.command, ord("S"))
+        await ctx.tick().repeat(20 * 10 * dut.divisor)
 
     simulate(dut, bench, listen(dut.tx, dut.divisor, received))
-    assert received == b"*Q\r\n"
+    assert received == b"*Q\r\n#Dev=7\r\n*S\r\n"
 
 
 def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:

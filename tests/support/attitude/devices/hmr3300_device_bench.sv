@@ -18,7 +18,7 @@ module hmr3300_device_bench #(
         .GLITCH(GLITCH)) device (.clk(clk), .rst(rst), .rx(tx), .tx(rx), .fault(fault),
         .slot(slot));
     hmr3300_reader reader (.clk(clk), .rst(rst), .rx(rx), .tx(tx), .\time (now), .mode(mode),
-        .command__valid(command_valid), .command__payload(command),
+        .command__valid(command_valid), .command__payload({1'b0, command}),
         .command__ready(command_ready), .line(good), .is_counts(is_counts),
         .values__0(v0), .values__1(v1), .values__2(v2), .flags(flags), .events(events));
 
