@@ -11,8 +11,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -55,14 +54,19 @@ class Expression:
 
 
 _E = TypeVar("_E", bound=Expression)
+_Arithmetic: TypeAlias = "Callable[[Any, Any], Scalar]"
+_Comparison: TypeAlias = "Callable[[Any, Any], Condition]"
 
 
-def _by_element(operator_: Callable[..., Any]) -> Callable[..., Any]:
-    """An operator that leaves an array on its right to numpy."""
+def _operator(kind: str, *, swapped: bool = False, inverted: bool = False) -> Any:
+    """A method of `Scalar` that records an operation; arrays on its right are left to numpy."""
 
-    @wraps(operator_)
     def method(self: Scalar, other: Any) -> Any:
-        return NotImplemented if isinstance(other, np.ndarray) else operator_(self, other)
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        sides = (self, self.tracer.lift(other))
+        result = getattr(self.tracer, kind)(*(reversed(sides) if swapped else sides))
+        return ~result if inverted else result
 
     return method
 
@@ -76,32 +80,18 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
             options["dtype"] = object  # conditions, not truth values
         return getattr(ufunc, method)(*_objects(inputs), **options)
 
-    @_by_element
-    def __add__(self, other: Any) -> Scalar:
-        return self.tracer.add(self, self.tracer.lift(other))
-
-    def __radd__(self, other: Any) -> Scalar:
-        return self.tracer.add(self.tracer.lift(other), self)
-
-    @_by_element
-    def __sub__(self, other: Any) -> Scalar:
-        return self.tracer.sub(self, self.tracer.lift(other))
-
-    def __rsub__(self, other: Any) -> Scalar:
-        return self.tracer.sub(self.tracer.lift(other), self)
-
-    @_by_element
-    def __mul__(self, other: Any) -> Scalar:
-        return self.tracer.mul(self, self.tracer.lift(other))
-
-    __rmul__ = __mul__
-
-    @_by_element
-    def __truediv__(self, other: Any) -> Scalar:
-        return self.tracer.div(self, self.tracer.lift(other))
-
-    def __rtruediv__(self, other: Any) -> Scalar:
-        return self.tracer.div(self.tracer.lift(other), self)
+    __add__: ClassVar[_Arithmetic] = _operator("add")
+    __radd__: ClassVar[_Arithmetic] = _operator("add", swapped=True)
+    __sub__: ClassVar[_Arithmetic] = _operator("sub")
+    __rsub__: ClassVar[_Arithmetic] = _operator("sub", swapped=True)
+    __mul__: ClassVar[_Arithmetic] = _operator("mul")
+    __rmul__: ClassVar[_Arithmetic] = __mul__
+    __truediv__: ClassVar[_Arithmetic] = _operator("div")
+    __rtruediv__: ClassVar[_Arithmetic] = _operator("div", swapped=True)
+    __lt__: ClassVar[_Comparison] = _operator("less")
+    __gt__: ClassVar[_Comparison] = _operator("less", swapped=True)
+    __ge__: ClassVar[_Comparison] = _operator("less", inverted=True)
+    __le__: ClassVar[_Comparison] = _operator("less", swapped=True, inverted=True)
 
     def __neg__(self) -> Scalar:
         return self.tracer.neg(self)
@@ -114,22 +104,6 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
 
     def __pow__(self, power: Any) -> Scalar:
         return self.tracer.power(self, power)
-
-    @_by_element
-    def __lt__(self, other: Any) -> Condition:
-        return self.tracer.less(self, self.tracer.lift(other))
-
-    @_by_element
-    def __gt__(self, other: Any) -> Condition:
-        return self.tracer.less(self.tracer.lift(other), self)
-
-    @_by_element
-    def __ge__(self, other: Any) -> Condition:
-        return ~self.tracer.less(self, self.tracer.lift(other))
-
-    @_by_element
-    def __le__(self, other: Any) -> Condition:
-        return ~self.tracer.less(self.tracer.lift(other), self)
 
     def __eq__(self, other: object) -> Any:
         if self is other:
