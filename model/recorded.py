@@ -55,12 +55,10 @@ def evaluate(
         if e.kind == "leaf":
             values[e.number] = leaves[e.data[:2]]
             continue
-        args = [
-            values[a.number]
-            if noise is None or isinstance(a, Condition)
-            else noise(values[a.number])
-            for a in e.args
-        ]
+        args = [values[a.number] for a in e.args]
+        if noise is not None:
+            pairs = zip(e.args, args, strict=True)
+            args = [x if isinstance(a, Condition) else noise(x) for a, x in pairs]
         compute = _clipped if claims and e.kind == "bounded" else OPERATIONS[e.kind].numpy
         values[e.number] = compute(*args, *e.data)
     return values

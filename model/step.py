@@ -135,9 +135,8 @@ def checked(
     for kind, declared, returned in zip(
         ("state", "output"), (states, outputs), result, strict=True
     ):
-        _check_returned(
-            f"{where}, {kind}", kind, [d.name for d in declared], returned, arrays=arrays
-        )
+        names = [d.name for d in declared]
+        _check_returned(f"{where}, {kind}", kind, names, returned, arrays=arrays)
     states_and_outputs: tuple[dict[str, Any], dict[str, Any]] = result
     return states_and_outputs
 
@@ -192,14 +191,11 @@ def check_constants(
         number = value.data[0] if isinstance(value, Scalar) and value.kind == "const" else value
         low, high = ranges.get((kind, key), (-sys.float_info.max, sys.float_info.max))
         if isinstance(number, int | float) and not low <= number <= high:
-            raise InputError.at(
-                placed(place_of_function(step), f"step of {name}, {kind} {key}"),
-                wanted=f"a constant in [{low:g}, {high:g}]"
-                if kind == "state"
-                else "a finite number",
-                found=repr(number),
-                fix="correct how it is computed, or the range",
-            )
+            where = placed(place_of_function(step), f"step of {name}, {kind} {key}")
+            finite = "a finite number"
+            wanted = f"a constant in [{low:g}, {high:g}]" if kind == "state" else finite
+            fix = "correct how it is computed, or the range"
+            raise InputError.at(where, wanted=wanted, found=repr(number), fix=fix)
 
 
 def _check_returned(

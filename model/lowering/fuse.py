@@ -8,7 +8,7 @@ selections and the last step of a function fuse into the group that consumes the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from boresight.model.errors import InputError
@@ -222,6 +222,10 @@ class Fusion:
             form.constant *= power
             form.products = [p.times_power(power) for p in form.products]
             return form
+        return self._product(args, power, max(-node.low, node.high))
+
+    def _product(self, args: Sequence[Node], power: float = 1.0, limit: float = math.inf) -> Form:
+        """One product of one or two factors; one of them may be a root, reciprocal or magnitude."""
         form = Form()
         factors: list[int] = []
         exponent, scale, negate = 0, Scale.NONE, Negate.NO
@@ -245,15 +249,15 @@ class Fusion:
                 negate = CONDITIONAL[negate]
             else:
                 factors.append(self.word(arg))
-        product = Product(
-            factors[0],
-            factors[1] if len(factors) > 1 else None,
-            exponent,
-            negate=negate,
-            scale=scale,
-        ).times_power(power)
-        form.products.append(replace(product, limit=max(-node.low, node.high)))
+        second = factors[1] if len(factors) > 1 else None
+        product = Product(factors[0], second, exponent, negate=negate, scale=scale)
+        form.products.append(replace(product.times_power(power), limit=limit))
         return form
+
+    def _form_abs(self, node: Node, wrapped: float) -> Form:
+        return self._product([node])
+
+    _form_rsqrt = _form_reciprocal = _form_abs
 
     def _peel(self, node: Node) -> tuple[list[Node], float]:
         """Factors of a product, powers of two taken out of them (and of nested products)."""
@@ -328,10 +332,6 @@ class Fusion:
         product = Product(number, exponent=exponent, scale=Scale.FULL, limit=1.0, within=True)
         return Form([product], norm=size)
 
-    def _form_abs(self, node: Node, wrapped: float) -> Form:
-        number = self.word(node.args[0])
-        return Form([Product(number, negate=Negate.IF)], flag=(number, False))
-
     def _form_wrap(self, node: Node, wrapped: float) -> Form:
         return self.form(node.args[0], wrapped=node.value)
 
@@ -386,17 +386,6 @@ class Fusion:
         limit = g.const(floor)
         limited = g.select(g.less(arg, limit), limit, arg)
         return self.word(g.bounded(limited, floor, arg.high, "what the word can normalise"))
-
-    def _form_rsqrt(self, node: Node, wrapped: float) -> Form:
-        number, exponent, x = self._mantissa(node)
-        scale = Scale.HALF if node.kind == "rsqrt" else Scale.FULL
-        form = Form([Product(number, exponent=exponent, scale=scale)], norm=x)
-        if node.args[0].low < 0.0:  # as no root's is
-            form.flag = (x, False)
-            form.products = [replace(form.products[0], negate=Negate.IF)]
-        return form
-
-    _form_reciprocal = _form_rsqrt
 
 
 def _power_of_two(node: Node) -> bool:

@@ -75,29 +75,23 @@ class Profile:
         InputError
             It was made of another step or other declarations.
         """
+
+        def refused(wanted: str, found: str, fix: str) -> InputError:
+            fix += ", or leave it out with --profile none"
+            return InputError.at(self.place, wanted=wanted, found=found, fix=fix)
+
+        anew = "make it anew with boresight fit"
         if name != self.estimator:
-            raise InputError.at(
-                self.place,
-                wanted=f"a profile of {name}",
-                found=f"one of {self.estimator}",
-                fix="choose the file that fits, or leave it out with --profile none",
-            )
+            found = f"one of {self.estimator}"
+            raise refused(f"a profile of {name}", found, "choose the file that fits")
         if record_digest(trace, inputs) != self.record:
-            raise InputError.at(
-                self.place,
-                wanted=f"a profile of {name} as it is now",
-                found="one of another step or other declarations",
-                fix="make it anew with boresight fit, or leave it out with --profile none",
-            )
+            found = "one of another step or other declarations"
+            raise refused(f"a profile of {name} as it is now", found, anew)
         place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
         unknown = sorted((self.ranges.keys() | self.limits.keys()) - place.keys())
         if unknown:
-            raise InputError.at(
-                self.place,
-                wanted=f"values of {name}, by their numbers up to {max(place)}",
-                found=str(unknown[0]),
-                fix="make it anew with boresight fit, or leave it out with --profile none",
-            )
+            wanted = f"values of {name}, by their numbers up to {max(place)}"
+            raise refused(wanted, str(unknown[0]), anew)
         ranges = {place[number]: range_ for number, range_ in self.ranges.items()}
         limits = {place[number]: range_ for number, range_ in self.limits.items()}
         return replace(self, ranges=ranges, limits=limits)
