@@ -9,12 +9,12 @@ from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.results import ResultPort, Results
-from boresight.gateware.attitude.bus.stream_buffer import StreamBuffer
 from boresight.gateware.attitude.sensors.adis16385_device import FRACTION
 from boresight.gateware.attitude.system.conductor_words import (
     Job,
     State,
     Step,
+    StreamBuffer,
     Words,
     last_words,
     table,

@@ -18,6 +18,7 @@ from boresight.gateware.verilog import to_verilog
 from boresight.model.attitude import FILTERS
 from boresight.model.resolve import Named
 from boresight.sim.attitude.board.setup import Setup
+from boresight.sim.attitude.devices import device_text
 
 __all__ = ["Board", "board_parameters", "board_sources", "make_board"]
 
@@ -97,9 +98,8 @@ def board_sources(board: Board) -> dict[str, str]:
 
 def bench_sources(package: str, name: str) -> dict[str, str]:
     """The devices, and a bench that has them, from a file of a package."""
-    devices = importlib.resources.files("boresight.sim.attitude.devices")
     return {
-        **{file: (devices / file).read_text() for file in ("adis16385.sv", "hmr3300.sv")},
+        **{f"{device}.sv": device_text(device) for device in ("adis16385", "hmr3300")},
         "bench.sv": (importlib.resources.files(package) / name).read_text(),
     }
 

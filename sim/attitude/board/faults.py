@@ -19,8 +19,7 @@ from boresight.sim.attitude.board.build import Board, make_board
 from boresight.sim.attitude.board.run import BoardRun, run_board, stimulus
 from boresight.sim.attitude.board.setup import FASTER, FAULTY
 from boresight.sim.attitude.board.wrong_values import FAST_TURNS, TURN_S, WRONG_VALUES, wronged
-from boresight.sim.attitude.devices.adis16385 import FAULTS as INERTIAL_FAULTS
-from boresight.sim.attitude.devices.hmr3300 import FAULTS as COMPASS_FAULTS
+from boresight.sim.attitude.devices import COMPASS_FAULTS, INERTIAL_FAULTS
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record

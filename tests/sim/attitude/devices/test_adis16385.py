@@ -5,7 +5,7 @@ What the model measures and its faults are compared in the tests of the reader.
 
 import pytest
 
-from boresight.sim.attitude.devices.adis16385 import FAULTS, device_text
+from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
 from boresight.sim.rtl.compiled import Compiled, build
 from tests.support.attitude.devices.adis16385_bench import log_text
 
@@ -79,7 +79,7 @@ GOOD = (5, 4, 40, 16)
 
 @pytest.fixture(scope="module")
 def master() -> Compiled:
-    return build("master", {"device.sv": device_text(), "master.sv": MASTER})
+    return build("master", {"device.sv": device_text("adis16385"), "master.sv": MASTER})
 
 
 def run(
@@ -91,7 +91,7 @@ def run(
     )
     values = {"adis_log": "log.txt", "adis_faults": "faults.txt", **plusargs}
     if fault:
-        values["fault"] = f"{1 << FAULTS.index(fault):x}"
+        values["fault"] = f"{1 << INERTIAL_FAULTS.index(fault):x}"
     done = master.run(
         values,
         max_cycles=200_000,

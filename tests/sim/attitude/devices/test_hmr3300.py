@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.sim.attitude.devices.hmr3300 import FAULTS, device_text
+from boresight.sim.attitude.devices import COMPASS_FAULTS, device_text
 from boresight.sim.rtl.simulators import available
 from tests.support.attitude.devices.hmr3300_device_bench import Happened, run_reader
 
@@ -92,7 +92,7 @@ SIGNS = {
 
 
 @pytest.mark.parametrize("mode", [0, 2])
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", COMPASS_FAULTS)
 def test_fault(fault: str, mode: int) -> None:
     result = run_reader(DATA, seconds=11, modes=[(0, mode)], faults=[(BEGIN, END, fault)])
     check_values(result)
@@ -132,7 +132,7 @@ def test_faults_by_slot() -> None:
 
 
 def test_parameters_that_a_bench_of_the_whole_system_sets() -> None:
-    text = device_text()
+    text = device_text("hmr3300")
     assert "module hmr3300_device" in text
     for name in ("BIT", "PPM", "LINE", "STARTUP", "ANSWER", "GLITCH", "WRONG_PPM"):
         assert f"parameter integer {name} " in text

@@ -15,7 +15,7 @@ from boresight.gateware.attitude.sensors.adis16385_device import (
     Timing,
 )
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.attitude.devices.adis16385 import FAULTS, device_text
+from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
 from boresight.sim.rtl.compiled import build
 
 #: A reader whose waits are short, for simulation: half period 3 cycles, stall 30, a sample each
@@ -132,7 +132,7 @@ class ReaderBench:
             "adis16385_bench",
             {
                 "reader.v": to_verilog(self.reader, "adis16385", instances=False),
-                "device.sv": device_text(),
+                "device.sv": device_text("adis16385"),
                 "bench.sv": Path(__file__).with_name("adis16385_bench.sv").read_text(),
             },
             parameters=parameters,
@@ -186,7 +186,7 @@ class ReaderBench:
             plusargs["command_at"], plusargs["command"] = command[0], f"{command[1]:04x}"
         if fault is not None:
             name, plusargs["fault_from"], plusargs["fault_to"] = fault
-            plusargs["fault"] = f"{1 << FAULTS.index(name):x}"
+            plusargs["fault"] = f"{1 << INERTIAL_FAULTS.index(name):x}"
         if log is None:
             log = ([100 * k + n for n in range(6)] + [k, 0] for k in range(1, 300))
         run = self._bench.run(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.attitude.devices.hmr3300 import FAULTS, device_text
+from boresight.sim.attitude.devices import COMPASS_FAULTS, device_text
 from boresight.sim.rtl.compiled import Compiled, build
 
 #: Cycles of a bit in these runs; all times of the device and the reader are the real ones.
@@ -100,7 +100,9 @@ def run_reader(
     steps += [(time, _COMMAND, ord(letter)) for time, letter in commands]
     faults = list(faults)
     for time in {t for begin, end, _ in faults for t in (begin, end)}:
-        active = sum(1 << FAULTS.index(name) for begin, end, name in faults if begin <= time < end)
+        active = sum(
+            1 << COMPASS_FAULTS.index(name) for begin, end, name in faults if begin <= time < end
+        )
         steps.append((time, _FAULTS, active))
     steps.append((seconds, _END, 0))
     run = _bench().run(
@@ -115,7 +117,9 @@ def run_reader(
             "script.txt": "".join(
                 f"{round(t * CLOCK_HZ)} {what} {value}\n" for t, what, value in sorted(steps)
             ),
-            "faults.txt": "".join(f"{a} {b} {FAULTS.index(name)}\n" for a, b, name in slot_faults),
+            "faults.txt": "".join(
+                f"{a} {b} {COMPASS_FAULTS.index(name)}\n" for a, b, name in slot_faults
+            ),
             "data.txt": "".join(" ".join(map(str, line)) + "\n" for line in data),
         },
     )
@@ -129,7 +133,7 @@ def _bench() -> Compiled:
         "hmr3300_device_bench",
         {
             "reader.v": to_verilog(reader, "hmr3300_reader", instances=False),
-            "hmr3300.sv": device_text(),
+            "hmr3300.sv": device_text("hmr3300"),
             "bench.sv": (Path(__file__).parent / "hmr3300_device_bench.sv").read_text(),
         },
         parameters={
