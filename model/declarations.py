@@ -111,9 +111,7 @@ class Input:
     line: str = _LINE
 
     def __post_init__(self) -> None:
-        _with_plain_numbers(self)
-        where = placed(self.line, f"input {self.name}")
-        check_unit(where, self.unit)
+        where = _checked(self, "input")
         _check_range(where, self.low, self.high)
         check_flag(where, "clamp", self.clamp)
         if isinstance(self.missing, str):
@@ -213,9 +211,7 @@ class Param:
     line: str = _LINE
 
     def __post_init__(self) -> None:
-        _with_plain_numbers(self)
-        where = placed(self.line, f"parameter {self.name}")
-        check_unit(where, self.unit)
+        where = _checked(self, "parameter")
         _check_range(where, self.low, self.high)
         _check_inside(where, "default", self.default, self.low, self.high)
 
@@ -238,9 +234,7 @@ class State:
     line: str = _LINE
 
     def __post_init__(self) -> None:
-        _with_plain_numbers(self)
-        where = placed(self.line, f"state {self.name}")
-        check_unit(where, self.unit)
+        where = _checked(self, "state")
         _check_range(where, self.low, self.high)
         _check_inside(where, "initial value", self.initial, self.low, self.high)
 
@@ -285,9 +279,7 @@ class Output:
     line: str = _LINE
 
     def __post_init__(self) -> None:
-        _with_plain_numbers(self)
-        where = placed(self.line, f"output {self.name}")
-        check_unit(where, self.unit)
+        where = _checked(self, "output")
         for name in ("tolerance", "share", "longest", "truth"):
             _check_number(where, name, getattr(self, name) or 0.0)
         accepted = "give what you accept of decisions that differ from those of float64"
@@ -357,8 +349,11 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
             names.add(name)
 
 
-def _with_plain_numbers(declaration: Any) -> None:
-    """Replace numpy's numbers by Python's, and whole numbers of real quantities by floats."""
+def _checked(declaration: Any, kind: str) -> str:
+    """Check the unit, and return the place for messages.
+
+    Numpy's numbers become Python's, and whole numbers of real quantities floats.
+    """
     for part in fields(declaration):
         value = getattr(declaration, part.name)
         if isinstance(value, np.generic):
@@ -366,6 +361,9 @@ def _with_plain_numbers(declaration: Any) -> None:
         if type(value) is int and "float" in str(part.type) and abs(value) < 2**1000:
             value = float(value)
         object.__setattr__(declaration, part.name, value)
+    where = placed(declaration.line, f"{kind} {declaration.name}")
+    check_unit(where, declaration.unit)
+    return where
 
 
 def _check_number(where: str, subject: str, value: Any) -> None:

@@ -35,7 +35,7 @@ class Refuted(Exception):
 
 
 class Terms:
-    """Numbers of terms; the same term always has the same number.
+    """Numbers of terms, a `walk.Domain`; the same term always has the same number.
 
     Parameters
     ----------
@@ -68,44 +68,32 @@ class Terms:
         return cast(int, parts[0]) if kind == "word" else None
 
     def fraction(self, word: int) -> int:
-        """Bits of the word below the segment index."""
         return self._number("fraction", word)
 
     def sign(self, word: int, *, quarter: bool) -> int:
-        """Sign bit of the word, or of the word plus a quarter of the range."""
         return self._number("sign", word, quarter)
 
     def count(self, word: int) -> int:
-        """Normalisation count of the word."""
         return self._number("count", word)
 
     def index(self, word: int, *, quarter: bool) -> int:
-        """Segment index of the word, or of the word plus a quarter of the range."""
         return self._number("index", word, quarter)
 
     def coefficient(self, block: int, coefficient: int, index: int) -> int:
-        """Word of the table memory."""
         return self._number("table", block, coefficient, index)
 
     def product(self, a: int, b: int) -> int:
-        """Product of two words."""
         return self._number("product", *sorted((a, b)))
 
     def amount(self, shift: int, scale: Scale = Scale.NONE, count: int | None = None) -> int:
-        """Right shift of a product: ``shift`` less a part of the count, not below 0."""
         if scale is Scale.NONE:
             return self.word(shift)
         return self._number("amount", shift, scale.value, count)
 
     def shifted(self, product: int, amount: int) -> int:
-        """``floor(product / 2^amount)``."""
         return self._number("shifted", product, amount)
 
     def total(self, total: int | None, shifted: int, negate: Condition, take: Condition) -> int:
-        """A sum (None: the rounding half alone) and one term more.
-
-        The term is subtracted under the condition ``negate`` and takes part under ``take``.
-        """
         before: tuple[Any, ...] = ()
         if total is not None:
             kind, *parts = self._terms[total]
