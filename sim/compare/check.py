@@ -7,7 +7,8 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import zip_longest
+from itertools import count, zip_longest
+from typing import Any
 
 import numpy as np
 
@@ -70,8 +71,11 @@ class _Attempt:
         #: Rows on which it runs, from states that are handed in; none: on all, from a reset on.
         self.slices: list[range] = []
         self.slice_text = ""
-        #: First row, states before it, and records of the slice at hand.
-        self.origin: tuple[int, IntArray | None, list[FloatArray]]
+        #: First row, states before it, and records up to now of the slice at hand.
+        self._origin: tuple[int, IntArray | None, list[FloatArray]] = (0, None, [])
+        #: By estimator, of its first update that differs: states before it, its record, and the
+        #: slice in which it is.
+        self.differs: dict[int, tuple[IntArray | None, FloatArray, Any]] = {}
 
     def begin(self, records: Sequence[FloatArray], say: Callable[[str, int | None], None]) -> None:
         """Make the levels, and run those that run on leading records alone."""
@@ -98,7 +102,22 @@ class _Attempt:
         piece, self._pieces = self._pieces, self._pieces + 1
         return self._guarded(lambda: self.kind.run_together(self.levels, records, piece=piece))
 
-    def sliced(
+    def compare(
+        self, k: int, runs: Sequence[Run], records: FloatArray, wanted: Run, case: _Case
+    ) -> None:
+        """Compare the next records of estimator ``k`` with the interpreter's run of them."""
+        assert wanted.states is not None
+        compared = [(0, runs[k])] if runs else self._sliced(records, case.rows, wanted, case.before)
+        for place, run in compared:
+            part = wanted.rows(place, len(records))
+            row = self.agreements[k].add(run, part, case.rows + place)
+            if row is not None:
+                row += place
+                before = wanted.states[row - 1] if row else case.before
+                first, states, own = self._origin
+                self.differs[k] = before, records[row], (first, states, [*own])
+
+    def _sliced(
         self, records: FloatArray, start: int, wanted: Run, before: IntArray | None
     ) -> Iterator[tuple[int, Run]]:
         """Runs of slices in the next records, the first of which is row ``start``: place, run."""
@@ -110,22 +129,19 @@ class _Attempt:
             if first == part.start:
                 assert wanted.states is not None
                 states = before if first == start else wanted.states[first - start - 1]
-                self.origin = first, states, []
+                self._origin = first, states, []
                 level.reset()
                 if states is not None:
                     level.resume(states)
             rows = records[first - start : end - start]
-            self.origin[2].append(rows)
-            for run in self._guarded(partial(self._of_rows, rows)):
+            self._origin[2].append(rows)
+            for run in self._guarded(partial(map, level.run, [rows])):
                 yield first - start, run
 
-    def _of_rows(self, records: FloatArray) -> list[Run]:
-        return [self.levels[0].run(records)]
-
-    def _guarded(self, call: Callable[[], list[Run]]) -> list[Run]:
+    def _guarded(self, call: Callable[[], Iterable[Run]]) -> list[Run]:
         start = time.perf_counter()
         try:
-            return call()
+            return [*call()]
         except (ToolMissing, ToolFailed, SimulationFailed) as failed:
             self.error = str(failed).strip().splitlines()[0]
             return []
@@ -145,37 +161,38 @@ class _Case:
     truth: Differences | None = None
     #: The interpreter's states before the piece at hand; None before the first.
     before: IntArray | None = None
-    #: The interpreter's run of the piece at hand.
-    latest: Run | None = None
     feeds: list[Feed] = field(default_factory=list)
-    pieces: list[tuple[FloatArray, Run, Run]] = field(default_factory=list)
+    pieces: list[Part] = field(default_factory=list)
     clamped: Mapping[str, int] = field(default_factory=dict)
     warnings: dict[str, None] = field(default_factory=dict)
     #: Warnings about the rows so far.
     told: Sequence[str] = ()
-    #: By attempt: states before the first update that differs, and its record.
-    divergences: dict[int, tuple[IntArray | None, FloatArray]] = field(default_factory=dict)
-    #: And where the slice began in which it is.
-    origins: dict[int, tuple[int, IntArray | None, list[FloatArray]]] = field(default_factory=dict)
 
     def take(self, block: Feed, keep_all: bool) -> None:
         """Rows of the log; they are kept, those of a long log only to keep all."""
+        if not len(block):
+            return
         self.truth = self.truth or Differences(self.outputs, block.truth, judged=False)
-        self.clamped = block.clamped
-        self.told = block.warnings if len(block) else self.told
+        self.clamped, self.told = block.clamped, block.warnings
         if keep_all or not self.feeds:
             self.feeds.append(block)
 
-    def differs(self, attempt: int, row: int, records: FloatArray, wanted: Run) -> None:
-        """The first update in which an attempt differs is a row of the piece at hand."""
-        assert wanted.states is not None
-        before = wanted.states[row - 1] if row else self.before
-        self.divergences[attempt] = before, records[row]
+    def add(self, part: Part, keep_all: bool) -> None:
+        """Judge the next rows."""
+        given, start = part.given, self.rows
+        states = self.judge.add(given.inputs, part.fixed, part.floating)
+        self.folded.add(given.inputs)
+        if self.truth is not None:
+            truth = {n: np.where(given.counts, v, np.nan) for n, v in given.truth.items()}
+            self.truth.add(part.fixed.outputs, truth)
+        self.before, self.rows = states[-1], start + len(given)
+        if keep_all or start < KEPT:
+            self.pieces.append(part)
 
     @property
     def complete(self) -> bool:
         """Whether all rows are kept."""
-        return sum(len(records) for records, _, _ in self.pieces) == self.rows
+        return sum(len(part.given) for part in self.pieces) == self.rows
 
 
 class Check:
@@ -285,31 +302,19 @@ class Check:
         interpreter = _Attempt(
             Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
         )
-        floating = self._levels(CompiledFloat)
-        pieces = 0
+        number = count()
         for blocks, more in _ahead(self._blocks(sources)):
-            records = [block.inputs for block in blocks]
             for case, block in zip(cases, blocks, strict=True):
-                if len(block):
-                    case.take(block, keep_all)
+                case.take(block, keep_all)
             if not cases[0].pieces:
-                self._begin(cases, records, more, attempts, interpreter)
-            for start in range(0, max(map(len, records)), rows):
-                piece = [x[start : start + rows] for x in records]
-                real = CompiledFloat.run_together(floating, piece, piece=pieces)
-                pieces += 1
-                self._piece(cases, piece, real, attempts, interpreter, keep_all)
-                for case, block in zip(cases, blocks, strict=True):
-                    if case.latest is not None and case.truth is not None and start < len(block):
-                        part = block.rows(start, start + rows)
-                        truth = {n: np.where(part.counts, v, np.nan) for n, v in part.truth.items()}
-                        case.truth.add(case.latest.outputs, truth)
+                self._begin(cases, [block.inputs for block in blocks], more, attempts, interpreter)
+            for start in range(0, max(map(len, blocks)), rows):
+                piece = [block.rows(start, start + rows) for block in blocks]
+                self._piece(next(number), cases, piece, attempts, interpreter, keep_all)
         results = []
         for k, case in enumerate(cases):
             again = partial(self._again, k, case, sources)
-            levels = [
-                self._judged(n, x, k, case, again, reproducer) for n, x in enumerate(attempts)
-            ]
+            levels = [self._judged(x, k, again, reproducer) for x in attempts]
             own = interpreter.agreements[k].result(interpreter.seconds)
             own = dataclasses.replace(own, reference=True)
             if Interpreted.name in self.levels or own.error:
@@ -328,17 +333,17 @@ class Check:
                 fix="check them one by one",
             )
         length = len(sources[0])
-        count = min(SLICES, rows)
-        each = rows // count
-        if each * count >= length:
+        several = min(SLICES, rows)
+        each = rows // several
+        if each * several >= length:
             return
-        starts = [k * (length - each) // max(count - 1, 1) for k in range(count)]
+        starts = [k * (length - each) // max(several - 1, 1) for k in range(several)]
         for attempt in attempts:
             if attempt.kind.resumes and attempt.tool != "icarus":
                 attempt.slices = [range(start, start + each) for start in starts]
                 attempt.slice_text = (
-                    f"{count} slices of {each} rows spread over {length}, each from the states of "
-                    "the integer model"
+                    f"{several} slices of {each} rows spread over {length}, each from the states "
+                    "of the integer model"
                 )
 
     @property
@@ -372,10 +377,10 @@ class Check:
         """Look at the leading rows, and begin on every level."""
 
         def say(what: str, most: int | None = None) -> None:
-            count = sum(len(x[:most]) for x in records)
+            updates = sum(len(x[:most]) for x in records)
             turns = f" of {self._count} programs" if self._count > 1 else ""
             longer = " and more" if more and most is None else ""
-            self.progress(f"{what}, {count} updates{longer}{turns}")
+            self.progress(f"{what}, {updates} updates{longer}{turns}")
 
         if self._shortage is None:
             check_sound(self.build, records)
@@ -399,55 +404,36 @@ class Check:
 
     def _piece(
         self,
+        number: int,
         cases: Sequence[_Case],
-        piece: Sequence[FloatArray],
-        floating: Sequence[Run],
+        piece: Sequence[Feed],
         attempts: Sequence[_Attempt],
         interpreter: _Attempt,
         keep_all: bool,
     ) -> None:
-        """Run a piece on every level, and compare.
+        """Run a piece, of that number, on every level, and compare.
 
         The interpreter has the states that another level has shown if any has.
         """
-        tried = [attempt.advance(piece) for attempt in attempts]
+        records = [rows.inputs for rows in piece]
+        floating = CompiledFloat.run_together(self._levels(CompiledFloat), records, piece=number)
+        tried = [attempt.advance(records) for attempt in attempts]
         shown = next((runs for runs in tried if runs and runs[0].states is not None), None)
         for k, level in enumerate(interpreter.levels):
             level.shown = None if shown is None else shown[k].states
-        fixed = interpreter.advance(piece)
-        for k, (case, wanted) in enumerate(zip(cases, fixed, strict=True)):
-            if not len(piece[k]):
-                continue
-            records = piece[k]
-            interpreter.agreements[k].add(wanted, wanted)
-            for n, (attempt, runs) in enumerate(zip(attempts, tried, strict=True)):
-                row = attempt.agreements[k].add(runs[k], wanted) if runs else None
-                if row is not None:
-                    case.differs(n, row, records, wanted)
-                for place, run in attempt.sliced(records, case.rows, wanted, case.before):
-                    part = wanted.rows(place, len(records))
-                    row = attempt.agreements[k].add(run, part, case.rows + place)
-                    if row is not None:
-                        first, states, parts = attempt.origin
-                        case.origins[n] = first, states, list(parts)
-                        case.differs(n, place + row, records, wanted)
-            states = case.judge.add(records, wanted, floating[k])
-            case.latest = wanted
-            case.folded.add(records)
-            case.before, case.rows = states[-1], case.rows + len(records)
-            if keep_all or case.rows - len(records) < KEPT:
-                case.pieces.append((records, wanted, floating[k]))
+        fixed = interpreter.advance(records)
+        for k, part in enumerate(map(Part, piece, fixed, floating)):
+            if len(part.given):
+                interpreter.compare(k, fixed, records[k], part.fixed, cases[k])
+                for attempt, runs in zip(attempts, tried, strict=True):
+                    attempt.compare(k, runs, records[k], part.fixed, cases[k])
+                cases[k].add(part, keep_all)
 
     def _again(
         self, number: int, case: _Case, sources: Sequence[Log]
     ) -> Iterator[tuple[FloatArray, IntArray]]:
         """Records of an estimator, piece by piece, with their states: what is kept, or of the C."""
-        if case.complete:
-            for records, run, _ in case.pieces:
-                assert run.states is not None
-                yield records, run.states
-            return
-        for part in self._parts(number, sources):
+        for part in case.pieces if case.complete else self._parts(number, sources):
             assert part.fixed.states is not None
             yield part.given.inputs, part.fixed.states
 
@@ -466,10 +452,8 @@ class Check:
 
     def _judged(
         self,
-        attempt: int,
         tried: _Attempt,
         number: int,
-        case: _Case,
         again: Callable[[], Iterator[tuple[FloatArray, IntArray]]],
         reproducer: OutputFile | None,
     ) -> LevelResult:
@@ -480,9 +464,8 @@ class Check:
         level, agreement = tried.levels[number], tried.agreements[number]
         if (step := agreement.first_wrong) is None:
             return agreement.result(tried.seconds, slices=tried.slice_text)
-        before, record = case.divergences[attempt]
-        first, states, own = case.origins.get(attempt, (0, None, None))
-        pieces = (records for records, _ in again()) if own is None else own
+        before, record, (first, states, own) = tried.differs[number]
+        pieces = own or (records for records, _ in again())
         divergence = first_divergence(level, pieces, before, step, first=first, states=states)
         many = len(tried.levels)
         rest = f"with {many} programs in turns" if many > 1 else "all values equal"
@@ -509,19 +492,15 @@ class Check:
         accuracy: Accuracy,
     ) -> CheckResult:
         """All of an estimator on its log."""
-        records, fixed, floating = zip(*case.pieces, strict=True)
-        inputs, reference = np.concatenate(records), Run.joined(floating)
         given = Feed.joined(case.feeds)
-        book = beside_textbook(self.build, number, inputs, reference, given.t)
+        reference = Run.joined([part.floating for part in case.pieces])
+        book = beside_textbook(self.build, number, given.inputs, reference, given.t)
         for text in book.remarks:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(
-            given,
-            inputs=inputs,
-            clamped=dict(case.clamped),
-            warnings=(*case.told, *case.warnings, *book.remarks),
+            given, clamped=dict(case.clamped), warnings=(*case.told, *case.warnings, *book.remarks)
         )
-        run = Run.joined(fixed)
+        run = Run.joined([part.fixed for part in case.pieces])
         examined = self._claims_of(number)
         broken = {examined[k].claim for k in accuracy.broken if k < len(examined)}
         return CheckResult(
