@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 import io
-import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from boresight.gateware.attitude.system.attitude_frame import Attitude
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
 
 __all__ = ["plot_image"]
-
-
-def _broken(values: Sequence[float], gaps: set[int]) -> list[float]:
-    """Values, with NaN where the line would cross a wrap or a gap."""
-    out: list[float] = []
-    for k, value in enumerate(values):
-        if k and (abs(value - values[k - 1]) > 180.0 or k - 1 in gaps):
-            out.append(math.nan)
-        out.append(value)
-    return out
-
-
-def _times(values: Sequence[float], times: Sequence[float], gaps: set[int]) -> list[float]:
-    """The times that belong to `_broken`."""
-    out: list[float] = []
-    for k, time in enumerate(times):
-        if k and (abs(values[k] - values[k - 1]) > 180.0 or k - 1 in gaps):
-            out.append(time)
-        out.append(time)
-    return out
 
 
 def plot_image(
@@ -53,18 +34,24 @@ def plot_image(
     format : str
         "png", "svg" or "pdf".
     """
-    holes = {index for index, _ in gaps}
+    holes = [index for index, _ in gaps]
     with settings():
         figure, axes = figure_and_axes(5.6, 3, 1, sharex=True)
         for axis, name in zip(axes, ("heading", "pitch", "roll"), strict=True):
-            values = [getattr(a, name) for a in attitudes]
+            values = np.array([getattr(a, name) for a in attitudes])
+            # The line is broken at gaps and where an angle wraps.
+            wraps = np.flatnonzero(np.abs(np.diff(values)) > 180.0)
+            breaks = np.union1d(wraps, holes).astype(int) + 1
             single = {"marker": "."} if len(values) < 3 else {}
             for index, _ in gaps:
                 axis.axvspan(
                     times[index], times[index + 1], color=COLOUR["grey"], alpha=0.35, linewidth=0.8
                 )
             axis.plot(
-                _times(values, times, holes), _broken(values, holes), color=COLOUR[name], **single
+                np.insert(np.asarray(times, dtype=float), breaks, np.nan),
+                np.insert(values, breaks, np.nan),
+                color=COLOUR[name],
+                **single,
             )
             axis.set_ylabel(f"{name} [deg]")
         missing = sum(count for _, count in gaps)
