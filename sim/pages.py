@@ -69,7 +69,9 @@ def number(x: Any, digits: int = 4) -> str:
         return ("" if x > 0 else "\N{MINUS SIGN}") + "\N{INFINITY}"
     if x == 0 or 1e-3 <= abs(x) < 1e9:
         whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
-        text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"
+        text = (
+            f"{x:z,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:z.{digits}g}"
+        )
     else:
         mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
         mantissa = mantissa.rstrip("0").rstrip(".")

@@ -73,6 +73,7 @@ def settings() -> Any:
             "xtick.color": INK,
             "ytick.color": INK,
             "axes.linewidth": 0.7,
+            "axes.axisbelow": True,
             "lines.linewidth": 1.1,
             "legend.frameon": False,
             "path.simplify": False,

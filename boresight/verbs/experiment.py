@@ -110,5 +110,5 @@ def _line(group: tuple[Target, ...]) -> str:
         verdict = "FAIL" if any(target.binding for target in missed) else "miss"
     said = f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
     limits = dict.fromkeys(t.limits or "a finite number" for t in group if not t.good)
-    fewest = f", not judged with fewer than {first.fewest} runs" if first.fewest else ""
-    return said + (f", wanted {' / '.join(limits)}" if limits else fewest)
+    unjudged = f", {first.unjudged}" if first.needs else ""
+    return said + (f", wanted {' / '.join(limits)}" if limits else unjudged)

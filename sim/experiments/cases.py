@@ -79,7 +79,7 @@ class CasesExperiment(Experiment):
         figures = figures_of(outcomes, f"{self.name}_")
         figures |= {f"{self.name}_{key}": float(value) for key, value in self.cycles().items()}
         folder = Path(inspect.getfile(type(self))).parent
-        targets = targets_of(folder, figures, spreads_of(outcomes, f"{self.name}_"), runs)
+        targets = targets_of(folder, figures, spreads_of(outcomes, f"{self.name}_"), runs=runs)
         meanings = {name: case.meaning for name, case in self.cases.items()}
         rows: list[list[str | float]] = [
             [meaning, *(figures[f"{self.name}_{name}_{key}"] for key in self.columns.values())]

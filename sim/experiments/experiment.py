@@ -43,8 +43,8 @@ class Target:
         Range of the value over the runs.
     note : str
         Limits of the measurement.
-    fewest : int, optional
-        Where there were too few runs for the band: how many it takes. It is not judged then.
+    needs : str
+        What the band takes and the run did not have, as "250 runs": it is not judged then.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Target:
     beside: Mapping[str, float] = field(default_factory=dict)
     spread: tuple[float, float] | None = None
     note: str = ""
-    fewest: int | None = None
+    needs: str = ""
 
     def __post_init__(self) -> None:
         where = f"target {self.name}"
@@ -73,8 +73,8 @@ class Target:
 
     @property
     def judged(self) -> bool:
-        """It has a limit, and there were runs enough for it; else it is shown beside."""
-        return (self.low, self.high) != (None, None) and self.fewest is None
+        """It has a limit, and the run was long enough for it; else it is shown beside."""
+        return (self.low, self.high) != (None, None) and not self.needs
 
     @property
     def good(self) -> bool:
@@ -96,7 +96,7 @@ class Target:
     @property
     def unjudged(self) -> str:
         """Why it is not judged, where it has limits."""
-        return "" if self.fewest is None else f"not judged with fewer than {self.fewest} runs"
+        return f"not judged: needs {self.needs}" if self.needs else ""
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; ``limit`` is least and greatest good value, null for an open end."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from boresight.sim.experiments.experiment import Target
+from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.pages import Section, Verdict, number, page_of, section_of, unit
 
 __all__ = ["Section", "numbers", "render"]
@@ -12,20 +12,26 @@ __all__ = ["Section", "numbers", "render"]
 
 def numbers(values: Iterable[float], form: str = ".2f") -> str:
     """Several numbers as one cell."""
-    return ", ".join(f"{v:{form}}" for v in values).replace("-", "\N{MINUS SIGN}")
+    return ", ".join(f"{v:z{form}}" for v in values).replace("-", "\N{MINUS SIGN}")
 
 
 def render(
     name: str, intro: Sequence[str], targets: Sequence[Target], sections: Sequence[Section]
 ) -> str:
-    """HTML text that needs nothing else; a target without limits is shown and not judged."""
+    """HTML text that needs nothing else: sections, then targets.
+
+    A target without limits is shown and not judged.
+    """
     judged = [target for target in targets if target.judged]
     met = f"Targets met: {sum(target.good for target in judged)} of {len(judged)}."
-    rows = [_row(target) for target in targets]
-    return page_of(f"Experiment {name}", intro, [section_of("Targets", rows, met), *sections])
+    rows = []
+    for group in grouped(targets):
+        notes = ["", *(target.note for target in group)]  # one that parts share stands once
+        rows += [_row(t, t.note if t.note != n else "") for t, n in zip(group, notes, strict=False)]
+    return page_of(f"Experiment {name}", [*intro, met], [*sections, section_of("Targets", rows)])
 
 
-def _row(target: Target) -> dict[str, object]:
+def _row(target: Target, note: str) -> dict[str, object]:
     """A target as cells by column."""
     verdict = Verdict("pass" if target.good else "FAIL", target.good) if target.judged else None
     least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
@@ -37,5 +43,5 @@ def _row(target: Target) -> dict[str, object]:
         **target.beside,
         "target": target.limits or None,
         "verdict": verdict or target.unjudged or None,
-        "note": "; ".join(filter(None, ["reported" * (not target.binding), target.note])) or None,
+        "note": "; ".join(filter(None, ["reported" * (not target.binding), note])) or None,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -16,26 +17,26 @@ def targets_of(
     place: str | Path,
     figures: Mapping[str, float],
     spreads: Mapping[str, tuple[float, float]] | None = None,
-    runs: int | None = None,
+    **counts: float,
 ) -> tuple[Target, ...]:
     """The rows of the ``targets.csv`` of a package, or of a folder, judged by the figures.
 
     Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
     ``part``, ``over`` and ``less`` (the figure is divided by that one, or less that one), ``unit``,
-    ``note``, ``reported`` ("yes": a claim of others that does not bind), ``runs`` (the band is
-    that of so many runs; with fewer ``runs`` it is not judged). Any other column holds the same
-    figure from another source, which its head names. ``spreads``: least and greatest of the runs,
-    by figure.
+    ``note``, ``reported`` ("yes": a claim of others that does not bind), ``runs`` and
+    ``hours`` (the band is that of so many; with fewer, by ``counts``, it is not judged). Any other
+    column holds the same figure from another source, which its head names. ``spreads``: least and
+    greatest of the runs, by figure. A figure that is missing is not a number.
     """
     folder = files(place) if isinstance(place, str) else place
     text = folder.joinpath("targets.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(text.splitlines())
-    return tuple(_target(row, figures, spreads or {}, runs) for row in rows)
+    return tuple(_target(row, figures, spreads or {}, counts) for row in rows)
 
 
 _COLUMNS = frozenset(
     ("figure", "name", "part", "source", "low", "high", "over", "less")
-    + ("unit", "note", "reported", "runs")
+    + ("unit", "note", "reported", "runs", "hours")
 )
 
 
@@ -43,14 +44,14 @@ def _target(
     row: Mapping[str, str],
     figures: Mapping[str, float],
     spreads: Mapping[str, tuple[float, float]],
-    runs: int | None,
+    counts: Mapping[str, float],
 ) -> Target:
-    value, spread = figures[row["figure"]], spreads.get(row["figure"])
+    value, spread = figures.get(row["figure"], math.nan), spreads.get(row["figure"])
     if row.get("over"):
         value, spread = value / figures[row["over"]], None
     if row.get("less"):
         value, spread = value - figures[row["less"]], None
-    fewest = int(row.get("runs") or 0)
+    needs = [f"{row[k]} {k}" for k, n in counts.items() if n < float(row.get(k) or 0)]
     return Target(
         name=row["name"],
         part=row.get("part", ""),
@@ -63,5 +64,5 @@ def _target(
         beside={head: float(text) for head, text in row.items() if head not in _COLUMNS and text},
         spread=spread,
         note=row.get("note", ""),
-        fewest=fewest if runs is not None and runs < fewest else None,
+        needs=", ".join(needs),
     )

@@ -37,7 +37,7 @@ _BOTH: tuple[tuple[str, str, dict[str, Any], dict[str, Any], int, bool], ...] = 
     ("literal", "index read literally: H = [I 0]", {}, {"reading": "literal"}, 4, False),
     ("plus", "all errors plus, exact start", _PLUS, {}, 1, False),
     ("noise", "fibre-optic noise", _NOISE, {}, 2, True),
-    ("nods", "the same, and the array nods by 5 arcsec", _NODS, {}, 1, False),
+    ("nods", "fibre-optic noise, nods of 5 arcsec", _NODS, {}, 1, False),
 )
 
 CASES = {

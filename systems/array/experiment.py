@@ -61,7 +61,13 @@ class Array(Experiment):
         for config, (schedule,) in schedules_of(ArrayAttitude()).items():
             figures[f"array_interval_cycles_{config}"] = float(schedule.interval)
             figures[f"array_attitude_latency_cycles_{config}"] = float(schedule.latency)
-        targets = targets_of("boresight.systems.array", figures, spreads_of(flown, "array_"))
+        targets = targets_of(
+            "boresight.systems.array",
+            figures,
+            spreads_of(flown, "array_"),
+            runs=runs,
+            hours=self.hours,
+        )
         hourly = {
             name: [result.hourly.tolist() for result in group.each] for name, group in flown.items()
         }

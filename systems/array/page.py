@@ -63,12 +63,18 @@ def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:
         pooled = flown[name].pooled()
         cells = [
             numbers((pooled[key] for key in keys), ".0f" if keys[0] == "used_sum" else ".3g")
-            if case.compared or not keys[0].startswith("fixed")
+            if _is_known(keys[0], name, flown)
             else ""
             for keys in _COLUMNS.values()
         ]
         rows.append([case.meaning, str(len(flown[name].each)), *cells])
     return rows
+
+
+def _is_known(figure: str, name: str, flown: Mapping[str, Runs]) -> bool:
+    if figure.endswith("sigma"):
+        return len(flown[name].each[0].hourly) > 1  # one hour has no spread
+    return CASES[name].compared or not figure.startswith("fixed")
 
 
 def _bands(flown: Mapping[str, Runs], key: str) -> str:

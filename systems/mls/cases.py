@@ -45,9 +45,9 @@ CASES = {
     "norm_free": Case("q never set to norm one", {"norm": "free"}),
     "norm_free_28": Case("(28), and q never set to norm one", _FREE),
     "bias": Case("gyro biases drawn, 0.2 deg/s each axis", errors=_SPREAD),
-    "bias_follows": Case("the same, gyro_sd 11 deg/s", params=_FOLLOWS, errors=_SPREAD),
+    "bias_follows": Case("gyro biases drawn, gyro_sd 11 deg/s", params=_FOLLOWS, errors=_SPREAD),
     "rolling": Case("ship turning by +-10 deg about each axis", full=True, **_ROLLING),
-    "rolling_bias": Case("the same, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, **_ROLLING),
+    "rolling_bias": Case("ship turning, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, **_ROLLING),
     **{
         f"sea_{n}": Case(f"carrier in sea state {n}", motion=f"sea_{n}", steered=n > 4)
         for n in (4, 5, 6)

@@ -59,7 +59,9 @@ class Mls(Experiment):
         for config, schedules in schedules_of(MlsAttitude(), ArrayPhases()).items():
             for name, schedule in zip(("mls", "phases64"), schedules, strict=True):
                 figures[f"{name}_interval_cycles_{config}"] = float(schedule.interval)
-        targets = targets_of("boresight.systems.mls", figures, spreads_of(flights, "mls_"))
+        targets = targets_of(
+            "boresight.systems.mls", figures, spreads_of(flights, "mls_"), runs=runs
+        )
         meanings = {name: case.meaning for name, case in CASES.items()}
         text = render(meanings, pooled_runs, flights, patterns, targets)
         return ExperimentResult(

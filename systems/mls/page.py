@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -17,6 +18,8 @@ from boresight.systems.mls.runs import AXES, AZIMUTHS, ENCODER_DEG, SETTLED
 from boresight.systems.mls.world import SCAN_DEG
 
 __all__ = ["render"]
+
+MINUS = "\N{MINUS SIGN}"
 
 _INTRO = (
     "A landing-system array on a moving deck. Wang Ding et al. (2018) show pulses of a phased "
@@ -62,7 +65,7 @@ def render(
     """HTML text: no script, nothing outside."""
     pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
     trials: list[list[str | float]] = [
-        [f"{n}, {_words(name)}", *trial.figures.values()]
+        [f"{n}, {_trial(name)}", *trial.figures.values()]
         for n, by_name in patterns.items()
         for name, trial in by_name.items()
     ]
@@ -82,8 +85,22 @@ def render(
     )
 
 
+def _trial(name: str) -> str:
+    """``x_05_m60_at_30`` in words."""
+    axis, b, azimuth, *elevation = name.replace("at_", "").split("_")
+    at = "".join(f", elevation {e}" for e in elevation)
+    return f"{axis.upper()}, 0.{b[1:]}, {azimuth.replace('m', MINUS)} deg{at}"
+
+
 def _words(name: str) -> str:
-    return name.replace("_", " ")
+    """The name of a figure in words, its unit last."""
+    name = {"closed": "gain, closed form", "wrong": "wrong peaks"}.get(name, name)
+    words = name.replace("m60", f"{MINUS}60").replace("sidelobe", "side lobe").split("_")
+    units = {"deg": "deg", "ms": "ms", "db": "dB"}
+    if name in ("width", "sd"):
+        words.append("deg")
+    last = units.get(words[-1])
+    return " ".join(words[:-1]) + f", {last}" if last else " ".join(words)
 
 
 def _cases(
@@ -94,7 +111,9 @@ def _cases(
     beam = [key for key in keys if key.startswith(("beam_", "uncompensated_"))]
     for title, some in (("Cases", [k for k in keys if k not in beam]), ("Beams", beam)):
         rows: list[list[str | float]] = [
-            [meanings[n], *(f[k] for k in some)] for n, f in figures.items() if some[0] in f
+            [meanings[n], *(f.get(k, math.nan) for k in some)]
+            for n, f in figures.items()
+            if some[0] in f
         ]
         yield Section(title=title, columns=("", *map(_words, some)), rows=rows)
 
@@ -137,6 +156,11 @@ def _table(nominal: Runs, late: Runs) -> str:
         return svg(figure, "table")
 
 
+def _near(azimuth: float) -> tuple[float, float]:
+    most = SCAN_DEG + 2.0
+    return max(azimuth - 20.0, -most), min(azimuth + 20.0, most)
+
+
 def _beams(runs: Runs) -> str:
     """Figure 7: pulses with and without compensation."""
     with settings():
@@ -147,7 +171,7 @@ def _beams(runs: Runs) -> str:
             for (scan, amplitude), name in zip(pulses, ("grey", "heading"), strict=True):
                 label = "level array" if name == "grey" else "compensated"
                 axes.plot(scan, amplitude, color=COLOUR[name], label=label)
-            axes.set(xlabel="scan, deg", xlim=(azimuth - 20.0, azimuth + 20.0))
+            axes.set(xlabel="scan, deg", xlim=_near(azimuth))
         row[0].set_ylabel("amplitude")
         legend(row[0], 2)
         return svg(figure, "beams")

@@ -118,11 +118,14 @@ def _rms(x: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
 
 
 def pooled(runs: Runs) -> dict[str, float]:
-    """Figures of a case; the worst axis and the lag are those of all its runs together."""
+    """Figures of a case; the worst axis and the lag are those of all its runs together.
+
+    Without a lag where the motion is too slow to tell: the spread still falls at `MOST_LAG`.
+    """
     figures = runs.pooled()
     figures["worst_deg"] = max(figures[f"{axis}_deg"] for axis in AXES)
-    figures["lag_ms"] = float(np.mean(runs.each, axis=0).argmin(axis=0).max())
-    return figures
+    lag = int(np.mean(runs.each, axis=0).argmin(axis=0).max())
+    return figures if lag == MOST_LAG - 1 else figures | {"lag_ms": float(lag)}
 
 
 def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ def each(
     spread: Mapping[str, Any] | None = None,
     note: str = "",
     binding: bool = False,
-    fewest: int | None = None,
+    needs: str = "",
     **beside: Sequence[float] | None,
 ) -> Iterator[Target]:
     """A target for each axis; of values for more axes the last ones count.
@@ -42,7 +42,7 @@ def each(
             high=band[k][1],
             unit=unit,
             binding=binding,
-            fewest=fewest,
+            needs=needs,
             beside={origin: values[k] for origin, values in beside.items() if values is not None},
             spread=None if spread is None else (spread["p05"][k], spread["p95"][k]),
             note=note,

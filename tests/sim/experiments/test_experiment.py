@@ -56,7 +56,7 @@ class Mine(Experiment):
         targets = (
             Target(name="error", source="data sheet", value=0.5, high=high, unit="deg"),
             Target(name="rate", source="a paper", value=9.0, high=1.0, binding=False),
-            Target(name="gain", source="ours", value=9.0, high=1.0, fewest=50),
+            Target(name="gain", source="ours", value=9.0, high=1.0, needs="50 runs"),
         )
         return ExperimentResult(
             figures={"error": 0.5}, targets=targets, details={"seed": seed}, pages={"mine.html": ""}
@@ -72,7 +72,7 @@ def test_an_own_experiment(high, code, tmp_path: Path, monkeypatch, capsys) -> N
     assert main(["experiment", "own_drive.py", "--seed", "7", "-o", "out"]) == code
     out, err = capsys.readouterr()
     assert "3 runs from seed 7" in err and "1 missed that are reported, not binding" in out
-    assert "not judged with fewer than 50 runs" in " ".join(out.split())
+    assert "not judged: needs 50 runs" in " ".join(out.split())
     data = json.loads(Path("out/mine.json").read_text())
     assert data["figures"] == {"error": 0.5} and data["details"] == {"seed": 7}
     assert [target["pass"] for target in data["targets"]] == [not code, False, True]
@@ -138,4 +138,4 @@ def test_targets_are_a_table(tmp_path: Path) -> None:
     error, ratio, count = targets_of(tmp_path, {"a": 0.3, "b": 0.1}, {"a": (0.2, 0.4)}, runs=20)
     assert error.good and error.beside == {"prototype": 0.4} and error.spread == (0.2, 0.4)
     assert ratio.value == pytest.approx(3.0) and ratio.good and not ratio.binding
-    assert count.fewest == 50 and not count.judged
+    assert count.needs == "50 runs" and not count.judged

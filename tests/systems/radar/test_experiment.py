@@ -7,9 +7,6 @@ from boresight.systems.radar.bound import covariances, deviations, jacobian
 from boresight.systems.radar.runs import UNITS, predicted
 from boresight.systems.radar.world import NOISE, TwoRadars, placed, seen_from
 
-# -- the radar experiment: figures of runs that are known, which of them is judged how ------------
-
-
 # -- one run and its theory: errors against the world's truth, spreads against draws --------------
 
 
@@ -66,6 +63,3 @@ def test_bound_is_the_inverse_of_the_sum() -> None:
     assert deviations(covariances(jacobians, BOUND_NOISE, prior))[-1] == pytest.approx(
         wanted, rel=1e-6
     )
-
-
-# -- the page: every bias, every verdict, four plots, nothing from outside ------------------------
