@@ -36,6 +36,7 @@ __all__ = [
     "Progress",
     "PythonOnly",
     "Repeated",
+    "Scheduler",
     "Steps",
     "Texts",
     "Tolerances",
@@ -105,6 +106,7 @@ Steps: TypeAlias = Annotated[
 Jobs: TypeAlias = Annotated[
     int | None, Parameter(help="Number of processes; by default one for each processor.")
 ]
+Scheduler: TypeAlias = Annotated[str | None, Parameter(metavar="ADDRESS")]
 OutputFolder: TypeAlias = Annotated[
     str | Path, Parameter(name=["--output", "-o"], help="Folder for the files.", metavar="DIR")
 ]

@@ -292,9 +292,10 @@ def complete(
     *,
     say: Callable[[str], None],
     jobs: int | None = 1,
+    scheduler: str | None = None,
     executor: Executor | None = None,
+    shared: bool = True,
     batch: int = BATCH,
-    after_batch: Callable[[], None] | None = None,
 ) -> list[Row]:
     """Run the tasks whose rows the journal does not hold; return the rows of all, in order.
 
@@ -310,31 +311,44 @@ def complete(
     journal : Journal
     say : callable
         Called with a line after each batch.
-    jobs, executor
-        See `dispatch`.
+    jobs, scheduler, executor
+        See `dispatch` and `cluster`.
+    shared : bool
+        Whether other processes can make the context: it has texts, no objects of Python. Else the
+        tasks run in this process.
     batch : int
         Tasks that one process runs before it returns their rows.
-    after_batch : callable, optional
-        Called when the rows of a batch are in the journal.
+
+    Raises
+    ------
+    InputError
+        A scheduler is given for a context that is not shared. And as `cluster`.
     """
+    if scheduler is not None and not shared:
+        raise InputError.at(
+            "scheduler",
+            wanted="names or files, which its workers can read",
+            found="objects",
+            fix="give texts, or leave the scheduler out",
+        )
     remaining = [key for key in tasks if key not in journal.rows]
     known = len(tasks) - len(remaining)
     if known:
         say(f"{known} of {len(tasks)} runs are in {journal.path} already")
-    size = batch if executor is not None or processes(jobs) > 1 else 1
-    batches = [remaining[k : k + size] for k in range(0, len(remaining), size)]
-    calls = [(keys, work, (context, [tasks[key] for key in keys])) for keys in batches]
+    own = jobs if shared else 1
     start, done = time.monotonic(), known
-    for keys, rows in dispatch(jobs, calls, executor):
-        journal.add(dict(zip(keys, rows, strict=True)))
-        done += len(keys)
-        refused = sum(bool(journal.rows.get(key, {}).get("refused")) for key in tasks)
-        seconds = (time.monotonic() - start) * (len(tasks) - done) / (done - known)
-        say(
-            f"{done} of {len(tasks)} runs"
-            + (f", {refused} refused" if refused else "")
-            + (f", about {duration(seconds)} left" if done < len(tasks) else "")
-        )
-        if after_batch is not None:
-            after_batch()
+    with cluster(scheduler, executor) as workers:
+        size = batch if workers is not None or processes(own) > 1 else 1
+        batches = [remaining[k : k + size] for k in range(0, len(remaining), size)]
+        calls = [(keys, work, (context, [tasks[key] for key in keys])) for keys in batches]
+        for keys, rows in dispatch(own, calls, workers):
+            journal.add(dict(zip(keys, rows, strict=True)))
+            done += len(keys)
+            refused = sum(bool(journal.rows.get(key, {}).get("refused")) for key in tasks)
+            seconds = (time.monotonic() - start) * (len(tasks) - done) / (done - known)
+            say(
+                f"{done} of {len(tasks)} runs"
+                + (f", {refused} refused" if refused else "")
+                + (f", about {duration(seconds)} left" if done < len(tasks) else "")
+            )
     return [journal.rows[key] for key in tasks]

@@ -34,12 +34,13 @@ from boresight.options import (
     Profiles,
     Progress,
     PythonOnly,
+    Scheduler,
     Steps,
     Texts,
     Tolerances,
 )
 from boresight.parameters import params_of
-from boresight.sim.campaign import Journal, cluster, complete
+from boresight.sim.campaign import Journal, complete
 from boresight.sim.explore.cases import Case, Exploration, arguments_of, cases_of
 from boresight.sim.explore.measure import digest_of, measured, planned
 from boresight.sim.explore.page import render_page
@@ -80,7 +81,7 @@ def explore(
     params: Params = None,
     jobs: Jobs = None,
     again: bool = False,
-    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
+    scheduler: Scheduler = None,
     executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
     progress: Progress = None,
@@ -182,13 +183,6 @@ def explore(
     for log in read:
         if not arguments:
             feed(found, log.first)
-    if scheduler is not None and not isinstance(estimator, str):
-        raise InputError.at(
-            "scheduler",
-            wanted="an estimator by name or file, which its workers can read",
-            found="an object",
-            fix="give a text, or leave the scheduler out",
-        )
     files = [log.path for log in read if log.path is not None]
     folder, of = Path(output), f"explore-{found.name}"
     page = OutputFile(folder / f"{of}.html", inputs=files)
@@ -203,11 +197,9 @@ def explore(
         digest_of([log.first for log in read]),
     )
     plans, tasks = planned(exploration, cases, area=synth, route=route)
-    with cluster(scheduler, executor) as workers:
-        own = jobs if isinstance(estimator, str) else 1
-        complete(
-            exploration, measured, tasks, journal, say=say, jobs=own, executor=workers, batch=1
-        )
+    shared = isinstance(estimator, str)
+    where = {"jobs": jobs, "scheduler": scheduler, "executor": executor, "shared": shared}
+    complete(exploration, measured, tasks, journal, say=say, batch=1, **where)
     result = result_of(
         plans,
         journal.rows,

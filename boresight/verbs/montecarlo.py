@@ -13,8 +13,6 @@ from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import Parameter
-
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.tools.files import OutputFile
@@ -28,12 +26,13 @@ from boresight.options import (
     Profiles,
     Progress,
     PythonOnly,
+    Scheduler,
     Steps,
     Word,
     WorldName,
 )
 from boresight.parameters import params_of
-from boresight.sim.campaign import Journal, cluster, complete, digest
+from boresight.sim.campaign import Journal, complete, digest
 from boresight.sim.montecarlo.campaign import Campaign, draws, record_count
 from boresight.sim.montecarlo.figures import figures, result_of
 from boresight.sim.result import Result
@@ -59,7 +58,7 @@ def montecarlo(
     steps: Steps = None,
     jobs: Jobs = None,
     again: bool = False,
-    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
+    scheduler: Scheduler = None,
     executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
     progress: Progress = None,
@@ -127,16 +126,8 @@ def montecarlo(
     campaign.length = record_count(campaign, seed)
     seeds = {digest(campaign.identity, campaign.length, k): k for k in range(seed, seed + runs)}
     say = progress or (lambda text: None)
-    if scheduler is not None and not campaign.texts:
-        raise InputError.at(
-            "scheduler",
-            wanted="world and estimator by name or file, which its workers can read",
-            found="objects",
-            fix="give texts, or leave the scheduler out",
-        )
-    with cluster(scheduler, executor) as workers:
-        own = jobs if campaign.texts else 1
-        rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=workers)
+    where = {"jobs": jobs, "scheduler": scheduler, "executor": executor, "shared": campaign.texts}
+    rows = complete(campaign, draws, seeds, journal, say=say, **where)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)
         raise InputError.at(

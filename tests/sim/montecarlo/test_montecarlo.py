@@ -210,7 +210,7 @@ def test_two_processes(whole, tmp_path) -> None:
 
 
 def test_objects_cannot_go_to_a_cluster(tmp_path) -> None:
-    with pytest.raises(InputError, match="^scheduler: wanted world and estimator by"):
+    with pytest.raises(InputError, match="^scheduler: wanted names or files"):
         boresight.montecarlo(Constant, Mean, scheduler="tcp://here:8786", output=tmp_path)
 
 
