@@ -51,7 +51,7 @@ from boresight.sim.records.feed import feeds
 from boresight.sim.records.files import Log, log_files, logs_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import World, world_of
+from boresight.sim.worlds.world import is_world, world_of
 
 __all__ = ["GROUPS", "fit"]
 
@@ -117,7 +117,7 @@ def fit(
     place = profile_place(estimator, found.name)
     target = OutputFile(
         output or place or f"{found.name}.fit.json",
-        inputs=log_files(s for s in sources if isinstance(s, str | Path) and not _is_world(s)),
+        inputs=log_files(s for s in sources if isinstance(s, str | Path) and not is_world(s)),
     )
     say = progress or (lambda text: None)
     records = _records(found, sources, values, steps, say)
@@ -219,13 +219,6 @@ def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[i
     return None
 
 
-def _is_world(source: object) -> bool:
-    """Whether a source is a world: an object or class of one, or the text of one."""
-    if isinstance(source, str):
-        return ".py:" in source or source.endswith(".py")
-    return isinstance(source, World) or (isinstance(source, type) and issubclass(source, World))
-
-
 def _records(
     estimator: Estimator,
     sources: tuple[Any, ...],
@@ -235,8 +228,8 @@ def _records(
 ) -> dict[str, Inputs]:
     """Inputs by the name of the log, which is read in pieces, or of the world."""
     records: dict[str, Inputs] = {}
-    logs = [s for s in sources if not _is_world(s)]
-    worlds = [world_of(s) for s in sources if _is_world(s)]
+    logs = [s for s in sources if not is_world(s)]
+    worlds = [world_of(s) for s in sources if is_world(s)]
     for log in logs_of(logs, steps):
         records[_free(log.name, records)] = partial(_inputs, estimator, log)
     for world in worlds:

@@ -26,7 +26,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import call_of, names_of_entry_points
+from boresight.model.resolve import call_of
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile, output_folder
 from boresight.model.words.fixed import check_word
@@ -65,7 +65,7 @@ from boresight.sim.records.record import Column, Record
 from boresight.sim.result import Result
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
-from boresight.sim.worlds.world import WORLD_GROUP, World, drawn, world_of
+from boresight.sim.worlds.world import World, drawn, is_world, world_of
 
 __all__ = ["GROUPS", "run", "typed"]
 
@@ -145,7 +145,7 @@ def run(
         return _on_board(estimator, source, config, output, progress)
     found = find_estimator(estimator)
     build = Build(found, config=config, word=word, params=[params_of(estimator, params)])
-    if _is_world(source):
+    if is_world(source):
         world = world_of(source)
         if seed is not None:
             drawn(world, seed)
@@ -162,7 +162,7 @@ def run(
 
 def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
     """Write the outputs of a log, piece by piece."""
-    if len(words) < 2 or _is_world(words[1]) or words[1].partition("(")[0] == "board":
+    if len(words) < 2 or is_world(words[1]) or words[1].partition("(")[0] == "board":
         return {}
     level = (options.get("levels") or ["fixed"])[0]
     # The RTL replays a log from a reset on; all others go on from piece to piece.
@@ -170,15 +170,6 @@ def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[
     if "output" not in options and not shown.json:
         more["output"] = f"{find_estimator(words[0]).name}-{level}.csv"
     return more
-
-
-def _is_world(source: Any) -> bool:
-    """Whether a source is a world: an object, a class, a file, or the name of one."""
-    if isinstance(source, str):
-        if ".py" in source:
-            return not source.endswith(tuple(FORMATS))
-        return source.partition("(")[0] in names_of_entry_points(WORLD_GROUP)
-    return isinstance(source, World) or (isinstance(source, type) and issubclass(source, World))
 
 
 def _copied(log: Any, output: str | Path | None) -> Result:

@@ -65,6 +65,8 @@ class Accuracy:
         word holds.
     broken : frozenset of int
         Claims that a value broke; indices.
+    ranges : WordRanges or None
+        Extremes of every value, with their updates; None of floating point.
     """
 
     differences: tuple[Difference, ...]
@@ -76,6 +78,7 @@ class Accuracy:
     wasted: tuple[Wasted, ...] = ()
     reached: tuple[tuple[float, float] | None, ...] = ()
     broken: frozenset[int] = frozenset()
+    ranges: WordRanges | None = None
 
     @property
     def good(self) -> bool:
@@ -274,6 +277,7 @@ class Judge:
             tuple(wasted[:NAMED]),
             tuple(self._extremes(claim) for claim in self._claims),
             frozenset(broken),
+            self._ranges,
         )
 
     def _extremes(self, claim: Claim) -> tuple[float, float] | None:

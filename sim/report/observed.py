@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from boresight.firmware.build import CModel, WordRanges
+from boresight.firmware.build import WordRanges
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
@@ -72,16 +72,15 @@ class Observed:
                 raise ValueError(f"check must belong to program {expected[:12]}, not {actual[:12]}")
         first = checks[0]
         nodes, errors = first.build.nodes[first.number], dict[int, Rounding]()
-        ranges, counts = [], []
         for check in checks:
-            model, count = CModel(program), 0
-            seen: WordRanges | None = None
-            for words in _rounded(program, nodes, check, errors):
-                piece = model.observe(words)
-                seen, count = seen.followed(count, piece) if seen else piece, count + len(words)
-            assert seen is not None  # a log has an update
-            ranges.append(seen)
-            counts.append(count)
+            previous: IntArray | None = None
+            for columns, fixed, _ in check.parts():
+                assert fixed.states is not None
+                words = columns.words(program)
+                rounding = rounding_errors(program, nodes, words, fixed.states, previous)
+                for n, one in rounding.items():
+                    errors[n] = one.joined(errors.get(n, Rounding()))
+                previous = fixed.states[-1]
         estimator = first.build.estimators[first.number]
         declared = {
             (kind, d.name): d.line
@@ -96,9 +95,9 @@ class Observed:
         return cls(
             program,
             [c.given.record.name for c in checks],
-            counts,
+            [c.rows for c in checks],
             first.given.words(program),
-            ranges,
+            [c.accuracy.ranges for c in checks if c.accuracy.ranges is not None],
             errors,
             nodes,
             {n: line for n, line in lines.items() if line},
@@ -140,17 +139,3 @@ class Observed:
         """Numbers of updates, and their logs."""
         counts = zip(self.counts, self.logs, strict=True)
         return ", ".join(f"{count} updates of {log}" for count, log in counts)
-
-
-def _rounded(
-    program: Program, nodes: dict[int, Node], check: CheckResult, errors: dict[int, Rounding]
-) -> Iterator[IntArray]:
-    """Input words of a check's rows, piece by piece; their rounding goes to ``errors``."""
-    previous: IntArray | None = None
-    for columns, fixed, _ in check.parts():
-        words, states = columns.words(program), fixed.states
-        assert states is not None
-        for n, rounding in rounding_errors(program, nodes, words, states, previous).items():
-            errors[n] = rounding.joined(errors.get(n, Rounding()))
-        previous = states[-1]
-        yield words

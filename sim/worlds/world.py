@@ -10,9 +10,18 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.methods import called
-from boresight.model.resolve import load
+from boresight.model.resolve import load, names_of_entry_points
 
-__all__ = ["WORLD_GROUP", "BatchedWorld", "NamedWorld", "World", "bound_of", "drawn", "world_of"]
+__all__ = [
+    "WORLD_GROUP",
+    "BatchedWorld",
+    "NamedWorld",
+    "World",
+    "bound_of",
+    "drawn",
+    "is_world",
+    "world_of",
+]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
@@ -143,6 +152,15 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
 
 #: Reference to a world: a text, a class or an object.
 NamedWorld: TypeAlias = str | type[World] | World
+
+
+def is_world(source: Any) -> bool:
+    """Whether a source is a world: an object, a class, a file of Python, or an installed name."""
+    if isinstance(source, str):
+        stem, colon, _ = source.partition(".py:")
+        name = stem.partition("(")[0]
+        return bool(colon) or source.endswith(".py") or name in names_of_entry_points(WORLD_GROUP)
+    return isinstance(source, World) or (isinstance(source, type) and issubclass(source, World))
 
 
 def world_of(source: NamedWorld) -> World:
