@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +38,6 @@ from boresight.sim.boards import board_system
 from boresight.sim.levels.build import Build
 
 __all__ = [
-    "Proven",
     "SYSTEM_CLOCK_HZ",
     "TARGET_NAMES",
     "check_routable",
@@ -50,7 +48,6 @@ __all__ = [
     "is_open",
     "project_files",
     "project_folder",
-    "prove",
     "route_core",
     "together",
     "write_core",
@@ -93,29 +90,6 @@ _PROJECT = (
 )
 
 
-@dataclass(frozen=True)
-class Proven:
-    """Proof that what was compiled computes the programs, for all inputs (docs/proofs.md).
-
-    Attributes
-    ----------
-    operations : int
-        Operations of all programs.
-    firmware : bool
-        Whether the C is proven, too.
-    seconds : float
-        Time of the proof.
-    """
-
-    operations: int
-    firmware: bool
-    seconds: float
-
-    def __str__(self) -> str:
-        what = "microcode and C" if self.firmware else "microcode"
-        return f"{self.operations} operations, {what}, all inputs  {self.seconds:.1f} s"
-
-
 def core_files(
     names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False
 ) -> list[str]:
@@ -146,34 +120,6 @@ def project_files(board: str, *, system: bool) -> list[str]:
         names = ("README.txt", "top.v", router.pins[1], router.bitstream)
     names = (*names, *REGISTER_FILES) if system else names
     return [f"{project_folder(board)}/{name}" for name in names]
-
-
-def prove(core: Core, texts: Mapping[str, str]) -> Proven:
-    """Prove that the texts of a core compute its programs, for all inputs.
-
-    The microcode was proven when the core was built (`gateware.core`). Checked here are the
-    memories in the Verilog, which hold it, and the C.
-
-    Parameters
-    ----------
-    core : Core
-        The core.
-    texts : mapping
-        Files by name (`core_texts`).
-
-    Raises
-    ------
-    Refuted
-        They do not: a bug of the compiler.
-    """
-    start = time.perf_counter()
-    programs = [part.program for part in core.parts]
-    check_memories(core.machine, core.image, texts["core.v"])
-    firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
-    for program in programs:
-        validate_c(program, Body(program).name, firmware)
-    operations = sum(len(program.ops) for program in programs)
-    return Proven(operations, True, time.perf_counter() - start)
 
 
 def write_project(
@@ -262,19 +208,33 @@ def core_texts(
     return texts
 
 
-def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> Proven:
-    """Prove microcode and C of a core, then write its texts (`core_texts`).
+def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> str:
+    """Prove that texts of a core (`core_texts`) compute its programs for all inputs; write them.
+
+    The microcode was proven when the core was built (`gateware.core`). Checked here are the
+    memories in the Verilog, which hold it, and the C.
+
+    Returns
+    -------
+    str
+        What was proven.
 
     Raises
     ------
     Refuted
-        Microcode or C do not compute the programs, and nothing is written: a bug of the compiler.
+        The texts do not compute the programs, and nothing is written: a bug of the compiler.
     """
-    proven = prove(core, texts)
+    start = time.perf_counter()
+    check_memories(core.machine, core.image, texts["core.v"])
+    firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
+    for part in core.parts:
+        validate_c(part.program, Body(part.program).name, firmware)
+    seconds = time.perf_counter() - start
     for file, text in texts.items():
         (folder / file).parent.mkdir(exist_ok=True)
         write_text(folder / file, text)
-    return proven
+    operations = sum(len(part.program.ops) for part in core.parts)
+    return f"{operations} operations, microcode and C, all inputs  {seconds:.1f} s"
 
 
 def write_text(file: Path, text: str) -> None:

@@ -15,7 +15,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,6 @@ from typing import Any
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
-    Proven,
     check_routable,
     core_files,
     core_texts,
@@ -71,7 +69,7 @@ from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import JUDGED, report_data
 from boresight.sim.result import Result, plain
 
-__all__ = ["GROUPS", "compile"]
+__all__ = ["GROUPS", "compile", "figures_of"]
 
 GROUPS = (Profiles, Tolerances, Baseline)
 
@@ -197,51 +195,32 @@ def compile(
         if choice is not None:
             data["depth"] = plain(choice)
         if system is not None:
-            data["system"] = plain(DesignFigures.of(system))
+            data["system"] = plain(figures_of(system))
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
     return _result(Path(output), build, data, proven, area, system, clock, choice)
 
 
-@dataclass(frozen=True)
-class DesignFigures:
-    """What a design takes on a target, and its clock after routing.
+def figures_of(made: Mapped | Routed) -> dict[str, Any]:
+    """Cells of a design by resource, its clock [MHz] after routing, and an estimate of it before.
 
-    Attributes
-    ----------
-    target : str
-    used : mapping of str to float
-        Cells by resource: lut, ff, dsp, and the block RAM.
-    clock_mhz : float or None
-        Of the worst seed; None: not routed.
-    seeds : mapping of int to float
-        Clock of each seed, MHz.
-    estimate_mhz : mapping of str to float, optional
-        Estimate of the clock with ``median`` and ``p75`` (upper quartile) delays of nets.
+    The clock is that of the worst seed; the estimate is for ``median`` and ``p75`` (upper quartile)
+    delays of nets.
     """
-
-    target: str
-    used: Mapping[str, float]
-    clock_mhz: float | None
-    seeds: Mapping[int, float | None]
-    estimate_mhz: Mapping[str, float] | None = None
-
-    @classmethod
-    def of(cls, made: Mapped | Routed) -> DesignFigures:
-        """Those of a design."""
-        mapped = made.mapped if isinstance(made, Routed) else made
-        runs = made.runs if isinstance(made, Routed) else ()
-        clock = made.clock_mhz if isinstance(made, Routed) else None
-        timed = isinstance(made, Routed) and not made.untimed
-        seeds = {run.seed: run.clock_mhz if timed else None for run in runs}
-        estimate = None if made is not mapped or mapped.clock is None else mapped.clock.by_nets
-        return cls(mapped.target.name, mapped.used, clock, seeds, estimate)
+    data: dict[str, Any] = {"clock_mhz": None, "seeds": {}, "estimate_mhz": None}
+    mapped = made.mapped if isinstance(made, Routed) else made
+    if isinstance(made, Routed):
+        data["clock_mhz"] = made.clock_mhz
+        data["seeds"] = {run.seed: None if made.untimed else run.clock_mhz for run in made.runs}
+    elif made.clock is not None:
+        data["estimate_mhz"] = made.clock.by_nets
+    return {"target": mapped.target.name, "used": mapped.used, **data}
 
 
 def _result(
     output: Path,
     build: Build,
     data: dict[str, Any],
-    proven: Proven,
+    proven: str,
     area: Mapped | Routed | None,
     system: Mapped | Routed | None,
     clock: float | None,

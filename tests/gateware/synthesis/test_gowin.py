@@ -13,7 +13,7 @@ from boresight.gateware.synthesis.routed import Mapped
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import synthesise
 from boresight.model.errors import InputError
-from boresight.verbs.compile import DesignFigures, compile
+from boresight.verbs.compile import compile, figures_of
 from tests.support.router import REPORT, stand_in
 
 DESIGN = """
@@ -96,8 +96,8 @@ def test_a_multiplier_that_is_not_timed_leaves_no_clock(netlists, tmp_path, monk
     find_program.cache_clear()
     assert routed.clock_mhz is None and routed.untimed == ("MULT18X18",)
     assert "no delays of MULT18X18: no clock, other paths 66.6 MHz" in str(routed)
-    figures = DesignFigures.of(routed)
-    assert figures.clock_mhz is None and set(figures.seeds.values()) == {None}
+    figures = figures_of(routed)
+    assert figures["clock_mhz"] is None and {*figures["seeds"].values()} == {None}
 
 
 def test_a_clock_cannot_be_asked_for(tmp_path, monkeypatch):
