@@ -41,8 +41,6 @@ class ClaimResult:
         Updates of the search.
     witness : Witness or None
         Inputs of the search that leave the range.
-    on_covariances : bool
-        Whether the claim also holds for random covariances.
     folded : bool
         Whether no word holds the value, since the compiler decided with the claim all that the
         value enters; then ``log`` is of float64.
@@ -59,7 +57,6 @@ class ClaimResult:
     share: float
     updates: int = 0
     witness: Witness | None = field(default=None, repr=False)
-    on_covariances: bool = False
     folded: bool = False
 
     @property
@@ -99,7 +96,7 @@ class ClaimResult:
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
         data = {**vars(self), "witness": None if self.witness is None else vars(self.witness)}
-        return {k: v for k, v in data.items() if k not in ("updates", "on_covariances")}
+        return {k: v for k, v in data.items() if k != "updates"}
 
 
 def claim_results(
@@ -141,7 +138,6 @@ def _result(examined: Examined, log: tuple[float, float] | None, broken: bool) -
         max(shares, default=0.0),
         examined.updates,
         None if broken else examined.witness,
-        examined.on_covariances,
     )
 
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
-from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.boxes import is_proven
 from boresight.sim.ranges.claims import Claim, claims_of, live
-from boresight.sim.ranges.covariances import RandomCovariances
 from boresight.sim.ranges.search import RUNS, Reach, Search, Witness
 
 __all__ = ["Examined", "examine"]
@@ -39,8 +36,6 @@ class Examined:
         Inputs that break the claim.
     updates : int
         Updates of the search.
-    on_covariances : bool
-        Whether the claim depends on a covariance, and holds for random ones.
     """
 
     claim: Claim
@@ -48,7 +43,6 @@ class Examined:
     reach: Reach | None = None
     witness: Witness | None = None
     updates: int = 0
-    on_covariances: bool = False
 
 
 def examine(
@@ -80,11 +74,10 @@ def examine(
         updates = min(max(WORK // cost, FEWEST), MOST)
     search = Search(estimator, program, nodes, tried, seed)
     search.run(updates)
-    holding = _holding_on_covariances(estimator, program, nodes, tried, max(updates // 4, 1))
     found = {}
     for claim, reach in zip(tried, search.reach(), strict=True):
         witness = search.witness(reach) if reach.broken else None
-        found[claim] = Examined(claim, False, reach, witness, updates * RUNS, claim in holding)
+        found[claim] = Examined(claim, False, reach, witness, updates * RUNS)
     return [found.get(claim, Examined(claim, proven=True)) for claim in claims]
 
 
@@ -102,25 +95,3 @@ def _proven(claims: Sequence[Claim]) -> set[Claim]:
         if proven.issuperset(needed) and is_proven(claim):
             proven.add(claim)
     return proven
-
-
-def _holding_on_covariances(
-    estimator: Estimator,
-    program: Program,
-    nodes: Mapping[int, Node],
-    claims: Sequence[Claim],
-    updates: int,
-) -> set[Claim]:
-    """Claims that depend on a covariance among the states and hold for random ones."""
-    try:
-        covariance = covariance_of(estimator)
-    except InputError:
-        return set()
-    elements = {nodes[program.states[k][0]].number for _, _, k in covariance.elements}
-    dependent = [c for c in claims if elements & {node.number for node in live([c.node])}]
-    if not dependent:
-        return set()
-    draw = RandomCovariances(covariance, program)
-    search = Search(estimator, program, nodes, dependent, drawn_states=draw.states)
-    search.run(updates)
-    return {c for c, reach in zip(dependent, search.reach(), strict=True) if not reach.broken}

@@ -8,7 +8,7 @@ Every state was reached by a run from a reset.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,9 +99,6 @@ class Search:
         As `Estimator.compile_traced` gives them.
     claims : sequence of Claim
     seed : int
-    drawn_states : callable, optional
-        Replaces some of the states (n_states, runs) before every update; no run from a reset need
-        reach these.
     """
 
     def __init__(
@@ -111,11 +108,8 @@ class Search:
         nodes: Mapping[int, Node],
         claims: Sequence[Claim],
         seed: int = 1,
-        *,
-        drawn_states: Callable[[np.random.Generator, IntArray], IntArray] | None = None,
     ) -> None:
         self.estimator, self.program, self.claims = estimator, program, claims
-        self.drawn_states = drawn_states
         self.rng = np.random.default_rng(seed)
         self.machine = Interpreter(program, RUNS)
         self.machine.params = {}  # each run has its own
@@ -172,8 +166,6 @@ class Search:
     def _update(self) -> None:
         program, machine = self.program, self.machine
         self.inputs = self._next_inputs()
-        if self.drawn_states is not None:
-            self.states = self.drawn_states(self.rng, self.states)
         machine.states = self.states
         by_name = dict(zip((p.name for p in self.estimator.params), self.params, strict=True))
         for number in program.of_kind(Kind.PARAM):

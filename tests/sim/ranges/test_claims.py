@@ -221,11 +221,6 @@ def test_a_state_out_of_its_range_fails_on_the_log_and_is_told_of_the_search() -
     assert "state s is 6 in step 5, BEYOND its declared range [-5, 5]" in result.failures[0]
 
 
-def test_claims_of_a_covariance_are_tried_with_random_ones() -> None:
-    of_covariance = [x for x in examined(estimator_of("examples/kalman.py")) if x.on_covariances]
-    assert {x.claim.reason for x in of_covariance} >= {"standard deviations"}
-
-
 @pytest.mark.parametrize(
     "name",
     [
