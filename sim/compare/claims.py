@@ -37,8 +37,6 @@ class ClaimResult:
         Extremes of the value on the log, and in the search.
     share : float
         The farther of both, as a share of the range.
-    updates : int
-        Updates of the search.
     witness : Witness or None
         Inputs of the search that leave the range.
     folded : bool
@@ -55,7 +53,6 @@ class ClaimResult:
     log: tuple[float, float] | None
     search: tuple[float, float] | None
     share: float
-    updates: int = 0
     witness: Witness | None = field(default=None, repr=False)
     folded: bool = False
 
@@ -95,8 +92,7 @@ class ClaimResult:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
-        data = {**vars(self), "witness": None if self.witness is None else vars(self.witness)}
-        return {k: v for k, v in data.items() if k != "updates"}
+        return {**vars(self), "witness": None if self.witness is None else vars(self.witness)}
 
 
 def claim_results(
@@ -136,7 +132,6 @@ def _result(examined: Examined, log: tuple[float, float] | None, broken: bool) -
         log,
         search,
         max(shares, default=0.0),
-        examined.updates,
         None if broken else examined.witness,
     )
 

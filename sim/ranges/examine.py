@@ -10,7 +10,7 @@ from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import is_proven
 from boresight.sim.ranges.claims import Claim, claims_of, live
-from boresight.sim.ranges.search import RUNS, Reach, Search, Witness
+from boresight.sim.ranges.search import Reach, Search, Witness
 
 __all__ = ["Examined", "examine"]
 
@@ -34,15 +34,12 @@ class Examined:
         How far the search came.
     witness : Witness or None
         Inputs that break the claim.
-    updates : int
-        Updates of the search.
     """
 
     claim: Claim
     proven: bool
     reach: Reach | None = None
     witness: Witness | None = None
-    updates: int = 0
 
 
 def examine(
@@ -77,7 +74,7 @@ def examine(
     found = {}
     for claim, reach in zip(tried, search.reach(), strict=True):
         witness = search.witness(reach) if reach.broken else None
-        found[claim] = Examined(claim, False, reach, witness, updates * RUNS)
+        found[claim] = Examined(claim, False, reach, witness)
     return [found.get(claim, Examined(claim, proven=True)) for claim in claims]
 
 
