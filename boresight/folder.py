@@ -25,9 +25,10 @@ __all__ = ["build_in", "changes_in", "is_folder", "made_of"]
 _REPORT = "report.json"
 
 
-def is_folder(name: Any) -> TypeGuard[str]:
+def is_folder(name: Any) -> TypeGuard[str | Path]:
     """Whether an argument is a compiled folder; the name of an estimator comes first."""
-    if not isinstance(name, str) or name in names_of_entry_points(ESTIMATOR_GROUP):
+    installed = names_of_entry_points(ESTIMATOR_GROUP)
+    if not isinstance(name, str | Path) or name in installed:
         return False
     return any((Path(name) / file).is_file() for file in (MANIFEST, _REPORT))
 

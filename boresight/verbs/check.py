@@ -102,7 +102,7 @@ def check(
 
     Parameters
     ----------
-    estimator : str, class or Estimator
+    estimator : str, path, class or Estimator
         Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. The folder
         that compile wrote: its Verilog and C run, if no file has changed. A reproducer.json alone
         runs a difference again.
@@ -219,7 +219,7 @@ def _build(
     if is_folder(estimator):
         if (config, word, part, params) != ("small", 32, "xc6slx9", None):
             raise InputError.at(
-                estimator,
+                str(estimator),
                 wanted="no --config, --word, --target or --param: the folder has them",
                 found="one of them",
                 fix="leave it out",

@@ -40,6 +40,7 @@ def test_the_files_of_a_folder_are_what_runs(here: Path, data, said, refused, mo
     line = "check core mine.csv --steps 20 --levels c,rtl"
     result = data(line)
     assert result["good"] and result["results"][0]["identity"] == identity
+    assert boresight.check(Path("core"), "mine.csv", levels="c").good  # type: ignore[arg-type]
     assert "W = 32, core " + identity in said("check mine.py mine.csv --param alpha=0.25 -q")
     assert "wanted no --config" in refused(f"{line} --word 24")
     files = [path for path in Path("core").rglob("*") if path.is_file()]
