@@ -249,8 +249,9 @@ class Satcom(Estimator):
         ]
         white = ops.saturated(ops.where(full, 0.0, p.gyro_sd * half_scale * dt), STEP_LIMIT)
         walk = ops.saturated((2.0 * BIAS_UNIT) * p.bias_density * half_scale, STEP_LIMIT)
-        white_noise = white * white + ops.where(full, 0.0, FLOOR_NOISE)
-        walk_noise = ops.where(bias_full, 0.0, walk * walk * dt + FLOOR_NOISE)
+        # A word of noise keeps rounding small where the declared noise is smaller.
+        white_noise = ops.where(full, 0.0, ops.maximum(white * white, FLOOR_NOISE))
+        walk_noise = ops.where(bias_full, 0.0, ops.maximum(walk * walk * dt, FLOOR_NOISE))
         return drifted(p0, g, white_noise, walk_noise)
 
     @staticmethod

@@ -15,7 +15,7 @@ from tests.support.compiled_float import compiled_float
 GRAVITY = 9.80665
 DT = 0.02
 SCALE = 8.0
-FLOOR = 2.0**-28 / SCALE**2  # the filter's noise against rounding
+FLOOR = 2.0**-28 / SCALE**2  # the filter's least noise, against rounding
 DEFAULT = {p.name: p.default for p in Satcom.params}
 
 
@@ -79,8 +79,8 @@ class Textbook:
         F = np.eye(7)
         F[:4, :4], F[:4, 4:] = right(dq), -DT / 2 * xi(q)
         Q = np.zeros((7, 7))
-        Q[:4, :4] = ((DT / 2 * p.gyro_sd) ** 2 + FLOOR) * xi(q) @ xi(q).T
-        Q[4:, 4:] = (p.bias_density**2 * DT + FLOOR / BIAS_UNIT**2) * np.eye(3)
+        Q[:4, :4] = max((DT / 2 * p.gyro_sd) ** 2, FLOOR) * xi(q) @ xi(q).T
+        Q[4:, 4:] = max(p.bias_density**2 * DT, FLOOR / BIAS_UNIT**2) * np.eye(3)
         P = F @ self.P @ F.T + Q
 
         phi, theta, psi = angles(q)
