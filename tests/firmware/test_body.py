@@ -1,4 +1,4 @@
-"""Statements, helper functions, names and frame of the emitted C."""
+"""Names, helper functions and lines of the emitted C."""
 
 import ctypes
 import random
@@ -14,22 +14,12 @@ from hypothesis import strategies as st
 from boresight.firmware.body import Body
 from boresight.firmware.build import find_compiler
 from boresight.firmware.helpers import definitions, helpers
-from boresight.firmware.layout import banner, block, head, join
+from boresight.firmware.layout import block
 from boresight.firmware.names import identifier, literal, unique
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import (
-    Kind,
-    Negate,
-    Op,
-    Overflow,
-    Program,
-    Scale,
-    Term,
-    Value,
-    When,
-)
+from boresight.model.words.program import Kind, Op, Program, Term, Value
 
-# -- `firmware.body`: names, and the statements of small operations -------------------------------
+# -- `firmware.body`: names, and what is left out -------------------------------------------------
 
 
 def value(name: str, kind: Kind, initial: int = 0) -> Value:
@@ -58,50 +48,6 @@ def program(op: Op, *, name: str = "small", outputs: tuple[int, ...] = (3,)) -> 
 
 def statements(op: Op, *, outputs: tuple[int, ...] = (3,)) -> list[str]:
     return Body(program(op, outputs=outputs)).statements(after=[])
-
-
-def test_plain_operation() -> None:
-    assert statements(Op(3, (Term(0, 1, 22), Term(0, 0, 3, negate=Negate.YES)))) == [
-        "const int32_t v0_x = in->x; // fixed<32,1>, half turns, [-1, 1]",
-        "bool saturated = false;",
-        "uint64_t acc; // accumulator, modulo 2^64",
-        "",
-        "// y: fixed<32,1>, half turns, [-1, 1], SAT",
-        "acc = ROUND;",
-        "acc += mul_shift(v0_x, INT32_MIN, 22u); // k",
-        "acc -= mul_shift(v0_x, v0_x, 3u);",
-        "const int32_t v3_y = saturate(acc, &saturated);",
-        "",
-    ]
-
-
-def test_flag_norm_and_table() -> None:
-    lines = statements(
-        Op(
-            3,
-            (
-                Term(0, None, 9, 2, negate=Negate.UNLESS, when=When.IF, fraction_a=True),
-                Term(0, 2, 5, fraction_b=True, scale=Scale.EVEN, when=When.UNLESS),
-            ),
-            Overflow.WRAP,
-            flag=2,
-            flag_quarter=True,
-            norm=0,
-            index=0,
-            index_quarter=True,
-            table=1,
-        )
-    )
-    assert lines[-9:-1] == [
-        "// y: fixed<32,1>, half turns, [-1, 1], WRAP",
-        "flag = sign_mask_quarter(v2_s);",
-        "n = sign_count(v0_x);",
-        "segment = &TABLE[512u + 4u * segment_index_quarter(v0_x)];",
-        "acc = ROUND;",
-        "acc += negate_where(mul_shift(fraction(v0_x), segment[2], 9u), ~flag) & flag;",
-        "acc += mul_shift(v0_x, fraction(v2_s), shift_less(5u, n & ~1u)) & ~flag;",
-        "const int32_t v3_y = wrap(acc);",
-    ]
 
 
 def test_what_no_term_asks_for_is_left_out() -> None:
@@ -136,43 +82,7 @@ def test_what_only_a_state_takes_over_is_loaded() -> None:
 
 
 # --------------------------------------------------------------------------------------------------
-# `firmware.helpers`: only what is called, each before its callers, each against plain Python
-
-ALL = (
-    "mul_shift",
-    "shift_less",
-    "negate_where",
-    "sign_mask",
-    "sign_mask_quarter",
-    "sign_count",
-    "segment_index",
-    "segment_index_quarter",
-    "fraction",
-    "clip",
-    "saturate",
-    "wrap",
-)
-
-
-def defined(text: str) -> list[str]:
-    return re.findall(r"^static inline \w+ (\w+)\(", text, flags=re.M)
-
-
-def test_only_what_is_called() -> None:
-    assert helpers("") == ""
-    assert defined(helpers("x = fraction(y);")) == ["fraction"]
-    assert defined(helpers("wrap(acc)")) == ["shift_right", "to_signed", "wrap"]
-
-
-def test_definition_precedes_use() -> None:
-    text = helpers(" ".join(f"{name}()" for name in ALL))
-    names = defined(text)
-    assert set(ALL) < set(names)
-    for name in names:
-        first = re.search(rf"\b{name}\(", text)
-        assert first is not None
-        line = text[: first.end()].splitlines()[-1]
-        assert line.startswith("static inline"), name
+# `firmware.helpers`: each against plain Python
 
 
 @pytest.mark.parametrize("flags", [(), ("-U__GNUC__",)], ids=["gnu", "portable"])
@@ -266,11 +176,7 @@ def test_literal() -> None:
     ]
 
 
-# -- `firmware.layout`: the frame of a file -------------------------------------------------------
-
-
-def test_block_indents_but_leaves_blank_lines_empty() -> None:
-    assert block("void f(void)", ["a;", "", "b;"]) == "void f(void) {\n    a;\n\n    b;\n}"
+# -- `firmware.layout`: lines of at most 100 characters ------------------------------------------
 
 
 def test_block_of_a_long_opening() -> None:
@@ -281,20 +187,3 @@ def test_block_of_a_long_opening() -> None:
     assert block(fits.replace("f", "gf", 1), []) == (
         f"/* Sum. */\nvoid g{long}(\n    int a,\n    int (*b)(void)) {{\n}}"
     )
-
-
-def test_join_drops_empty_parts() -> None:
-    assert join("a", "", "b") == "a\n\nb\n"
-
-
-def test_banner_is_eighty_columns() -> None:
-    rule, title = banner("Functions").split("\n")
-    assert (len(rule), title) == (80, "// Functions")
-
-
-def test_head() -> None:
-    text = head("odd.c", "What it is.", "Made from x,", "and y.")
-    assert text.startswith(
-        "/**\n * @file odd.c\n * @brief What it is.\n *\n * Made from x,\n * and "
-    )
-    assert text.count("*/") == 1

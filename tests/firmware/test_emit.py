@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,7 +15,6 @@ import pytest
 from boresight.firmware.body import Body
 from boresight.firmware.build import CModel, find_compiler
 from boresight.firmware.emit import emit_c
-from boresight.firmware.host import host_source
 from boresight.firmware.many import ManyCModels
 from boresight.firmware.observe import observe_source
 from boresight.model.words.fixed import Arithmetic
@@ -164,22 +162,6 @@ def test_same_program_same_text() -> None:
         assert done.stdout == "".join(files.values())
 
 
-def test_header_says_formats_and_digest() -> None:
-    program = golden_program()
-    header = emit_c(program, prefix="yaw")["yaw.h"]
-    for line in (
-        f'#define YAW_DIGEST "{program.digest}"',
-        "#define YAW_IN_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]",
-        "#define YAW_GAIN_FRAC 31 // fixed<32,1>, [0, 1]",
-        "#define YAW_OUT_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]",
-        "    int32_t rate; // fixed<32,5>, rad/s, [-16, 16]",
-        "    bool saturated; // a result of this update was clamped",
-        "void yaw_init(yaw_t *self);",
-        "void yaw_update(yaw_t *self, const yaw_in_t *in, yaw_out_t *out);",
-    ):
-        assert line in header.split("\n")
-
-
 def test_outputs_have_their_units() -> None:
     """Also where the value that is one has none of its own, as any computed one."""
     golden = golden_program()
@@ -309,34 +291,3 @@ def test_words_are_checked(cache: Path) -> None:
     for bad in (np.zeros((1, n), np.int32), np.zeros((2, n)), np.zeros((2, n + 1), np.int32)):
         with pytest.raises(ValueError, match=rf"^inputs must be int32 \(2, {n}\)"):
             many.update(bad)
-
-
-# -- `firmware.host`: what the host's file declares (`test_build` runs it) ------------------------
-
-
-def test_entry_points(odd_names: Program) -> None:
-    text = host_source(Body(odd_names, prefix="odd"))
-    assert text.index('#include "odd.c"') < text.index("size_t odd_size(void);")
-    for name in ("odd_size", "odd_set_param", "odd_run", "odd_each"):
-        found = re.findall(rf"^(?:void|size_t) {name}\(", text, re.MULTILINE)
-        assert len(found) == 2, "a declaration and a definition"
-
-
-# -- `firmware.observe`: what an observed update tells (`test_build` runs it) ---------------------
-
-
-def test_entry_point(odd_names: Program) -> None:
-    text = observe_source(Body(odd_names, prefix="odd"))
-    assert '#include "odd.h"' in text and '.c"' not in text
-    found = re.findall(r"^void odd_observe\(", text, re.MULTILINE)
-    assert len(found) == 2, "a declaration and a definition"
-
-
-def test_every_word_is_given(odd_names: Program) -> None:
-    text = observe_source(Body(odd_names))
-    assert all(f"words[{n}] = " in text for n in range(len(odd_names.values)))
-
-
-def test_saturations_are_counted_one_by_one(odd_names: Program) -> None:
-    text = observe_source(Body(odd_names))
-    assert all(f"saturations[{op.dest}] += saturated" in text for op in odd_names.ops)

@@ -105,16 +105,6 @@ class Snug(Slow):
     states = (State("y", -1.0, 1.0, "", 0.9),)
 
 
-class Delayed(Slow):
-    """The same behind a state that is nothing but the last input."""
-
-    states = (State("last", -4.0, 4.0, "", 1.0), *Slow.states)
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        states, outputs = super().step(x, u, p)
-        return {"last": u.u, **states}, outputs
-
-
 class Stateless(Base):
     states: tuple[State, ...] = ()
     outputs = (Output("y", "", tolerance=1e-12),)

@@ -216,10 +216,3 @@ def test_text_of_double_precision() -> None:
     functions = ("fabs", "sqrt", "sin", "cos", "asin", "atan2", "floor")
     calls = " ".join(f"{name}f(" for name in functions)
     assert DOUBLE.of_single(calls) == calls.replace("f(", "(")
-
-
-def test_counterparts() -> None:
-    assert [(p.type, p.numpy) for p in (SINGLE, DOUBLE)] == [
-        ("float", np.float32),
-        ("double", np.float64),
-    ]

@@ -6,14 +6,10 @@ import re
 import subprocess
 from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from boresight.firmware.floating.emit import _folded, emit_float_c
-from boresight.firmware.floating.precision import SINGLE
-from boresight.firmware.floating.text import Expressions, float_helpers, operation_counts
+from boresight.firmware.floating.emit import emit_float_c
+from boresight.firmware.floating.text import Expressions, operation_counts
 from boresight.model import ops
 from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.lowering.trace import Trace, Tracer
@@ -74,24 +70,6 @@ def test_same_estimator_same_text() -> None:
     assert emit_float_c(estimator("ekf_bias")) == emit_float_c(estimator("ekf_bias"))
 
 
-WIDE = 80 * "x"
-
-
-@pytest.mark.parametrize(
-    "line, wanted",
-    [
-        (f"{WIDE} + y + 12345", [f"{WIDE} + y + 12345"]),
-        (f"{WIDE} * y + 123456", [f"{WIDE} * y", "    + 123456"]),
-        (f"{WIDE} + y * 123456", [f"{WIDE} + y", "    * 123456"]),
-        (f"{WIDE[:8]} + {WIDE}{WIDE}", [WIDE[:8], f"    + {WIDE}{WIDE}"]),
-        (f"{WIDE[:7]} + {WIDE}{WIDE}", [f"{WIDE[:7]} + {WIDE}{WIDE}"]),
-        (f"{WIDE} - {WIDE} - y1234", [WIDE, f"    - {WIDE}", "    - y1234"]),
-    ],
-)
-def test_long_statements_are_folded(line: str, wanted: list[str]) -> None:
-    assert _folded(line) == wanted
-
-
 # -- float expressions as C text: constants to the last bit, brackets where they matter -----------
 
 
@@ -112,23 +90,6 @@ def text_of(make) -> str:
     known = dict(re.fullmatch(r"const \w+ (\w+) = (.*);", line).groups() for line in variables)
     text = result.removeprefix("out->out = ").removesuffix(";")
     return known.get(text, text).replace("in->", "").replace("_i", "")
-
-
-@given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
-def test_literal_is_the_number(number: float) -> None:
-    text = SINGLE.literal(number)
-    assert text.endswith("f")
-    assert "." in text or "e" in text
-    assert np.float32(text[:-1]) == np.float32(number)
-
-
-def test_literals() -> None:
-    assert SINGLE.literal(1.0) == "1.0f"
-    assert SINGLE.literal(-0.5) == "-0.5f"
-    assert SINGLE.literal(1e-300) == "1.1754944e-38f"
-    assert SINGLE.literal(0.0) == "0.0f"
-    with pytest.raises(ValueError, match="^number must be finite in a float, not 1e"):
-        SINGLE.literal(1e39)
 
 
 @pytest.mark.parametrize(
@@ -237,36 +198,7 @@ def test_variables_differ() -> None:
     ]
 
 
-def test_truth_values_are_bool() -> None:
-    x, y = leaves("x", "y")
-    known = x < y
-    lines = written({"a": ops.where(known, x, 1.0), "b": ops.where(known, y, 2.0)})
-    assert f"const bool c{known.number} = x_i < y_i;" in lines
-
-
-def test_helpers_that_are_called() -> None:
-    assert float_helpers("clamp(1)").count("static inline") == 1
-    assert "floorf" in float_helpers("x = wrap_half_turns(x)")
-    assert float_helpers("unclamp(1)") == ""
-
-
 def test_functions_stay_functions() -> None:
     counts = operation_counts(ESTIMATORS["complementary"]().trace())
     assert (counts["sin"], counts["cos"], counts["asin"]) == (3, 3, 1)
     assert not {"const", "leaf", "named", "bounded"} & counts.keys()
-
-
-@pytest.mark.parametrize("spare, lines", [(0, 1), (1, 2)])
-def test_sixty_characters_are_written_inline(spare: int, lines: int) -> None:
-    x, y = leaves("x" * 25, "y" * (17 + spare))  # in->x + in->y - 1.0f
-    assert len(written({"out": x + y - 1.0})) == lines
-
-
-def test_what_is_long_gets_a_variable() -> None:
-    """Used once each: a chain is cut where it would grow beyond what is read at a glance."""
-    x, y, z = leaves(*"xyz")
-    chain = x
-    for k in range(40):
-        chain = chain * y + (z if k % 2 else x)
-    lines = written({"out": chain})
-    assert max(map(len, lines)) < 140 and 3 < len(lines) < 20

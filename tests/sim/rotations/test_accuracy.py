@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 from boresight.model.errors import InputError
 from boresight.sim.attitude.ma2014.paper import (
     AXES,
-    CYCLES,
     FIG_6_DEG,
     FIG_7_DEG,
     KI,
@@ -15,7 +14,6 @@ from boresight.sim.attitude.ma2014.paper import (
     OPEN,
     TABLE_1,
     TABLE_3,
-    TIME_US,
 )
 from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
 from boresight.sim.rotations.outputs import attitude_of, euler_deg_of, status_of
@@ -53,12 +51,12 @@ def test_turn_about_the_vertical_is_heading_and_any_level_axis_is_inclination(
             np.testing.assert_allclose(entry, degrees * share, rtol=1e-9, atol=2e-12)
 
 
-@pytest.mark.parametrize("norm", [1e-90, 0.3, 1.1, 1e90])
-def test_norms_do_not_count(norm: float) -> None:
+@pytest.mark.parametrize("norm", [1e-90, 0.3, -3.0, 1e90])
+def test_norms_and_signs_do_not_count(norm: float) -> None:
     q_ref, q_est = references(), references()[::-1]
     one = [q / np.linalg.norm(q, axis=1, keepdims=True) for q in (q_est, q_ref)]
     for wanted, entry in zip(
-        attitude_error(*one), attitude_error(norm * one[0], norm * one[1]), strict=True
+        attitude_error(*one), attitude_error(norm * one[0], abs(norm) * one[1]), strict=True
     ):
         np.testing.assert_allclose(entry, wanted, rtol=1e-12, atol=1e-12)
     q_est[3] = 0.0
@@ -84,13 +82,6 @@ def test_inclination_is_the_angle_between_the_verticals() -> None:
     np.testing.assert_allclose(
         attitude_error(p, q).inclination, np.degrees(np.arccos(back[:, 2])), rtol=1e-9
     )
-
-
-def test_sign_and_scale_of_a_quaternion_do_not_matter() -> None:
-    p, q = references(30), np.random.default_rng(4).normal(size=(30, 4))
-    for item, other in zip(attitude_error(p, q), attitude_error(-3 * p, 0.2 * q), strict=True):
-        np.testing.assert_allclose(item, other, rtol=1e-12)
-        assert np.all(item <= 180.0)
 
 
 def test_leading_axes_are_free() -> None:
@@ -177,11 +168,6 @@ def test_every_row_has_a_figure_for_each_axis() -> None:
         assert (np.array(TABLE_3[name]) < TABLE_3["gyro"]).all()
         assert (np.array(TABLE_3[name]) < TABLE_3["mag_acc"]).all()
     assert min(FIG_6_DEG) > FIG_7_DEG == 0.07
-
-
-def test_times_are_cycles_at_100_mhz() -> None:
-    assert CYCLES == {"complementary": 31_600, "kalman": 114_000}
-    assert {name: cycles / 100.0 for name, cycles in CYCLES.items()} == TIME_US
 
 
 def test_what_is_open_has_an_answer() -> None:
