@@ -69,27 +69,22 @@ def test_known_length(trace: Any) -> None:
     assert not saturated.any() and np.abs(fixed - floating).max() < 4e-9
 
 
-def test_roll_pitch_heading(trace: Any) -> None:
-    """Against scipy's intrinsic sequence z-y'-x''."""
-    angles = np.random.default_rng(1).uniform([-1, -0.47, -1], [1, 0.47, 1], (300, 3))
-    c = Rotation.from_euler("ZYX", np.pi * angles[:, ::-1]).as_matrix()
+@pytest.mark.parametrize(
+    "ours, sequence, order, most, seed",
+    [
+        (roll_pitch_heading_ht, "ZYX", [2, 1, 0], [1, 0.47, 1], 1),
+        (pitch_roll_heading_ht, "ZXY", [2, 0, 1], [0.47, 1, 1], 4),
+    ],
+)
+def test_angles_of_a_matrix(
+    trace: Any, ours: Any, sequence: str, order: list[int], most: list[float], seed: int
+) -> None:
+    """Against scipy's intrinsic sequences z-y'-x'' and z-x'-y''."""
+    angles = np.random.default_rng(seed).uniform(-np.array(most), most, (300, 3))
+    c = Rotation.from_euler(sequence, np.pi * angles[:, order]).as_matrix()
 
     def function(*elements: Any) -> Any:
-        return roll_pitch_heading_ht([elements[:3], elements[3:6], elements[6:]])
-
-    assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
-    fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)
-    error = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
-    assert not saturated.any() and np.abs(error).max() < 5e-8
-
-
-def test_pitch_roll_heading(trace: Any) -> None:
-    """Against scipy's intrinsic sequence z-x'-y''."""
-    angles = np.random.default_rng(4).uniform([-0.47, -1, -1], [0.47, 1, 1], (300, 3))
-    c = Rotation.from_euler("ZXY", np.pi * angles[:, [2, 0, 1]]).as_matrix()
-
-    def function(*elements: Any) -> Any:
-        return pitch_roll_heading_ht([elements[:3], elements[3:6], elements[6:]])
+        return ours([elements[:3], elements[3:6], elements[6:]])
 
     assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
     fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)

@@ -38,18 +38,6 @@ def listed(p: Any) -> Any:
     return symmetric(len(p), lambda i, j: p[i, j])
 
 
-def test_both_halves_are_the_same_scalar() -> None:
-    asked = []
-
-    def element(i: int, j: int) -> object:
-        asked.append((i, j))
-        return object()
-
-    p = symmetric(3, element)
-    assert asked == [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
-    assert all(p[i][j] is p[j][i] for i in range(3) for j in range(3))
-
-
 def test_states_hold_the_upper_half_and_come_back_as_a_matrix() -> None:
     states = covariance_states(3, lambda i: 0.1 * (i + 1))
     assert [s.name for s in states] == ["p00", "p01", "p02", "p11", "p12", "p22"]

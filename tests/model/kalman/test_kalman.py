@@ -12,7 +12,6 @@ import pytest
 import boresight
 from boresight import Input, InputError, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, in_turn, vector
-from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.registry import make_level
@@ -151,13 +150,6 @@ def test_fixed_point_and_c_are_equal_and_near(filter: type[Kalman], tmp_path: An
     assert result.textbook and "textbook" in str(result)
 
 
-def test_numpy_and_compiled_float_are_one_record() -> None:
-    inputs = cart(50)
-    run = Cart().run_float(inputs[:, :, None])
-    for name, values in floating(Cart(), inputs).items():
-        assert np.allclose(run.outputs[name][:, 0], values, rtol=1e-12, atol=1e-12)
-
-
 def test_a_variance_is_held_near_its_largest() -> None:
     """Nothing is measured: P stays below what was declared, and positive."""
     inputs = np.zeros((3000, 2))
@@ -206,14 +198,6 @@ def test_what_is_less_than_a_last_bit_counts_on_average_where_rounding_is_random
     given = np.random.default_rng(1).uniform(-1.0, 1.0, (50, 1))
     first, second = (CompiledFloat(Build(k)).run(given).outputs for k in (Slow(), Rounded()))
     assert all(np.array_equal(first[name], second[name]) for name in ("pos", "rate"))
-
-
-def test_covariance_knows_its_states() -> None:
-    filter = Turning()
-    outcome = covariance_of(filter)
-    assert outcome.axes == ("heading", "rate", "scale") and len(outcome.elements) == 6
-    names = [filter.states[k].name for _, _, k in outcome.elements]
-    assert names[:2] == ["p_heading_heading", "p_heading_rate"]
 
 
 def test_the_covariance_of_outputs_is_that_part_of_p() -> None:

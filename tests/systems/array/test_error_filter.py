@@ -129,9 +129,3 @@ def test_the_heading_is_that_of_the_index(at: float) -> None:
     off = index.offset(SimpleNamespace(index_time=at, azimuth=azimuth), sample, seen_of(C))
     # within the square of the turn
     assert off == pytest.approx(0.3, abs=1e-4 * (1.0 - at) + 1e-12)
-
-
-# -- the strapdown in short words: carried remainders are what keeps it ---------------------------
-
-
-# -- what `array_attitude` declares: names that others rely on, states that fit their units -------
