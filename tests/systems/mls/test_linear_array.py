@@ -57,10 +57,6 @@ def test_mean_gain_of_displaced_elements(axis: int, b: float) -> None:
     assert result.real == pytest.approx(wanted, abs=0.01) and abs(result.imag) < 0.01
 
 
-# --------------------------------------------------------------------------------------------------
-# patterns of displaced elements against the closed form, and what the paper's figures show
-
-
 # -- decks and their sensors, against scipy's rotations -------------------------------------------
 
 EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
