@@ -28,6 +28,7 @@ in axes turned by the heading the Jacobians are unit vectors, each a scalar upda
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from boresight import Estimator, Output, ops
@@ -51,13 +52,14 @@ from boresight.model.algebra.quaternion_filter import (
     update_along,
 )
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import require_choice
+from boresight.model.errors import require, require_choice
 from boresight.systems.satcom import interface
 from boresight.systems.satcom.interface import BIAS_UNIT, P0_LIMIT
 
 __all__ = ["INNOVATIONS", "Satcom"]
 
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
+ADAPT_LIMIT = 1024.0  #: largest `adapt` times scale / 2.
 STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
 BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
 CORRECTION_LIMIT = 0.5  #: largest component of v in a correction (1, v): 53 degrees.
@@ -97,6 +99,38 @@ class Satcom(Estimator):
         self.printed_detector = detector == "printed"
         if innovations:
             self.outputs = (*interface.OUTPUTS, *INNOVATIONS)
+
+    def param_values(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
+        """As `Estimator.param_values`, without values that the filter clamps at this ``scale``.
+
+        Raises
+        ------
+        InputError
+            Unknown name, a value outside the legal range, or too large for ``scale``.
+        """
+        values = super().param_values(given)
+        scale, adapt = values["scale"], values["adapt"]
+        limits = {
+            "adapt": ADAPT_LIMIT / 0.5,
+            "p0_sd": P0_LIMIT / 0.5,
+            "bias_p0_sd": P0_LIMIT / BIAS_UNIT,
+            "roll_sd": NOISE_LIMIT / (0.5 * adapt),
+            "pitch_sd": NOISE_LIMIT / (0.5 * adapt),
+            "heading_sd": NOISE_LIMIT / 0.5,
+            "tilt_known_sd": 1.0 / 0.5,
+            "gyro_sd": STEP_LIMIT / (0.5 * 0.25),
+            "bias_density": STEP_LIMIT / BIAS_UNIT,
+        }
+        for name, limit in limits.items():
+            with_adapt = f" and an adapt of {adapt:g}" if name in ("roll_sd", "pitch_sd") else ""
+            require(
+                values[name] * scale <= limit,
+                f"parameter {name}",
+                f"at most {limit / scale:.4g} at a scale of {scale:g}{with_adapt}",
+                values[name],
+                "choose a smaller value or a smaller scale",
+            )
+        return values
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
@@ -151,7 +185,7 @@ class Satcom(Estimator):
         half_cosine = (0.5 * math.pi) * cos_theta
 
         # Noises over 2, scaled.
-        tilt_scale = ops.where(moving, ops.saturated(p.adapt * half_scale, 1024.0), half_scale)
+        tilt_scale = ops.where(moving, ops.saturated(p.adapt * half_scale, ADAPT_LIMIT), half_scale)
         r_roll, r_pitch, r_heading = (
             ops.bounded(root * root, 0.0, 16.0, "variance")
             for root in (

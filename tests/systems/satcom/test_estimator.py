@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from boresight.model.errors import InputError
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.interface import BIAS_UNIT
 from tests.support.compiled_float import compiled_float
@@ -17,6 +18,9 @@ DT = 0.02
 SCALE = 8.0
 FLOOR = 2.0**-28 / SCALE**2  # the filter's least noise, against rounding
 DEFAULT = {p.name: p.default for p in Satcom.params}
+
+
+SCALE_16 = {"scale": 16.0, "p0_sd": 0.03, "bias_p0_sd": 0.003, "roll_sd": 1e-3, "pitch_sd": 1e-3}
 
 
 def product(p: Any, q: Any) -> Any:
@@ -242,3 +246,16 @@ def test_restart_forgets() -> None:
     once, twice = float_run(u, PARAMS), float_run(np.concatenate([motion(2, 300)[:100], u]), PARAMS)
     assert (once["angles"][1:] == twice["angles"][101:]).all()
     assert (once["heading_pi"][1:] == twice["heading_pi"][101:]).all()
+
+
+@pytest.mark.parametrize(
+    "name, edge, others",
+    [("p0_sd", 0.125, {}), ("bias_p0_sd", 1 / 64, {}), ("adapt", 128.0, SCALE_16)]
+    + [("roll_sd", 0.01, {}), ("pitch_sd", 0.02, {"adapt": 50.0}), ("heading_sd", 0.5, SCALE_16)]
+    + [("tilt_known_sd", 0.25, {}), ("gyro_sd", 0.0625, SCALE_16)]
+    + [("bias_density", 2**-8, {})],
+)
+def test_refuses_what_scale_would_clamp(name: str, edge: float, others: Any) -> None:
+    assert Satcom().param_values({**others, name: edge})[name] == edge
+    with pytest.raises(InputError, match=rf"^parameter {name}: .*at most .* at a scale of"):
+        Satcom().param_values({**others, name: 1.001 * edge})
