@@ -17,10 +17,12 @@ from boresight.gateware.attitude.sensors.adis16385_device import (
     FIRST_RUN,
     FLAGS,
     FRACTION,
+    HOST,
     LAST,
     RANGE_SHIFTS,
     RUN_FRAMES,
     STEPS,
+    TEMPERATURE,
     WORDS,
     Settings,
     Timing,
@@ -247,13 +249,13 @@ class Adis16385(wiring.Component):
         m.submodules.synchroniser = FFSynchronizer(self.data_ready, ready)
         m.d.sync += ready_before.eq(ready)
         m.d.comb += r.edge.eq(ready & ~ready_before)
-        m.d.comb += r.known.eq(Array([self.settings.identity, *r.used.values()])[r.which])
+        m.d.comb += r.known.eq(Array([self.command.payload, *r.used.values()])[r.which])
         self._frames(m, r)
         # One cycle after the answer: judged, stored, on to the next step. What the reply is for
         # and what it should be is known long before it comes.
         expected = Signal.like(r.known)
         m.d.sync += [
-            expected.eq(r.known),
+            expected.eq(Mux(r.which == 0, self.settings.identity, r.known)),
             r.answered.eq(spi.o_valid & r.spi_turn & ~r.start_over),
             r.storing.eq(spi.o_valid & r.spi_turn & r.stores),
             r.judging.eq(spi.o_valid & r.spi_turn & r.checks & ~r.start_over),
@@ -279,7 +281,7 @@ class Adis16385(wiring.Component):
         m.d.comb += [
             self.flags.running.eq(r.running),
             r.spi_turn.eq(fsm.ongoing("FRAMES")),
-            spi.i.valid.eq(r.spi_turn | (fsm.ongoing("EDGE") & r.extra.any())),
+            spi.i.valid.eq(r.spi_turn | r.extra.any()),
         ]
         m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
         return m
@@ -364,11 +366,11 @@ class Adis16385(wiring.Component):
 
     def _await_edge(self, m: Module, r: _Registers) -> None:
         """The next data-ready edge; before it a command and a request of the temperature."""
-        m.d.sync += r.step.eq(FIRST_RUN)
+        m.d.sync += r.step.eq(Mux(r.extra[0], HOST, Mux(r.extra[1], TEMPERATURE, FIRST_RUN)))
         m.d.comb += self.command.ready.eq(r.extra[0] & self.spi.i.ready)
         with m.If(self.spi.i.ready):
             m.d.sync += r.extra.eq(r.extra << 1)
-        with m.If(r.edge & ~self.spi.busy & ~r.extra.any()):
+        with m.If(r.edge & ~self.spi.busy), m.If(~r.extra.any()):
             m.d.sync += [
                 self.stamp.eq(self.time),
                 self.number.eq(r.edges),
@@ -457,9 +459,12 @@ class Adis16385(wiring.Component):
         high = Signal()
         table = Const(rows, len(row) << len(r.step))
         m.d.sync += [row.eq(table.word_select(r.step, len(row))), high.eq(~r.step[0])]
-        of_table = Cat(r.known.word_select(high, 8) & r.writes.replicate(8), r.command)
-        of_host = Mux(r.extra[0], self.command.payload, read("TEMP_OUT"))
-        m.d.comb += self.spi.i.payload.eq(Mux(r.extra.any(), of_host, of_table))
+        m.d.comb += self.spi.i.payload.eq(
+            Cat(
+                r.known.word_select(high, 8) & r.writes.replicate(8),
+                Mux(r.extra[0], self.command.payload[8:], r.command),
+            )
+        )
 
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""

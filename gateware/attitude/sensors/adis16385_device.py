@@ -86,8 +86,13 @@ class Step:
 
 
 def _steps() -> dict[int, Step]:
-    # Nothing is written to an unidentified device.
-    steps = {3: Step("PROD_ID"), 4: Step("PROD_ID", check=0), 11: Step("PROD_ID")}
+    # Nothing is written to an unidentified device. What PROD_ID would get is the host's.
+    steps = {
+        HOST: Step("PROD_ID", 0),
+        3: Step("PROD_ID"),
+        4: Step("PROD_ID", check=0),
+        11: Step("PROD_ID"),
+    }
     for k, name in enumerate(CHECKED[1:]):
         steps[5 + 2 * k], steps[6 + 2 * k] = Step(name, 0), Step(name, 1)
     for k, name in enumerate((*CHECKED[1:], "TEMP_OUT")):
@@ -100,11 +105,13 @@ def _steps() -> dict[int, Step]:
     return steps
 
 
+#: Step of a command of the host.
+HOST: Final = 1
 #: All frames by the number of their step: 3..15 at the start, 16..22, 24 + k, 28 + k for each
 #: sample, with the place k of the register that is checked with this sample.
 STEPS: Final = _steps()
-#: First step, first step of a sample, last step before the check.
-FIRST, FIRST_RUN, LAST = 3, 16, 22
+#: First step, first step of a sample, last step before the check, a request of the temperature.
+FIRST, FIRST_RUN, LAST, TEMPERATURE = 3, 16, 22, 28
 #: Frames of the start, and of a sample.
 CONFIG_FRAMES, RUN_FRAMES = 13, 9
 

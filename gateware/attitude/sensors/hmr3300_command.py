@@ -43,8 +43,8 @@ class _Sequence:
         return [self.stage.eq(stage), self.timer.eq(0), *(self.send() if command else ())]
 
     def send(self, raw: Any = 0) -> list[Any]:
-        """Send a command; a raw byte is the last of its characters."""
-        return [self.left.eq(Mux(raw, 1, 4)), self.raw.eq(raw), self.sending.eq(1)]
+        """Send a command, or of its characters the letter alone."""
+        return [self.left.eq(Mux(raw, 3, 4)), self.raw.eq(raw), self.sending.eq(1)]
 
 
 class Commander(wiring.Component):
@@ -155,7 +155,7 @@ class Commander(wiring.Component):
         m.d.sync += timer.eq(timer + self.tick)
 
         with m.If(sending & self.o.ready):
-            m.d.sync += [left.eq(left - 1), sending.eq(left != 1)]
+            m.d.sync += [left.eq(left - 1), sending.eq((left != 1) & ~raw)]
         with m.If(sending):
             m.d.sync += timer.eq(0)
         with m.Else():
@@ -216,9 +216,8 @@ class Commander(wiring.Component):
         of_stage = Mux(at.stage != Stage.SELECT, ord("S"), of_stage)
         letter = Mux(at.manual, self.command.payload[:8], of_stage)
         first = Mux(left[0], ord("\n"), Const(ord("*"), 8))
-        of_four = Mux(left[1], Mux(left[0], letter, ord("\r")), first)
         return [
-            self.o.payload.eq(Mux(at.raw, letter, of_four)),
-            self.command.ready.eq(at.manual & (at.raw | (left == 3)) & self.o.ready),
-            self.sent.eq((left == 1) & self.o.ready),
+            self.o.payload.eq(Mux(left[1], Mux(left[0], letter, ord("\r")), first)),
+            self.command.ready.eq(at.manual & (left == 3) & self.o.ready),
+            self.sent.eq(((left == 1) | at.raw) & self.o.ready),
         ]

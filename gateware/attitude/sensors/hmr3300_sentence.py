@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -76,7 +76,8 @@ class SentenceParser(wiring.Component):
     take; it counts as that and not as rejected, and the rest of it is skipped. A byte with a
     framing error spoils its line, and so does a pause in it: the rest may belong to the next one.
 
-    **Latency** ``line`` comes `latency` cycles after LF. A byte may come in every cycle.
+    **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
+    cycles.
 
     Parameters
     ----------
@@ -106,6 +107,8 @@ class SentenceParser(wiring.Component):
         The compass has rejected a command.
     """
 
+    #: Fewest cycles from byte to byte.
+    cycles_per_byte = BITS + 2
     #: Cycles from the LF of a good line to ``line``.
     latency = 3
 
@@ -144,19 +147,10 @@ class SentenceParser(wiring.Component):
         tenths = Signal()
         negative = Signal()
         field = Signal(2)
-        number = Signal(range(10**DIGITS_MAX))
-        values = Signal(3 * BITS)
-        bound = Mux(tenths, Mux(field == 0, HEADING_MAX, self.angle_max), COUNT_MAX)
-        with m.If(valid & byte["digit"]):
-            m.d.sync += number.eq(10 * number + nibble)
-        with m.If(valid & (byte["comma"] | byte["cr"])):
-            new = Mux(negative, -number, number)[:BITS]
-            m.d.sync += [number.eq(0), values.eq(Cat(values[BITS:], new))]
-        with m.If(valid & byte["lf"]):
-            m.d.sync += number.eq(0)
-
         step = Signal(Step, init=Step.SKIP)
         count = Signal(3)
+        line = _Line(step, field, count, tenths, negative)
+        values, over = self._arithmetic(m, valid, nibble, byte, line)
         good = Signal()
         kind = Signal()
         m.d.sync += [good.eq(0), self.line.eq(good), self.rejected.eq(0), self.invalid.eq(0)]
@@ -164,8 +158,7 @@ class SentenceParser(wiring.Component):
             m.d.sync += self.is_counts.eq(kind)
             for k, value in enumerate(self.values):
                 m.d.sync += value.eq(values.word_select(k, BITS))
-        line = _Line(step, field, count, tenths, negative)
-        at_begin, following = self._following(m, byte, line, number > bound)
+        at_begin, following = self._following(m, byte, line, over)
 
         with m.If(valid):
             m.d.sync += [
@@ -196,6 +189,53 @@ class SentenceParser(wiring.Component):
         byte = {"digit": is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))}
         byte |= {name: is_a(name, self.data == ord(sign)) for name, sign in _SIGNS.items()}
         return nibble, byte
+
+    def _arithmetic(
+        self, m: Module, valid: Signal, nibble: Signal, byte: Mapping[str, Signal], line: _Line
+    ) -> tuple[Signal, Signal]:
+        """The last three values, and whether the number is too large; `BITS` + 1 cycles later.
+
+        A digit makes the number 10 x + digit, lowest bit first: each bit of x adds 10 to a carry,
+        which begins with the digit and is at most 9. The end of a number moves it, with its sign,
+        to the values.
+        """
+        number = Signal(BITS, reset_less=True)
+        values = Signal(3 * BITS)
+        timer = Signal(range(2 * BITS))  # the upper half are the bits
+        storing, above, odd, over = (
+            Signal(name=name) for name in ("storing", "above", "odd", "over")
+        )
+        carry = Signal(4)
+        total = Signal(5)
+        low = number[0]
+        m.d.comb += total.eq(Mux(low & ~storing, 10, 0) + carry)
+
+        def bit_of(constant: int) -> Value:
+            return Const(constant, BITS).bit_select(timer[:-1], 1)
+
+        angle = Mux(line.field == 0, bit_of(HEADING_MAX), bit_of(self.angle_max))
+        bound = Mux(line.tenths, angle, bit_of(COUNT_MAX))
+        m.d.sync += over.eq(above | carry.any())  # a carry that is left counts 2**16 and more
+        with m.If(valid & (byte["digit"] | byte["comma"] | byte["cr"] | byte["lf"])):
+            m.d.sync += [
+                timer.eq(BITS),
+                storing.eq(~byte["digit"]),
+                carry.eq(Mux(byte["digit"], nibble, 0)),
+                above.eq(0),
+                odd.eq(0),
+            ]
+        with m.Elif(timer[-1]):
+            m.d.sync += [
+                timer.eq(timer + 1),
+                carry.eq(total[1:]),
+                above.eq(Mux(total[0] == bound, above, total[0])),
+                odd.eq(odd | low),
+            ]
+        with m.If(timer[-1]):
+            m.d.sync += number.eq(Cat(number[1:], total[0]))
+            with m.If(storing):  # minus: the bits above the lowest one that is set are inverted
+                m.d.sync += values.eq(Cat(values[1:], low ^ (line.negative & odd)))
+        return values, over
 
     def _following(
         self, m: Module, byte: Mapping[str, Signal], line: _Line, over: Value
