@@ -15,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from boresight.sim.rotations.rotation import quaternion_running_product
+
 Array: TypeAlias = npt.NDArray[np.float64]
 Columns: TypeAlias = dict[str, Array]
 
@@ -73,26 +75,15 @@ def madgwick(n: int, seed: int = 3) -> Given:
     rate = np.stack(
         [a * np.sin(f * t + f) for a, f in ((1.5, 0.7), (1.0, 1.1), (2.0, 0.23))], axis=1
     )
-    attitude = [np.array([0.0, 0.0, 0.0, 1.0])]
-    turns = Rotation.from_rotvec(0.01 * rate).as_quat()
-    for x, y, z, w in turns[:-1]:
-        a, b, c, d = attitude[-1]
-        q = np.array(
-            [
-                d * x + a * w + b * z - c * y,
-                d * y - a * z + b * w + c * x,
-                d * z + a * y - b * x + c * w,
-                d * w - a * x - b * y - c * z,
-            ]
-        )
-        attitude.append(q / np.linalg.norm(q))
-    up = Rotation.from_quat(np.array(attitude)).inv().apply([0.0, 0.0, 9.81])
+    turns, start = Rotation.from_rotvec(0.01 * rate[:-1]).as_quat(scalar_first=True), np.eye(4)[0]
+    attitude = np.vstack([start, quaternion_running_product(start, turns)])
+    up = Rotation.from_quat(attitude, scalar_first=True).inv().apply([0.0, 0.0, 9.81])
     up += rng.normal(0.0, 0.15, up.shape)
     gyro = rate + 0.01 + rng.normal(0.0, 0.01, rate.shape)
     columns = {"dt": np.full(n, 0.01)}
     columns |= {f"g{a}": gyro[:, k] for k, a in enumerate("xyz")}
     columns |= {f"a{a}": up[:, k] for k, a in enumerate("xyz")}
-    columns |= {f"q{a}_true": np.array(attitude)[:, k] for k, a in enumerate("xyzw")}
+    columns |= {f"q{a}_true": attitude[:, k] for k, a in enumerate("wxyz")}
     heads = {f"g{a}": scaled(f"g{a}[deg/s]", 180.0 / math.pi) for a in "xyz"}
     return columns, heads | {f"a{a}": scaled(f"a{a}[g0]", 1.0 / 9.80665) for a in "xyz"}
 
@@ -193,7 +184,6 @@ def battery(n: int) -> Given:
     return {"ohms": ohms, "current": current}, heads
 
 
-#: What the command line calls each program, and its records.
 def attitude(n: int) -> Given:
     """The same hand, with a magnetometer."""
     columns, heads = madgwick(n)
@@ -203,6 +193,7 @@ def attitude(n: int) -> Given:
     return columns | {f"m{a}": field[:, k] for k, a in enumerate("xyz")}, heads
 
 
+#: What the command line calls each program, and its records.
 STRANGERS: dict[str, Callable[[int], Given]] = {
     "kalman.py": kalman,
     "pi.py:Pi": pi,
