@@ -24,12 +24,6 @@ def test_names_of_worlds() -> None:
     assert [w.name for w in (World, Plant, Called, Again)] == ["world", "plant", "mine", "again"]
 
 
-def test_a_world_has_no_start_of_its_own_and_no_record() -> None:
-    assert Plant().start() is None and Plant().pieces() is None
-    with pytest.raises(NotImplementedError):
-        Plant().record(None)
-
-
 def test_a_world_without_draws_says_so() -> None:
     class Plain(World):
         pass
