@@ -404,3 +404,14 @@ OPERATIONS = {
     "log": Operation(np.log, PRECISE.log, "logf({})", (lambda e, x: 1.0 / x,)),
     "tanh": Operation(np.tanh, PRECISE.tanh, "tanhf({})", (lambda e, x: 1.0 - e * e,)),
 }
+
+#: numpy's functions of more than one number: numpy calls them for recorded values.
+Scalar.functions.update(
+    arctan2=lambda y, x: math.pi * atan2_ht(y, x),
+    hypot=lambda x, y: sqrt(x * x + y * y),
+    clip=clip,
+    **dict.fromkeys(("maximum", "fmax"), maximum),
+    **dict.fromkeys(("minimum", "fmin"), minimum),
+    copysign=lambda x, y: flip(y < 0.0, absolute(x)),
+    fmod=operator.mod,  # which is refused
+)

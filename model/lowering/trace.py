@@ -74,8 +74,14 @@ def _operator(kind: str, *, swapped: bool = False, inverted: bool = False) -> An
 class Scalar(Refuses, Expression, refused=NO_NUMBER):
     """A number that records what is computed with it."""
 
+    #: Functions of numpy by name, as `boresight.model.ops` records them.
+    functions: ClassVar[dict[str, Callable[..., Any]]] = {}
+
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """An operator between numpy's numbers or arrays and this: element by element."""
+        """An operator or a function of numpy's numbers or arrays and this: element by element."""
+        if ufunc.__name__ in self.functions and method == "__call__" and not options:
+            each = np.frompyfunc(self.functions[ufunc.__name__], ufunc.nin, 1)
+            return each(*_objects(inputs))
         if ufunc in (np.less, np.greater, np.less_equal, np.greater_equal):
             options["dtype"] = object  # conditions, not truth values
         return getattr(ufunc, method)(*_objects(inputs), **options)
@@ -92,6 +98,12 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
     __gt__: ClassVar[_Comparison] = _operator("less", swapped=True)
     __ge__: ClassVar[_Comparison] = _operator("less", inverted=True)
     __le__: ClassVar[_Comparison] = _operator("less", swapped=True, inverted=True)
+
+    def __getattr__(self, name: str) -> Any:
+        """A function, which numpy calls as a method of the elements of an array."""
+        if name not in self.functions:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return lambda *others, out=None: self.functions[name](self, *others)
 
     def __neg__(self) -> Scalar:
         return self.tracer.neg(self)

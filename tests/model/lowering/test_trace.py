@@ -82,6 +82,26 @@ def test_arrays_of_values(x: Any, y: Any) -> None:
     assert (np.float64(1.0) <= x) is (x >= 1.0)
 
 
+def test_functions_of_numpy_are_those_of_ops(x: Any, y: Any) -> None:
+    angle, length = ops.atan2_ht(y, x) * math.pi, ops.sqrt(x * x + y * y)
+    assert np.arctan2(y, x) is angle and np.hypot(x, y) is length
+    assert np.arctan2(1.0, x) is ops.atan2_ht(1.0, x) * math.pi
+    assert [*np.arctan2(np.array([y, 1.0]), x)] == [angle, ops.atan2_ht(1.0, x) * math.pi]
+    a, b = np.array([y, x]), np.array([x, x])
+    assert np.arctan2(a, b)[0] is angle and np.hypot(b, a)[0] is length
+    assert np.maximum(x, 1.0) is np.fmax(x, 1.0) is ops.maximum(x, 1.0)
+    assert np.minimum(np.float64(1.0), x) is np.fmin(1.0, x) is ops.minimum(1.0, x)
+    assert np.clip(x, -1.0, 1.0) is ops.clip(x, -1.0, 1.0)
+    assert np.clip(x, y, 1.0) is ops.clip(x, y, 1.0) and np.clip(1.0, x, y) is ops.clip(1.0, x, y)
+    assert np.copysign(2.0, x) is ops.flip(x < 0.0, x.tracer.const(2.0))
+    with pytest.raises(InputError, match=r"ops\.maximum, ops\.minimum"):
+        np.maximum(a, b)
+    with pytest.raises(InputError, match=r"ops\.wrap_ht"):
+        np.fmod(x, 2.0)
+    with pytest.raises(AttributeError, match="no attribute 'arcsinh'"):
+        _ = x.arcsinh
+
+
 def test_comparisons(x: Any, y: Any) -> None:
     assert (x > y) is (y < x)
     assert (x >= y) is ~(x < y)
