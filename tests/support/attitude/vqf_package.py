@@ -11,7 +11,7 @@ from vqf import VQF
 from boresight.model.attitude.vqf import Vqf
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
-    quaternion_multiply,
+    quaternion_running_product,
     rotate,
     rotation_vector_to_quaternion,
 )
@@ -63,12 +63,9 @@ def journey(rate_hz: float, seconds: float = 190.0, every: int = 1, seed: int = 
     fast = np.where((t > 50.0) & (t < 115.0), 0.15, 1.2) * moving
     waves = np.sin(2.0 * np.pi * rng.uniform(0.05, 0.3, 3) * t[:, None] + rng.uniform(0, 6.28, 3))
     rate = fast[:, None] * waves
-    q = np.empty((len(t), 4))
-    q[0] = quaternion_multiply(np.array([0.6, -0.3, 0.64, 0.37]), np.array([1.0, 0.0, 0.0, 0.0]))
-    q[0] /= np.linalg.norm(q[0])
-    turns = rotation_vector_to_quaternion(rate / rate_hz)
-    for k in range(1, len(t)):
-        q[k] = quaternion_multiply(q[k - 1], turns[k])
+    start = np.array([0.6, -0.3, 0.64, 0.37]) / np.linalg.norm([0.6, -0.3, 0.64, 0.37])
+    turns = rotation_vector_to_quaternion(rate[1:] / rate_hz)
+    q = np.vstack([start, quaternion_running_product(start, turns)])
     field = np.tile(_FIELD, (len(t), 1))
     field[(t > 25.0) & (t < 40.0)] += [30.0, 0.0, 10.0]
     field[t > 50.0] = [9.0, 30.0, -20.0]
