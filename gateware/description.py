@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import ADDRESS_BITS, CHOICE, FIXED, STATUS
+from boresight.gateware.registers.core import ADDRESS_BITS, CHOICE, FIXED, RESTART, STATUS
 from boresight.gateware.registers.model import Access, Register
 from boresight.model.lowering.profile import OBSERVED
 from boresight.model.tools.c_names import identifier, unique
@@ -34,12 +34,15 @@ word of a record to be due, so they never change an update at work. r_data is th
 addr of the cycle before. Status flags are cleared by writing 1 (address {status})."""
 
 RESET = """\
-rst is synchronous, active high; one cycle is enough. i__ready is 1 three cycles after it.
-It abandons the update at work, unless that one's last cycle is the first one of rst, clears
-flags and the count of updates, and selects program 0. States stay as the last complete update
-left them, and parameters as they were written. Power-up (configuration; time 0 in simulation)
-gives states their initial words and parameters their defaults; a reset after it is not needed.
-To start an estimator anew, use what its inputs offer for that, or configure again."""
+rst is synchronous, active high; one cycle is enough. It abandons the update at work,
+clears flags and the count of updates, and selects program 0; the next update of every program
+begins from its initial states. Parameters stay as they were written. Power-up (configuration;
+time 0 in simulation) does the same and gives parameters their defaults; a reset after it is not
+needed. A cycle of restart, or a write of any word to register {restart}, restarts the selected
+program alone: an update at work ends with its old states, and the one whose first word passes
+after that cycle begins from the initial states. Flags, the count, other programs and parameters
+stay. i__ready is 0 while the states are loaded, for at most {cycles} cycles. While restart is 1
+no further record begins."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ def core_pins(word: int) -> tuple[Pin, ...]:
         Pin("input", "bus__w_stb", 1, "write"),
         Pin("output", "bus__w_ack", 1, "the write is done with this cycle"),
         Pin("output", "bus__r_data", word, "word at the addr of the cycle before"),
+        Pin("input", "restart", 1, "the next update begins from the initial states"),
         Pin("output", "saturated_update", 1, clamped),
     )
 
@@ -97,8 +101,9 @@ class Word:
 class Records:
     """The records of a program.
 
-    ``interval`` is the number of cycles from the first word of a record to that of the next;
-    ``assumed`` are the values whose ranges a profile of `boresight fit` chose: name, low, high.
+    ``interval`` is the number of cycles from the first word of a record to that of the next,
+    ``restart`` that of a restart between records; ``assumed`` are the values whose ranges a profile
+    of `boresight fit` chose: name, low, high.
     """
 
     program: str
@@ -108,6 +113,7 @@ class Records:
     summary: str = ""
     interval: int = 0
     assumed: tuple[tuple[str, float, float], ...] = ()
+    restart: int = 0
 
     @property
     def latencies(self) -> tuple[int, ...]:
@@ -165,7 +171,9 @@ class Description:
         return {
             "streams": STREAMS.format(last=self.word, bit=bit),
             "bus": BUS.format(status=STATUS.address),
-            "reset": RESET,
+            "reset": RESET.format(
+                restart=RESTART.address, cycles=max(p.restart for p in self.programs)
+            ),
         }
 
     @property
@@ -281,6 +289,7 @@ def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Descript
             *(register for part in parts for register in _parameters(part, several)),
             *FIXED,
             *([replace(CHOICE, names=core.names)] if several else []),
+            RESTART,
         ),
         programs=tuple(_records(part, lines.get(part.program.name, "")) for part in parts),
         configuration=core.machine.name,
@@ -325,6 +334,7 @@ def _records(core: Core, summary: str) -> Records:
             for value in program.values
             if value.range_source.startswith(OBSERVED)
         ),
+        core.image.restarts[core.number] + core.machine.prefetch + 2,
     )
 
 

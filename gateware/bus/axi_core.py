@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import ClockDomain, ClockSignal, Instance, Module, ResetSignal, Shape
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, ResetSignal, Shape
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Member, Out, Signature
 
@@ -93,6 +93,7 @@ class AxiCore(wiring.Component):
             i_bus__w_stb=slave.bus.w_stb,
             o_bus__w_ack=slave.bus.w_ack,
             o_bus__r_data=slave.bus.r_data,
+            i_restart=Const(0),
             o_saturated_update=self.saturated_update,
         )
         return m

@@ -13,10 +13,18 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.bus.csr import layout_of
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.machine import Machine
-from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, FIRST, PROGRAM, STATUS, UPDATES
+from boresight.gateware.registers.core import (
+    BUILD_HIGH,
+    BUILD_LOW,
+    FIRST,
+    PROGRAM,
+    RESTART,
+    STATUS,
+    UPDATES,
+)
 
 #: Bits of an address above the first fixed register's.
-_OFFSET = (PROGRAM - FIRST).bit_length()
+_OFFSET = (RESTART.address - FIRST).bit_length()
 
 
 class Registers(wiring.Component):
@@ -30,7 +38,9 @@ class Registers(wiring.Component):
                 parameters. Writes of numbers that no program has are ignored; with a selector, all
                 are.
 
-    With a ``selector`` a port chooses the program instead of the bus.
+    With a ``selector`` a port chooses the program instead of the bus. A program has to restart when
+    it is first selected after a reset, and the selected one after ``restart`` or a write to
+    `RESTART`. Then it does so as soon as it waits for a record.
 
     **Latency** 1 cycle for reading, 2 for writing to an idle machine.
 
@@ -50,8 +60,8 @@ class Registers(wiring.Component):
     bus : In(BusSignature(word=W))
         The bus.
     request : Out(1), switch : Out(1)
-        A word waits for the register file, or with ``switch`` for ``program``. Registered: what
-        follows from it is the machine's clock enable.
+        A word waits for the register file, or with ``switch`` for ``program``, or the program has
+        to restart. Registered: what follows from it is the machine's clock enable.
     grant : In(1)
         The word is written in this cycle.
     program : Out
@@ -59,6 +69,10 @@ class Registers(wiring.Component):
     choice : In, chosen : Out(1)
         With a selector: the program that shall run, changed as by a write, at the next first word
         of a record; whether it did in the cycle before.
+    restart : In(1)
+        The selected program has to restart.
+    start : In(1), anew : Out(1)
+        The program begins; it has to restart, which is done with this cycle.
     saturated : In(1)
         A sticky result saturates in this cycle.
     framing : In(1)
@@ -91,6 +105,9 @@ class Registers(wiring.Component):
                 "grant": In(1),
                 "program": Out(range(programs)),
                 **choice,
+                "restart": In(1),
+                "start": In(1),
+                "anew": Out(1),
                 "saturated": In(1),
                 "framing": In(1),
                 "commit": In(1),
@@ -106,27 +123,30 @@ class Registers(wiring.Component):
         bus, word = self.bus, self.machine.arithmetic.word
         fixed, offset = bus.addr[FIRST.bit_length() - 1], bus.addr[:_OFFSET]
         waits = Signal()
+        inner = Signal()
+        other = self.choice != self.program if self.selector else Const(0)
+        written = bus.w_stb & fixed & (offset == RESTART.address - FIRST)
+        soon = self._restarts(m, self.restart | written)
         m.d.comb += [
             waits.eq(~fixed & ~self._of_state()),
-            bus.w_ack.eq(bus.w_stb & (~waits | self.grant)),
+            bus.w_ack.eq(bus.w_stb & (~waits | self.grant & ~inner)),
         ]
-        m.d.sync += self.request.eq(bus.w_stb & waits & ~self.grant)
+        # A restart, or a change of program by the port, goes before a write.
+        m.d.sync += [
+            self.request.eq((bus.w_stb & waits | other | soon) & ~self.grant),
+            inner.eq(other | soon),
+            self.switch.eq(other | soon),
+        ]
         if self.selector:
-            other = self.choice != self.program
-            m.d.comb += bus.w_ack.eq(bus.w_stb & (~waits | self.grant & ~self.switch))
-            m.d.sync += [
-                self.request.eq((bus.w_stb & waits | other) & ~self.grant),
-                self.switch.eq(other),
-                self.chosen.eq(~other),
-            ]
+            m.d.sync += self.chosen.eq(~other)
             with m.If(self.grant & self.switch):
                 m.d.sync += self.program.eq(self.choice)
         elif self.programs > 1:
             # Bit 8 of the address must be 0, or another lane's bank would be written.
             with m.If(fixed & ~bus.addr[8] & (offset == PROGRAM - FIRST)):
                 m.d.comb += waits.eq(bus.w_data < self.programs)
-            m.d.sync += self.switch.eq(fixed)
-            with m.If(self.grant & self.switch):
+            m.d.sync += self.switch.eq(fixed | soon)
+            with m.If(self.grant & self.switch & ~inner):
                 m.d.sync += self.program.eq(bus.w_data)
 
         saturated, framing, updates = self._flags(m, bus.w_stb & fixed & ~offset.any())
@@ -148,6 +168,15 @@ class Registers(wiring.Component):
             with m.Default():
                 m.d.sync += bus.r_data.eq(self.program)
         return m
+
+    def _restarts(self, m: Module, asked: Value) -> Value:
+        """Whether the selected program has to restart; ``asked``: from this cycle on."""
+        due = Signal(self.programs, init=(1 << self.programs) - 1)
+        m.d.comb += self.anew.eq(due.bit_select(self.program, 1))
+        for number in range(self.programs):
+            selected = self.program == number
+            m.d.sync += due[number].eq(selected & asked | due[number] & ~(selected & self.start))
+        return self.anew | asked
 
     def _of_state(self) -> Value:
         """Whether the address is below the fixed ones, but outside the banks' lower halves."""

@@ -50,6 +50,8 @@ class Engine(wiring.Component):
         Output records.
     bus : In(BusSignature(word=W))
         Parameters and status (`gateware.bus.core_registers`).
+    restart : In(1)
+        The next update of the selected program begins from its initial states.
     saturated_update : Out(1)
         A sticky result of the last completed update saturated.
     choice : In, chosen : Out(1), framing : Out(1)
@@ -69,6 +71,7 @@ class Engine(wiring.Component):
                 "i": In(stream.Signature(word_layout(word))),
                 "o": Out(stream.Signature(word_layout(word))),
                 "bus": In(BusSignature(word=word)),
+                "restart": In(1),
                 "saturated_update": Out(1),
                 **(port if selector else {}),
             }
@@ -129,14 +132,17 @@ class Engine(wiring.Component):
         ]
 
     def _control(self, sequencer: Sequencer, registers: Registers) -> list[Any]:
-        """Selected program, requests to write, end of an update."""
+        """Selected program and its restart, requests to write, end of an update."""
         return [
             sequencer.program.eq(registers.program),
+            sequencer.anew.eq(registers.anew),
+            registers.restart.eq(self.restart),
+            registers.start.eq(sequencer.start),
             sequencer.request.eq(registers.request),
             sequencer.switch.eq(registers.switch),
             registers.grant.eq(sequencer.grant),
             registers.framing.eq(sequencer.framing),
-            registers.commit.eq(sequencer.commit),
+            registers.commit.eq(sequencer.commit & ~sequencer.restarting),
             registers.idle.eq(sequencer.idle),
         ]
 

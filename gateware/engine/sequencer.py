@@ -31,8 +31,11 @@ class Sequencer(wiring.Component):
     abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are
     swallowed up to the next one.
 
+    With ``anew`` in the cycle of ``start`` the restart routine of the program runs first, and ends
+    like an update.
+
     **Latency** one microword per cycle; a fault costs `Machine.prefetch` + 1 cycles besides the
-    words swallowed, a change of program one more.
+    words swallowed, a change of program one more, a restart those of its routine besides.
 
     Parameters
     ----------
@@ -55,10 +58,12 @@ class Sequencer(wiring.Component):
         Handshake of the output stream.
     program : In
         Number of the selected program.
+    anew : In(1)
+        The program must restart.
     request : In(1)
         A write to the register file is requested, for when the machine is idle.
     switch : In(1)
-        With ``request``: not to the register file, but to ``program``.
+        With ``request``: not to the register file, but the program or its states change.
     claim : Out(1)
         The next first word of a record waits for that write.
     grant : Out(1)
@@ -72,7 +77,9 @@ class Sequencer(wiring.Component):
     idle : Out(1)
         The machine waits for the first word of a record.
     commit : Out(1)
-        The update ends with this cycle.
+        The update, or the restart routine, ends with this cycle.
+    restarting : Out(1)
+        The restart routine is at work.
     framing : Out(1)
         The update is abandoned with this cycle.
     """
@@ -91,6 +98,7 @@ class Sequencer(wiring.Component):
                 "o_ready": In(1),
                 "o_valid": Out(1),
                 "program": In(range(len(image.lengths))),
+                "anew": In(1),
                 "request": In(1),
                 "switch": In(1),
                 "start": Out(1),
@@ -99,6 +107,7 @@ class Sequencer(wiring.Component):
                 "write": Out(machine.lanes),
                 "idle": Out(1),
                 "commit": Out(1),
+                "restarting": Out(1),
                 "framing": Out(1),
             }
         )
@@ -149,23 +158,31 @@ class Sequencer(wiring.Component):
             ]
         with m.If(swallow & self.i_valid & self.i_last):
             m.d.sync += swallow.eq(0)
+        with m.If(self.commit):
+            m.d.sync += self.restarting.eq(0)
         return m
 
-    def _base(self, m: Module) -> Signal:
-        """Address of the first word of the program."""
-        base = Signal(range(sum(rom_pieces(len(self.image.rom)))))
-        with m.Switch(self.program):
-            for number, first in enumerate(self.image.bases):
-                with m.Case(number):
-                    m.d.comb += base.eq(first)
-        return base
+    def _base(self, m: Module) -> Value:
+        """Address of the first word of the program, or of its restart routine."""
+        starts, anew = self.image.starts, Signal()
+        if self.image.restarts:
+            m.d.comb += anew.eq(self.start & self.anew)
+            with m.If(self.start):
+                m.d.sync += self.restarting.eq(self.anew)
+        # A memory: the Verilog of all programs of a machine differs only in those.
+        m.submodules.bases = table = memory.Memory(
+            shape=range(sum(rom_pieces(len(self.image.rom)))), depth=len(starts), init=starts
+        )
+        port = table.read_port(domain="comb")
+        m.d.comb += port.addr.eq(Cat(self.program, anew))
+        return port.data
 
-    def _counter(self, m: Module, base: Signal) -> Value:
+    def _counter(self, m: Module, base: Value) -> Value:
         """The program counter and its ROM; 1 while the last word of the program is at work."""
         home = self.active & self.word.home
         # The last word comes so many words after ``home``.
         homes = Signal(self.machine.prefetch, reset_less=True)
-        pc = Signal.like(base)
+        pc = Signal(len(base))
         with m.If(self.en):
             m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
         self._rom(m, pc)

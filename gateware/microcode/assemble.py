@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.allocate import Allocation
+from boresight.gateware.schedule.copies import copy_shift
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.program import Negate, Overflow, Scale, When
 
@@ -58,15 +59,41 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
             f"{len(program.table_memory)!r}"
         )
     tables = [w & mask for w in program.table_memory]
+    restart = _restart_routine(schedule, allocation)
     image = Image(
-        rom=[encode(machine, w) for w in words],
+        rom=[encode(machine, w) for w in (*words, *restart)],
         registers=list(allocation.initial),
         tables=tables + [0] * (size - len(tables)),
         lengths=(schedule.length,),
         digest=int(schedule.source, 16),
+        restarts=(len(restart),),
     )
     image.check(machine)
     return image
+
+
+def _restart_routine(schedule: Schedule, allocation: Allocation) -> Words:
+    """Words that write the initial words of the states as their next ones, each a copy."""
+    machine, program = schedule.machine, schedule.program
+    registers, constants = allocation.addresses(), dict(allocation.constants)
+    stage = {f.name: f.stage for f in machine.fields}
+    copies: list[list[tuple[int, int]]] = [[] for _ in range(machine.lanes)]
+    for state, after in program.states:
+        bank, offset = divmod(registers[after], machine.bank_depth)
+        copies[bank].append((offset, program.values[state].initial))
+    words: Words = [{} for _ in range(max(map(len, copies)) + stage["home"])]
+    shifts = {w: copy_shift(w, machine.arithmetic) for w in sorted(constants)}
+    unit, shift = next(((w, s) for w, s in shifts.items() if s is not None), (0, 0))
+    for lane, items in enumerate(copies):
+        for cycle, (offset, word) in enumerate(items):
+            fields = {"first": 1, "we": 1, "dest": offset}
+            if word:  # else a sum of no terms
+                fields |= {"a_addr": constants[word], "b_addr": constants[unit]}
+                fields |= {"when": 1, "shift": shift}
+            for name, value in fields.items():
+                words[cycle + stage[f"{name}{lane}"]][f"{name}{lane}"] = value
+    words[-1]["home"] = 1
+    return words
 
 
 def _slot_fields(

@@ -106,7 +106,8 @@ class Emulator:
         self.machine = machine
         self.image = image
         programs = range(len(image.lengths))
-        self._roms = [[decode(machine, w) for w in image.program(k)] for k in programs]
+        parts = range(len(image.bases))
+        self._roms = [[decode(machine, w) for w in image.program(k)] for k in parts]
         self._lane_roms = [
             [
                 [
@@ -118,6 +119,7 @@ class Emulator:
             for rom in self._roms
         ]
         self.number = 0
+        self._part = 0  #: program or restart routine that runs
         self.parities = [0 for _ in programs]
         self.registers = [self._signed(w) for w in image.registers]
         self.tables = [self._signed(w) for w in image.tables]
@@ -141,8 +143,8 @@ class Emulator:
 
     @property
     def rom(self) -> list[dict[str, int]]:
-        """Decoded words of the selected program."""
-        return self._roms[self.number]
+        """Decoded words of the selected program, or of its restart routine while that runs."""
+        return self._roms[self._part]
 
     @property
     def parity(self) -> int:
@@ -176,8 +178,20 @@ class Emulator:
         """Host write of the program's number; only between updates."""
         if self.pc != 0:
             raise ValueError("the program must be selected between updates")
-        if 0 <= number < len(self._roms):
-            self.number = number
+        if 0 <= number < len(self.parities):
+            self.number = self._part = number
+
+    def restart(self) -> Record:
+        """Run the restart routine of the selected program; only between updates."""
+        if self.pc != 0:
+            raise ValueError("the program must be restarted between updates")
+        record = Record()
+        self._part += len(self.parities)
+        self._step(None, record)
+        while self.pc:
+            self._step(None, record)
+        self._part = self.number
+        return record
 
     def update(self, words: Sequence[int]) -> Record:
         """Feed one record, ``last`` with its last word, and run until the machine is idle again."""
@@ -206,7 +220,7 @@ class Emulator:
     def _step(self, input_word: tuple[int, bool] | None, record: Record) -> None:
         """One cycle in which the machine runs."""
         word = self.rom[self.pc]
-        lane_fields = self._lane_roms[self.number][self.pc]
+        lane_fields = self._lane_roms[self._part][self.pc]
         self.writing = {
             self.physical(k * self.machine.bank_depth + f["dest"], self.parity)
             for k, f in enumerate(lane_fields)

@@ -26,8 +26,8 @@ class Image:
     Parameters
     ----------
     rom : list of int
-        Microwords in order, bits as in `Machine.fields`: the programs one after another; at most
-        ``Machine.rom_words``.
+        Microwords in order, bits as in `Machine.fields`: the programs one after another, then their
+        restart routines; at most ``Machine.rom_words``.
     registers : list of int
         Initial register file, unsigned words; index = bank * bank_depth + offset.
     tables : list of int
@@ -36,6 +36,9 @@ class Image:
         Cycles of each program: words of the ROM that run.
     digest : int
         Identifier of the build; its low 2 W bits can be read on the bus.
+    restarts : tuple of int
+        Cycles of each program's restart routine, which writes the initial words of its states as
+        its next states. Empty: the programs keep their states after a reset.
     """
 
     rom: list[int]
@@ -43,16 +46,39 @@ class Image:
     tables: list[int]
     lengths: tuple[int, ...]
     digest: int = 0
+    restarts: tuple[int, ...] = ()
+
+    @property
+    def ends(self) -> tuple[int, ...]:
+        """Address behind the last word of each program, then of each restart routine."""
+        return tuple(accumulate((*self.lengths, *self.restarts)))
 
     @property
     def bases(self) -> tuple[int, ...]:
-        """Address of the first word of each program."""
-        return tuple(accumulate(self.lengths, initial=0))[:-1]
+        """Address of the first word of each program, then of each restart routine."""
+        return (0, *self.ends[:-1])
+
+    @property
+    def starts(self) -> list[int]:
+        """Address of the first word by the program's number, above it the bit for its restart.
+
+        A number that no program has leads to program 0, so that an upset register does no harm.
+        """
+        count = len(self.lengths)
+        size = 1 << (count - 1).bit_length()
+        halves = self.bases[:count], self.bases[count:] or self.bases
+        return [base for half in halves for base in (*half, *[0] * (size - count))]
 
     def program(self, number: int) -> list[int]:
-        """Microwords of one program."""
-        base = self.bases[number]
-        return self.rom[base : base + self.lengths[number]]
+        """Microwords of a program; of restart routine k with number = programs + k."""
+        return self.rom[self.bases[number] : self.ends[number]]
+
+    def without_restarts(self, machine: Machine) -> Image:
+        """The image with restart routines that change no word."""
+        start = sum(self.lengths)
+        home = 1 << self._positions(machine)["home"]
+        rom = [word if at < start else word & home for at, word in enumerate(self.rom)]
+        return replace(self, rom=rom)
 
     @classmethod
     def join(cls, images: Sequence[Image], *, digest: int) -> Image:
@@ -69,12 +95,14 @@ class Image:
                 raise ValueError("registers of the programs must be common")
             if any(image.tables) and image.tables != tables:
                 raise ValueError("function tables of the programs must be the same")
+        programs = [w for x in images for w in x.rom[: sum(x.lengths)]]
         return replace(
             images[0],
-            rom=[w for x in images for w in x.rom[: sum(x.lengths)]],
+            rom=programs + [w for x in images for w in x.rom[sum(x.lengths) :]],
             tables=tables,
             lengths=tuple(n for x in images for n in x.lengths),
             digest=digest,
+            restarts=tuple(n for x in images for n in x.restarts),
         )
 
     def check(self, machine: Machine) -> None:
@@ -94,16 +122,18 @@ class Image:
             raise ValueError(
                 f"rom must have at most {machine.rom_words} words, not {len(self.rom)!r}"
             )
-        shortest = machine.prefetch + 1
-        if not self.lengths or min(self.lengths) < shortest:
-            raise ValueError(f"lengths must be {shortest} or more each, not {self.lengths!r}")
-        if sum(self.lengths) > len(self.rom):
+        if len(self.restarts) not in (0, len(self.lengths)):
+            raise ValueError(f"restarts must be as many as lengths, not {self.restarts!r}")
+        shortest, lengths = machine.prefetch + 1, (*self.lengths, *self.restarts)
+        if not self.lengths or min(lengths) < shortest:
+            raise ValueError(f"lengths must be {shortest} or more each, not {lengths!r}")
+        if sum(lengths) > len(self.rom):
             raise ValueError(
-                f"lengths must be {len(self.rom)} or less together, not {sum(self.lengths)!r}"
+                f"lengths must be {len(self.rom)} or less together, not {sum(lengths)!r}"
             )
         if self.digest < 0:
             raise ValueError(f"digest must not be negative, not {self.digest!r}")
-        for number in range(len(self.lengths)):
+        for number in range(len(lengths)):
             self._check_program(machine, number)
 
     def _check_program(self, machine: Machine, number: int) -> None:
@@ -119,8 +149,13 @@ class Image:
                 )
             if value >> bit["get"] & value >> bit["emit"] & 1:
                 raise ValueError(f"rom[{base + k}] must not get and emit in the same cycle")
-        if not any(value >> bit["get"] & 1 for value in words):
-            raise ValueError(f"rom must get at least one input word in program {number}")
+        gets, restart = any(value >> bit["get"] & 1 for value in words), number >= len(self.lengths)
+        if gets == restart:
+            raise ValueError(
+                f"rom[{base}] must get no input word: a restart routine begins there"
+                if restart
+                else f"rom must get at least one input word in program {number}"
+            )
 
     @staticmethod
     def _positions(machine: Machine) -> dict[str, int]:
@@ -138,8 +173,8 @@ class Image:
         """
         home = 1 << self._positions(machine)["home"]
         rom = [value & ~home for value in self.rom]
-        for base, length in zip(self.bases, self.lengths, strict=True):
-            rom[base + length - 1 - machine.prefetch] |= home
+        for end in self.ends:
+            rom[end - 1 - machine.prefetch] |= home
         pieces = rom_pieces(len(rom))
         rom += [0] * sum(pieces)  # at least as many as are missing; the rest is cut off
         ends = accumulate(pieces)

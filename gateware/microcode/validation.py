@@ -4,8 +4,10 @@ The emulator executes one update of each program on terms instead of integers: i
 and states are symbols, every register, capture and pipeline stage that an update does not define
 itself holds a symbol of its own. At the end each output, next state and saturation flag must be
 the term that the program's operations define (`model.words.terms`), and no word that lasts from
-update to update may have been written. So the proof of one update is the proof of any number of
-them, in any order, with any parameter writes, changes of program and abandoned updates between.
+update to update may have been written. A restart routine must write the initial words as next
+states, and no word that lasts either. So the proof of one update is the proof of any number of
+them, in any order, with any parameter writes, changes of program, restarts and abandoned updates
+between.
 """
 
 from __future__ import annotations
@@ -56,6 +58,7 @@ def validate_microcode(
     for number in range(len(programs)):
         for parity in (0, 1):  # from either copy of its states
             _Update(core, number, parity).check()
+            _Update(core, number, parity).check_restart()
     return sum(len(program.ops) for program in programs)
 
 
@@ -78,19 +81,24 @@ class _Core:
             for k, (program, where) in enumerate(zip(programs, registers, strict=True))
             for n in (*program.of_kind(Kind.PARAM), *program.of_kind(Kind.STATE))
         }
-        half = machine.bank_depth // 2
+        half, slots = machine.bank_depth // 2, machine.state_slots
         words = {
             (lane * machine.bank_depth + fields[f"dest{lane}"])
             for fields in (decode(machine, word) for word in image.rom)
             for lane in range(machine.lanes)
             if fields[f"we{lane}"] or (lane == 0 and fields["get"])
-        }
-        #: Registers of the lower halves that no program writes, nor the host.
-        self.constants = {
-            address
+        } | {*self.lasting.values()}
+        pairs = {
+            address: address ^ slots if address % machine.bank_depth >= half else address
             for address in range(machine.bank_depth * machine.lanes)
-            if address % machine.bank_depth < half
-        } - {*words, *self.lasting.values()}
+        }
+        #: Registers that no program writes, nor the host; of the upper halves those whose two
+        #: copies, which take turns, are equal.
+        self.constants = {
+            a
+            for a, b in pairs.items()
+            if not {a, b} & words and image.registers[a] == image.registers[b]
+        }
 
     def check_first_words(self) -> None:
         """Check the words of parameters, states and tables before the first update."""
@@ -186,7 +194,7 @@ class _Update:
         self.program = core.programs[number]
         self.terms = Terms(core.machine.arithmetic)
         self.emulator = _Symbolic(core.machine, core.image, self.terms)
-        self.emulator.number = number
+        self.emulator.select(number)
         self.emulator.parities[number] = parity
         for address in core.constants:
             word = self.emulator._signed(core.image.registers[address])
@@ -230,6 +238,25 @@ class _Update:
             raise Refuted(
                 f"{program.name}: the saturation flag differs by {self.terms.text(min(differ))}"
             )
+
+    def check_restart(self) -> None:
+        """Raise Refuted unless the restart routine loads the initial words of the states."""
+        program, number = self.program, self.emulator.number
+        try:
+            record = self.emulator.restart()
+        except IndexError:
+            raise Refuted(f"{program.name}: a restart leaves its routine") from None
+        self._check_writes(record)
+        for state, _ in program.states:
+            address = self._physical(self.core.lasting[number, state], self.emulator.parity)
+            word, value = self.emulator.registers[address], program.values[state]
+            if word != self.terms.word(value.initial):
+                raise Refuted(
+                    f"{program.name}: a restart must load {value.name} with {value.initial}, "
+                    f"not {self.terms.text(word)}"
+                )
+        if record.outputs or self.emulator.clamped:
+            raise Refuted(f"{program.name}: a restart must neither emit nor saturate")
 
     def _words(self, record: Record, meaning: Meaning) -> Iterator[tuple[str, int, int]]:
         """Each word that leaves or lasts: its name, its term in the microcode, in the program."""

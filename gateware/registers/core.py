@@ -26,7 +26,13 @@ BUILD_HIGH = Register("build_high", FIRST + 3, Access.READ_ONLY, "build identifi
 FIXED = (STATUS, UPDATES, BUILD_LOW, BUILD_HIGH)
 #: Number of the selected program; absent in a core of one program.
 CHOICE = Register("program", FIRST + 4, Access.READ_WRITE, "number of the program that runs")
-#: Address of `CHOICE`, the last one of a core.
+#: Address of `CHOICE`.
 PROGRAM = CHOICE.address
+RESTART = Register(
+    "restart",
+    FIRST + 5,
+    Access.WRITE_ONLY,
+    "any word: the next update of the selected program begins from its initial states",
+)
 #: Bits of a core's address.
-ADDRESS_BITS = PROGRAM.bit_length()
+ADDRESS_BITS = RESTART.address.bit_length()

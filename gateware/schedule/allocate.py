@@ -6,7 +6,8 @@ temporary values (inputs in bank 0, results in the bank of their lane), then the
 program runs at a time, so all share the registers of inputs and results; constants with the same
 word share a register, too. The upper half holds the states, current ones at ``1 0 ...`` and next
 ones at ``1 1 ...``, in the bank of the lane that computes the next value. Each program has
-its own, so a program that does not run preserves its states.
+its own, so a program that does not run preserves its states. State registers that no program needs
+hold initial words of states for the restart routines, the same word in both copies.
 
 If the lower half does not suffice, temporary values also use the registers of next states of their
 own program, until these are written.
@@ -18,6 +19,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.copies import copy_shift
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind
 
@@ -40,11 +42,13 @@ class Allocation:
     """Registers of the values of a program.
 
     ``live_ranges`` has one entry for each value with a register, in the order of values;
-    ``initial`` are the unsigned words of all registers of the core before the first update.
+    ``initial`` are the unsigned words of all registers of the core before the first update, and
+    ``constants`` the registers of its constants: pairs of word and address.
     """
 
     live_ranges: tuple[LiveRange, ...]
     initial: tuple[int, ...]
+    constants: tuple[tuple[int, int], ...]
 
     def addresses(self) -> dict[int, int]:
         """Register of each value."""
@@ -76,6 +80,9 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
     for part in parts:
         part.states()
     words = {word for part in parts for word in part.constant_words()}
+    starts = {word for part in parts for word in part.start_words()} - words
+    core.spare(sorted(starts))
+    words |= starts - core.constants.keys()
     for spread in (False, True):
         shared = [part.temporaries(spread=spread) for part in parts]
         top = [max(tops) for tops in zip(*shared, strict=True)]
@@ -106,6 +113,15 @@ class _Core:
         #: Register of each constant word.
         self.constants: dict[int, int] = {}
 
+    def spare(self, words: Iterable[int]) -> None:
+        """Put constants into unused registers of states, as many as there are."""
+        for word in words:
+            bank = min(range(len(self.states)), key=self.states.__getitem__)
+            if self.states[bank] < self.machine.state_slots:
+                offset = self.half + self.states[bank]
+                self.constants[word] = bank * self.machine.bank_depth + offset
+                self.states[bank] += 1
+
 
 class _Allocator:
     """Allocation of one program."""
@@ -123,7 +139,9 @@ class _Allocator:
     def result(self, initial: Iterable[int]) -> Allocation:
         """Return the allocation."""
         return Allocation(
-            tuple(self.live_ranges[n] for n in sorted(self.live_ranges)), tuple(initial)
+            tuple(self.live_ranges[n] for n in sorted(self.live_ranges)),
+            tuple(initial),
+            tuple(self.core.constants.items()),
         )
 
     def fill(self, initial: list[int]) -> None:
@@ -133,10 +151,14 @@ class _Allocator:
         following = dict(program.states)
         for n, t in self.live_ranges.items():
             value = program.values[n]
-            if value.kind in (Kind.PARAM, Kind.CONST, Kind.STATE):
+            if value.kind in (Kind.PARAM, Kind.STATE):
                 initial[t.address] = value.initial & mask
             if value.kind is Kind.STATE:  # both copies, for either parity
                 initial[self.live_ranges[following[n]].address] = value.initial & mask
+        for word, address in self.core.constants.items():
+            initial[address] = word & mask
+            if address % self.machine.bank_depth >= self.core.half:
+                initial[address + self.machine.state_slots] = word & mask
 
     def assign(self, value: int, address: int, start: int, end: int) -> None:
         self.live_ranges[value] = LiveRange(value, address, start, end)
@@ -227,11 +249,19 @@ class _Allocator:
         constants = self.program.of_kind(Kind.CONST)
         return {self.program.values[n].initial for n in constants if n in self.last_read}
 
+    def start_words(self) -> set[int]:
+        """Words that the restart routine reads: initial ones, and one for copies."""
+        starts = {self.program.values[state].initial for state, _ in self.program.states} - {0}
+        arith, words = self.machine.arithmetic, starts | self.constant_words()
+        if starts and all(copy_shift(word, arith) is None for word in words):
+            starts.add(1 << arith.guard)
+        return starts
+
     def constants(self) -> None:
         """Constants that are read: one register for each word, in the emptiest bank."""
         core, registers = self.core, self.core.constants
         wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
-        words = self.constant_words() - registers.keys()
+        words = (self.constant_words() | self.start_words()) - registers.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
             capacity = core.half * len(core.top)
@@ -240,12 +270,13 @@ class _Allocator:
                 f"{self.machine.name} machine left for them"
                 f"{self.machine.remedy(capacity + len(words) - room, capacity)}"
             )
-        for n in wanted:
-            word = self.program.values[n].initial
+        ordered = [self.program.values[n].initial for n in wanted]
+        for word in dict.fromkeys((*ordered, *sorted(words))):
             if word not in registers:
                 bank = min(range(len(core.top)), key=core.top.__getitem__)
                 registers[word] = bank * self.machine.bank_depth + core.top[bank]
                 core.top[bank] += 1
+        for n, word in zip(wanted, ordered, strict=True):
             self.assign(n, registers[word], 0, self.end)
 
 

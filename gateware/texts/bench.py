@@ -8,7 +8,7 @@ from itertools import accumulate
 from typing import Any
 
 from boresight.gateware.description import Description
-from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, STATUS, UPDATES
+from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, RESTART, STATUS, UPDATES
 from boresight.model.arrays import BoolArray, IntArray
 
 #: Marks of an input line, besides its word.
@@ -112,10 +112,15 @@ def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]
     ]
     return {
         "runs": rows,
+        "again": {
+            "inputs": runs[0].inputs.shape[1],
+            "outputs": runs[0].outputs.shape[1],
+            "saturated": int(runs[0].saturated[0]),
+        },
         "inputs": inputs[-1],
         "outputs": outputs[-1],
         "digits": -(-core.word // 4),
         "patience": 4 * max(program.interval for program in core.programs) + 200,
         "build": list(zip((BUILD_LOW.address, BUILD_HIGH.address), core.build, strict=True)),
-        **{"status": STATUS.address, "updates": UPDATES.address},
+        **{r.name: r.address for r in (STATUS, UPDATES, RESTART)},
     }

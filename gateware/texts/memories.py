@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import accumulate
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
@@ -20,8 +19,8 @@ def check_memories(machine: Machine, image: Image, verilog: str) -> None:
     """Raise Refuted unless the memories of ``verilog`` hold the image's words.
 
     The layout is that of `docs/engine.md`: every lane has copies of every bank for both operands,
-    the tables follow the registers of operand b or have memories of their own, and ``home`` stands
-    `Machine.prefetch` words earlier than in the image.
+    the tables follow the registers of operand b or have memories of their own, ``home`` stands
+    `Machine.prefetch` words earlier than in the image, and ``bases`` are `Image.starts`.
     """
     memories: dict[str, list[int]] = {}
     for name, at, base, digits in _WORD.findall(verilog):
@@ -30,7 +29,7 @@ def check_memories(machine: Machine, image: Image, verilog: str) -> None:
             raise Refuted(f"core.v: word {at} of memory {name} follows word {len(words) - 1}")
         words.append(int(digits, 16 if base == "h" else 10))
     roms = {name: memories.pop(name) for name in list(memories) if _ROM.fullmatch(name)}
-    wanted = data_memories(machine, image)
+    wanted = data_memories(machine, image) | {"bases": image.starts}
     for name in sorted(wanted.keys() | memories.keys()):
         _compare(name, memories.get(name, []), wanted.get(name, []))
     _check_rom(machine, image, roms)
@@ -70,8 +69,7 @@ def _check_rom(machine: Machine, image: Image, roms: dict[str, list[int]]) -> No
     words = [word for k in sorted(pieces) for word in pieces[k]]
     at = sum(f.width for f in machine.fields[:-1])
     assert machine.fields[-1].name == "home"
-    ends = accumulate(image.lengths)
-    returns = {end - 1 - machine.prefetch for end in ends}
+    returns = {end - 1 - machine.prefetch for end in image.ends}
     wanted = [w & ~(1 << at) | (k in returns) << at for k, w in enumerate(image.rom)]
     _compare("rom", words[: len(wanted)], wanted)
     _compare("rom, behind the programs,", words[len(wanted) :], [0] * (len(words) - len(wanted)))

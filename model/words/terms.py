@@ -6,9 +6,9 @@ for all inputs. The microcode (`gateware.microcode.validation`) and the emitted 
 program's operations (`model.words.fixed`).
 
 Equal are sums with the same terms in any order, products with exchanged factors, and a word and its
-copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). The order of a
-sum does not matter because the accumulator is exact modulo 2^`Arithmetic.acc_width`, and the
-compiler has proven that no sum exceeds it.
+copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). A sum without
+terms is 0. The order of a sum does not matter because the accumulator is exact modulo
+2^`Arithmetic.acc_width`, and the compiler has proven that no sum exceeds it.
 """
 
 from __future__ import annotations
@@ -113,8 +113,10 @@ class Terms:
         return bool(self._terms[number][0] == "clamp")
 
     def _copied(self, total: int) -> int | None:
-        """The word whose copy the sum is; None for any other sum."""
+        """The word whose copy the sum is, 0 of no terms; None for any other sum."""
         _, *parts = self._terms[total]
+        if not parts:
+            return self.word(0)
         if len(parts) != 1 or self._terms[parts[0]][0] != "term":  # a symbol has two parts
             return None
         _, shifted, negate, take = self._terms[parts[0]]

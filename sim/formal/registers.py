@@ -8,7 +8,7 @@ from amaranth.hdl import Array, Assert, Assume, Const, Module, Mux, Signal
 
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers.core import PROGRAM, RESTART
 from boresight.sim.formal.harness import after_start, before, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
@@ -23,6 +23,8 @@ class RegistersHarness(InductiveHarness[Registers]):
 
     Nothing is granted or acknowledged without a write; a word read is that of the address of the
     cycle before. The initiator holds its word until the reply, and the machine grants requests.
+    Each program has to restart after a reset, and the selected one when it is asked to, until it
+    does so.
     """
 
     def surround(self, m: Module, dut: Registers) -> None:
@@ -48,82 +50,65 @@ class RegistersHarness(InductiveHarness[Registers]):
         # 512 addresses for all banks: of each those of its lower half are parameters.
         offset, half = addr[:9] % (512 // dut.machine.lanes), dut.machine.bank_depth // 2
         parameter = ~addr[9] & (offset < half)
-        if dut.selector:
-            self._by_port(m, w_stb=w_stb, parameter=parameter, grant=grant, waited=waited)
-        else:
-            self._by_bus(
-                m,
-                addr=addr,
-                w_data=w_data,
-                w_stb=w_stb,
-                parameter=parameter,
-                grant=grant,
-                waited=waited,
-            )
+        chosen = addr[9] & ~addr[8] & (addr[:3] == PROGRAM % 8) & (w_data < dut.programs)
+        change = chosen if dut.programs > 1 and not dut.selector else Const(0)
+        first = self._restarts(m, w_stb & addr[9] & (addr[:3] == RESTART.address % 8))
+        self._writes(m, parameter | change, change, first, waited)
         self._reads(m, inside, addr=addr, w_data=w_data, w_stb=w_stb, **events)
 
-    def _by_bus(
-        self,
-        m: Module,
-        *,
-        addr: Any,
-        w_data: Any,
-        w_stb: Any,
-        parameter: Any,
-        grant: Any,
-        waited: Any,
-    ) -> None:
-        """Writes, if the bus also chooses the program."""
-        dut, bus = self.dut, self.dut.bus
-        change = (
-            addr[9] & ~addr[8] & (addr[:3] == PROGRAM % 8) & (w_data < dut.programs)
-            if dut.programs > 1
-            else Const(0)
-        )
-        needs_grant = parameter | change
-        program = Signal(range(dut.programs), name="program_now")
-        with m.If(grant & dut.switch):
-            m.d.sync += program.eq(w_data)
+    def _restarts(self, m: Module, written: Any) -> Any:
+        """Programs that have to restart; whether a grant is for that or a change by the port."""
+        dut = self.dut
+        due = Signal(dut.programs, init=(1 << dut.programs) - 1, name="must_restart")
+        restart, start = unknown(m, 1, "restart"), unknown(m, 1, "start")
+        selected = (Const(1) << dut.program)[: dut.programs]
+        asked = Mux(restart | written, selected, 0)
+        m.d.sync += due.eq(due & ~Mux(start, selected, 0) | asked)
         m.d.comb += [
+            dut.restart.eq(restart),
+            dut.start.eq(start),
+            Assert(dut.anew == (due & selected).any()),
+            Assert(due == self.inside["due"]),  # for induction
+            reached(m, dut.grant & dut.anew, "restarted"),
+        ]
+        soon = dut.anew | restart | written
+        if dut.selector:
+            choice = unknown(m, dut.choice.shape(), "choice")
+            m.d.comb += [dut.choice.eq(choice), Assume(choice < dut.programs)]
+            soon = soon | (choice != dut.program)
+        first = before(m, soon, "first")
+        m.d.comb += Assert(first == self.inside["inner"])
+        return first
+
+    def _writes(self, m: Module, needs_grant: Any, change: Any, first: Any, waited: Any) -> None:
+        """Writes, restarts and changes of the program; ``change`` is one by the bus."""
+        dut, bus, grant, w_stb = self.dut, self.dut.bus, self.dut.grant, self.dut.bus.w_stb
+        program = Signal(range(dut.programs), name="program_now")
+        turn, granted = grant & ~first, before(m, grant, "granted")
+        if dut.selector:
+            with m.If(grant & first):
+                m.d.sync += program.eq(dut.choice)
+            m.d.comb += Assert(dut.chosen == before(m, dut.program == dut.choice, "was_chosen"))
+        else:
+            with m.If(turn & change):
+                m.d.sync += program.eq(bus.w_data)
+        m.d.comb += [
+            # A restart or a change by the port goes first, and acknowledges no write.
+            Assert(~first | granted | (dut.request & dut.switch)),
             # Only the present write is granted: no phantom.
-            Assert(~grant | (w_stb & needs_grant & bus.w_ack & (dut.switch == change))),
+            Assert(~turn | (w_stb & needs_grant & bus.w_ack & (dut.switch == change))),
             # An acknowledged write is granted in the same cycle, or need not be granted.
-            Assert(~bus.w_ack | (w_stb & (grant | ~needs_grant))),
+            Assert(~bus.w_ack | (w_stb & (turn | ~needs_grant))),
             Assert(~w_stb | needs_grant | bus.w_ack),
             # It is requested from its second cycle on, until the grant: none is lost.
-            Assert(dut.request == (waited & needs_grant)),
+            Assert(~(waited & needs_grant) | granted | dut.request),
+            Assert(~dut.request | first | (waited & needs_grant)),
             Assert((dut.program == program) & (dut.program < dut.programs)),
-            reached(m, grant & ~dut.switch, "parameter_written"),
+            reached(m, turn & ~dut.switch, "parameter_written"),
             reached(m, waited & bus.w_ack & w_stb, "waited_long"),
         ]
         if dut.programs > 1:
             m.d.comb += reached(m, dut.program == dut.programs - 1, "last_program")
-
-    def _by_port(self, m: Module, *, w_stb: Any, parameter: Any, grant: Any, waited: Any) -> None:
-        """Writes, if a port chooses the program."""
-        dut, bus = self.dut, self.dut.bus
-        choice = unknown(m, dut.choice.shape(), "choice")
-        m.d.comb += [dut.choice.eq(choice), Assume(choice < dut.programs)]
-        program = Signal(range(dut.programs), name="program_now")
-        turn = grant & ~dut.switch
-        with m.If(grant & dut.switch):
-            m.d.sync += program.eq(choice)
-        differs = before(m, choice != dut.program, "differed")
-        granted = before(m, grant, "granted")
-        m.d.comb += [
-            Assert(~turn | (w_stb & parameter & bus.w_ack)),
-            Assert(~bus.w_ack | (w_stb & (turn | ~parameter))),
-            Assert(~w_stb | parameter | bus.w_ack),
-            # Pending writes are requested; a change of the program as well, and it goes first.
-            Assert(~(waited & parameter) | granted | dut.request),
-            Assert(~differs | granted | (dut.request & dut.switch)),
-            Assert(~dut.request | differs | (waited & parameter)),
-            Assert((dut.program == program) & (dut.program < dut.programs)),
-            Assert(dut.chosen == before(m, dut.program == choice, "was_chosen")),
-            reached(m, turn, "parameter_written"),
-            reached(m, dut.program == dut.programs - 1, "last_program"),
-            reached(m, waited & bus.w_ack & w_stb, "waited_long"),
-        ]
 
     def _reads(
         self,

@@ -14,19 +14,23 @@ from boresight.sim.formal.harness import reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROGRAMS", "PROOFS", "SequencerHarness", "tiny_image"]
+__all__ = ["PROGRAMS", "PROOFS", "RESTARTS", "SequencerHarness", "tiny_image"]
 
 #: Programs, word by word: the fields that are 1. The second gets its only word late.
 PROGRAMS = (
     ("get we", "we", "get", "get_last", "emit we", "", "emit"),
     ("we", "get_last", "emit", "emit", "we"),
 )
+#: Their restart routines.
+RESTARTS = (("we", "", "we", "we"), ("", "", "", "", "we"))
+_PARTS = PROGRAMS + RESTARTS
+_LONGEST, _LONGEST_RESTART = (max(map(len, parts)) for parts in (PROGRAMS, RESTARTS))
 
 
 def tiny_image(machine: Machine) -> Image:
-    """`PROGRAMS` as an image."""
+    """`PROGRAMS` and `RESTARTS` as an image."""
     rom: list[int] = []
-    for words in PROGRAMS:
+    for words in _PARTS:
         for number, text in enumerate(words):
             fields = dict.fromkeys(text.split(), 1)
             if "get_last" in fields:
@@ -40,7 +44,8 @@ def tiny_image(machine: Machine) -> Image:
         rom=rom,
         registers=[0] * machine.register_words,
         tables=[0] * 1536,
-        lengths=tuple(len(words) for words in PROGRAMS),
+        lengths=tuple(map(len, PROGRAMS)),
+        restarts=tuple(map(len, RESTARTS)),
     )
 
 
@@ -48,10 +53,12 @@ class SequencerHarness(InductiveHarness[Sequencer]):
     """Sequencer: its outputs follow the rules of `docs/engine.md` in every cycle.
 
     Grants come only at the first word of a record. The machine is back there within the longest
-    program and `Machine.prefetch` + 2 cycles in which the streams flow.
+    program, the longest restart routine and `Machine.prefetch` + 2 cycles in which the streams
+    flow.
 
     The program changes as `gateware.bus.core_registers` changes it: in the cycle after a granted
-    switch.
+    switch. ``anew`` has any value in any cycle, and is obeyed in that of ``start`` alone: no update
+    is torn, and what restarts begins with the routine's first word.
 
     Parameters
     ----------
@@ -69,13 +76,18 @@ class SequencerHarness(InductiveHarness[Sequencer]):
         inside = self.inside
         inputs = {
             name: unknown(m, 1, name)
-            for name in ("i_valid", "i_last", "o_ready", "request", "switch")
+            for name in ("i_valid", "i_last", "o_ready", "request", "switch", "anew")
         }
         for name, signal in inputs.items():
             m.d.comb += getattr(dut, name).eq(signal)
         self.program = Signal(range(len(PROGRAMS)))
         next_program = unknown(m, 1, "other")
-        m.d.comb += dut.program.eq(self.program)
+        self.restarting = Signal(name="restarts")
+        self.part = Signal(range(len(_PARTS)))  # program or restart routine
+        m.d.comb += [
+            dut.program.eq(self.program),
+            self.part.eq(self.program + Mux(self.restarting, len(PROGRAMS), 0)),
+        ]
         with m.If(dut.grant & dut.switch):
             m.d.sync += self.program.eq(next_program)
         self._rules(m, **inputs)
@@ -84,24 +96,31 @@ class SequencerHarness(InductiveHarness[Sequencer]):
 
     def _field(self, field: str) -> Any:
         """A field of the executed word."""
-        longest = max(map(len, PROGRAMS))
         names = {"get": ("get", "get_last")}.get(field, (field,))
         bits = [
             [
                 int(any(n in words[k].split() for n in names)) if k < len(words) else 0
-                for k in range(longest)
+                for k in range(max(map(len, _PARTS)))
             ]
-            for words in PROGRAMS
+            for words in _PARTS
         ]
         return (
             self.active
-            & Array(Array(Const(b, 1) for b in row) for row in bits)[self.program][
+            & Array(Array(Const(b, 1) for b in row) for row in bits)[self.part][
                 Mux(self.active, self.at[:3], 0)
             ]
         )
 
     def _rules(
-        self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, request: Any, switch: Any
+        self,
+        m: Module,
+        *,
+        i_valid: Any,
+        i_last: Any,
+        o_ready: Any,
+        request: Any,
+        switch: Any,
+        anew: Any,
     ) -> None:
         """Outputs of a cycle, and the executed word of the next."""
         dut = self.dut
@@ -116,7 +135,7 @@ class SequencerHarness(InductiveHarness[Sequencer]):
         get, emit = self._field("get"), self._field("emit")
         m.d.comb += [
             self.active.eq(at >= 0),
-            self.length.eq(Array(len(words) for words in PROGRAMS)[self.program]),
+            self.length.eq(Array(map(len, _PARTS))[self.part]),
             home.eq(at == self.length - 1),
             first.eq(get & ~begun),
             grant.eq(first & request),
@@ -131,6 +150,7 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             Assert(dut.o_valid == emit),
             Assert(dut.idle == (first & ~i_valid)),
             Assert(dut.commit == (home & moves & ~fault)),
+            Assert(dut.restarting == self.restarting),
             Assert(dut.framing == fault),
             Assert(dut.write[0] == (takes | (grant & ~switch) | (moves & self._field("we")))),
             *(
@@ -138,6 +158,10 @@ class SequencerHarness(InductiveHarness[Sequencer]):
                 for lane in range(1, dut.machine.lanes)
             ),
         ]
+        with m.If(at == -self.fill):
+            m.d.sync += self.restarting.eq(anew)
+        with m.Elif(home & moves & ~fault):
+            m.d.sync += self.restarting.eq(0)
         with m.If(swallowing & i_valid & i_last):
             m.d.sync += swallowing.eq(0)
         with m.If(takes):
@@ -151,50 +175,59 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             m.d.sync += at.eq(Mux(home, 0, at + 1))
         m.d.comb += [
             reached(m, fault & ~i_last, "late_last"),
-            reached(m, dut.commit, "update"),
-            reached(m, dut.commit & (self.program == 1), "other_update"),
+            *(reached(m, dut.commit & (self.part == k), f"end{k}") for k in range(len(_PARTS))),
             reached(m, grant & ~switch, "written"),
         ]
 
     def _registers(self, m: Module, inside: Inside) -> None:
         """Counter and words in the ROM's registers: for induction."""
         dut, at, length = self.dut, self.at, self.length
-        base = Array(dut.image.bases)[self.program]
         pc, fill, homes = inside["pc"], inside["fill"], inside["homes"]
         contents = [0] * (1 << len(pc))
         for number, word in enumerate(dut.image.hardware_rom(dut.machine)[0]):
             contents[number] = word
         microwords = Array(
-            Const(word, dut.machine.word_bits) for word in contents[: sum(dut.image.lengths)]
+            Const(word, dut.machine.word_bits) for word in contents[: dut.image.ends[-1]]
         )
+        bases = Array(dut.image.bases)
 
         def ahead(words: int) -> Any:
-            position = Signal(range(-self.fill, 11), name=f"ahead{words}")
-            m.d.comb += position.eq(at + words - Mux(at + words >= length, length, 0))
-            return position
+            """Address so many words ahead; behind the last word the program begins."""
+            address, position = Signal(5, name=f"ahead{words}"), Signal(5, name=f"position{words}")
+            m.d.comb += position.eq(at + words)
+            behind = at + words >= length
+            m.d.comb += address.eq(
+                Mux(behind, bases[self.program] + position - length, bases[self.part] + position)
+            )
+            return address
 
         out = inside.parts["rom0"].component.read_ports[0].data
         # Behind the counter: the ROM's output, then that of the register behind it, if any.
         outputs = [out, inside["rom0_out"]] if dut.machine.has("memory") else [out]
         m.d.comb += [
             *(
-                Assert((at < -words) | (output == microwords[(base + ahead(words)[:3])[:4]]))
+                Assert((at < -words) | (output == microwords[ahead(words)]))
                 for words, output in enumerate(reversed(outputs), start=1)
             ),
             Assert((at >= -self.fill) & (at < length) & (self.program < len(PROGRAMS))),
             Assert(fill == (1 << (self.fill + Mux(at < 0, at, 0)).as_unsigned()[:3]) - 1),
-            Assert((at == -self.fill) | (pc == base + ahead(self.fill - 1)[:3])),
-            Assert((at == -self.fill) | ((pc >= base) & (pc < base + length))),
-            Assert(~self.active | (dut.word.as_value() == microwords[(base + at[:3])[:4]])),
+            Assert((at == -self.fill) | (pc == ahead(self.fill - 1))),
+            Assert((at > -self.fill) | ~self.restarting),
+            Assert(~self.active | (dut.word.as_value() == microwords[ahead(0)])),
             Assert(
                 ~self.active
                 | (homes == Cat(at == length - len(homes) + k for k in range(len(homes))))
             ),
             Assert(inside["started"] == self.begun),
             Assert(inside["swallow"] == self.swallowing),
-            Assert(self.begun == ((at > self.first_get) & (at <= self.last_get))),
+            Assert(self.begun == (self.past_first_get & (at <= self.last_get))),
             Assert(~(self.begun & self.swallowing)),
         ]
+
+    @property
+    def past_first_get(self) -> Any:
+        """A word behind the first get is at work."""
+        return ~self.restarting & (self.at > self.first_get)
 
     @property
     def first_get(self) -> Any:
@@ -214,22 +247,22 @@ class SequencerHarness(InductiveHarness[Sequencer]):
         self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, **_: Any
     ) -> None:
         """Cycles in which both streams flow, since the machine last waited at its start."""
-        limit = max(map(len, PROGRAMS)) + self.fill + 1
+        limit = _LONGEST + _LONGEST_RESTART + self.fill + 1
         count = Signal(range(limit + 2))
         flows = i_valid & o_ready & ~(self.swallowing & ~i_last)
         with m.If(self.first):
             m.d.sync += count.eq(0)
         with m.Elif(flows):
             m.d.sync += count.eq(count + 1)
-        longest, past_first_get = max(map(len, PROGRAMS)), self.at > self.first_get
+        restart = Mux(self.restarting, 0, _LONGEST_RESTART)
         m.d.comb += [
             Assert(count <= limit),
             # For induction.
             Assert(
                 Mux(
-                    past_first_get,
+                    self.past_first_get,
                     count + self.first_get + 1 <= self.at,
-                    count <= longest + self.fill + self.at,
+                    count <= _LONGEST + self.fill + restart + self.at,
                 )
             ),
         ]

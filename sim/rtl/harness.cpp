@@ -6,8 +6,9 @@
 // batch of one record at a time.
 //
 // Batch: int64 records, writes, stall, trace, limit (`Batch`); then int32: the number of words of
-// each record; all words; for each bus write its record, address and word, or for a reset its record,
-// -1 and the cycles from the first word taken to it; if the update is complete before, it comes then.
+// each record; all words; for each bus write its record, address and word; for a reset its record,
+// -1 and the cycles from the first word taken to it; for a restart -2 in place of -1. If the update is
+// complete before, they come then.
 // Results: four arrays of int32, each behind its size (int64). For each record the number of output
 // words, the saturation flag, the cycles until the next record could begin (-2: a reset came before;
 // -1, in the last one: not complete after `limit` cycles); all output words; the cycle of each; for
@@ -38,6 +39,7 @@ class Harness {
     Harness(Vbench &bench, int word, int lanes)
         : bench(bench), word(word), lanes(lanes), last(uint64_t(1) << word) {
         bench.rst = 1;
+        bench.restart = 0;
         for (int k = 0; k < RESET_CYCLES; ++k) step();
         bench.rst = 0;
     }
@@ -115,7 +117,10 @@ void Harness::run(
     };
     for (int64_t left = batch.limit;; --left) {
         const bool resets = write != end && write[1] < 0;
-        if (resets && (update > *write || (counting && update == *write && cycle >= write[2]))) {
+        const bool now = resets
+            && (update > *write || (counting && update == *write && cycle >= write[2]));
+        bench.restart = now && write[1] == -2;
+        if (now && write[1] == -1) {
             bench.in_valid = bench.bus_stb = 0;
             bench.out_ready = bench.rst = 1;
             step();
@@ -160,7 +165,7 @@ void Harness::run(
         }
         const bool taken = valid && bench.in_ready, given = bench.out_valid && take;
         if (given) give();
-        if (strobe && bench.bus_ack) write += 3;
+        if (bench.restart || (strobe && bench.bus_ack)) write += 3;
         ++cycle;
         if (asks) counting = false;
         if (taken) {

@@ -73,34 +73,36 @@ class CompiledSimulation(RtlSimulation):
         return CoreProcess(self, memories=None if states is None else self._memories_with(states))
 
     @cached_property
-    def _registers(self) -> dict[str, list[int | None]]:
-        """Memories with registers: of each word the number of its register, None for other words.
+    def _started(self) -> dict[str, list[tuple[int, int | None]]]:
+        """Memories of a core that does not restart: word, and number of the register that it is.
 
-        They are the words that follow the numbers in two images that are numbered differently.
+        The words of two images differ where these number their registers differently, and in the
+        restart routines.
         """
         core, count = self.core, len(self.core.image.registers)
-        numbered = [
-            self.design(replace(core, image=replace(core.image, registers=[*numbers]), files={}))[1]
-            for numbers in (range(count), range(count, 2 * count))
-        ]
-        return {
-            name: [
-                int(low, 16) if int(high, 16) - int(low, 16) == count else None
-                for low, high in zip(text.split(), numbered[1][name].split(), strict=True)
+        low, high = (
+            self.design(replace(core, image=replace(image, registers=[*numbers]), files={}))[1]
+            for image, numbers in (
+                (core.image.without_restarts(core.machine), range(count)),
+                (core.image, range(count, 2 * count)),
+            )
+        )
+        memories: dict[str, list[tuple[int, int | None]]] = {}
+        for name, text in self.memories.items():
+            words = [[int(w, 16) for w in each.split()] for each in (text, low[name], high[name])]
+            memories[name] = [
+                (word, None) if a == b else (a, None if name.startswith("rom") else a)
+                for word, a, b in zip(*words, strict=True)
             ]
-            for name, text in numbered[0].items()
-            if text != numbered[1][name]
-        }
+        return memories
 
     def _memories_with(self, states: IntArray) -> dict[str, str]:
-        """`memories` in which the states of the selected program have these words."""
-        registers, memories = self.core.registers_with(states), dict(self.memories)
-        for name, numbers in self._registers.items():
-            words = zip(numbers, memories[name].split(), strict=True)
-            memories[name] = "".join(
-                f"{word}\n" if n is None else f"{registers[n]:x}\n" for n, word in words
-            )
-        return memories
+        """`memories` in which the states of the selected program begin with these words."""
+        registers = self.core.registers_with(states)
+        return {
+            name: "".join(f"{w if n is None else registers[n]:x}\n" for w, n in words)
+            for name, words in self._started.items()
+        }
 
     @contextlib.contextmanager
     def record(self, inputs: IntArray, first: int, stop: int) -> Iterator[Path]:

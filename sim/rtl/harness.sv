@@ -17,6 +17,7 @@ module harness #(
     input wire [WORD-1:0] bus_data,
     input wire bus_stb,
     output wire bus_ack,
+    input wire restart,
     output wire saturated,
     output wire [LANES-1:0] w_en,
     output wire [10*LANES-1:0] w_addr,
@@ -27,7 +28,8 @@ module harness #(
         .i__payload(in_payload), .i__valid(in_valid), .i__ready(in_ready),
         .o__payload(out_payload), .o__valid(out_valid), .o__ready(out_ready),
         .bus__addr(bus_addr), .bus__w_data(bus_data), .bus__w_stb(bus_stb),
-        .bus__w_ack(bus_ack), .bus__r_data(), .saturated_update(saturated)
+        .bus__w_ack(bus_ack), .bus__r_data(), .restart(restart),
+        .saturated_update(saturated)
     );
 `ifdef NETLIST
     assign w_en = 0;

@@ -33,11 +33,13 @@ class BusWrite:
 class Reset:
     """A reset of one cycle, ``cycle`` cycles after the first input word of ``record`` was taken.
 
-    If the update is complete before, the reset comes then. Only the compiled bench has it.
+    With ``restart`` it is a pulse of ``restart`` instead. If the update is complete before, it
+    comes then. Only the compiled bench has it.
     """
 
     record: int
     cycle: int
+    restart: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,9 @@ class Batch:
             x
             for w in self.bus_writes
             for x in (
-                (w.record, -1, w.cycle) if isinstance(w, Reset) else (w.record, w.address, w.word)
+                (w.record, -1 - w.restart, w.cycle)
+                if isinstance(w, Reset)
+                else (w.record, w.address, w.word)
             )
         ]
         words = np.concatenate([self.n_in, self.inputs[valid], np.array(writes, dtype=np.int64)])

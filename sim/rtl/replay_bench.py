@@ -80,7 +80,7 @@ class _Bench:
         """Cycle for cycle as `Harness::run`."""
         last, stall = 1 << self.bits, self.stall
         idle = {"in_valid": 0, "in_payload": 0, "out_ready": 0}
-        await self.half(0, rst=1, bus_stb=0, bus_addr=0, bus_data=0, **idle)
+        await self.half(0, rst=1, bus_stb=0, bus_addr=0, bus_data=0, restart=0, **idle)
         for _ in range(_RESET):
             await self.half(1)
             await self.half(0)

@@ -18,6 +18,7 @@ module stepped #(
     input wire [WORD-1:0] bus_data,
     input wire bus_stb,
     output reg bus_ack,
+    input wire restart,
     output reg saturated,
     output reg [LANES-1:0] w_en,
     output reg [10*LANES-1:0] w_addr,
@@ -35,6 +36,7 @@ module stepped #(
         .in_payload(in_payload), .in_valid(in_valid), .in_ready(ready),
         .out_payload(payload), .out_valid(valid), .out_ready(out_ready),
         .bus_addr(bus_addr), .bus_data(bus_data), .bus_stb(bus_stb), .bus_ack(ack),
+        .restart(restart),
         .saturated(flag), .w_en(en), .w_addr(addr), .w_data(data)
     );
     always @(posedge clk) begin

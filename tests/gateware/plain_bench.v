@@ -28,7 +28,7 @@ module plain_bench;
         .i__payload(i_payload), .i__valid(i_valid), .i__ready(i_ready),
         .o__payload(o_payload), .o__valid(o_valid), .o__ready(o_ready),
         .bus__addr(addr), .bus__w_data(w_data), .bus__w_stb(w_stb), .bus__w_ack(w_ack),
-        .bus__r_data(r_data), .saturated_update(saturated)
+        .bus__r_data(r_data), .restart(1'b0), .saturated_update(saturated)
     );
 
     initial clk = 0;

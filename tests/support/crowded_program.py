@@ -34,7 +34,8 @@ def crowded_program(
     ]
     kept = len(values)
     values += [
-        Value(f"s{k}", Kind.STATE, 31, -1.0, 1.0, "test", initial=k << 20) for k in range(states)
+        Value(f"s{k}", Kind.STATE, 31, -1.0, 1.0, "test", initial=k % 8 << 20)
+        for k in range(states)
     ]
     made = [
         op(

@@ -1,13 +1,12 @@
 """Random programs through interpreter, C, symbolic proofs, emulator and RTL.
 
 A case draws programs that share a core, its machine and width, the outputs that come first, and a
-sequence of updates, parameter writes and changes of the program, with pauses of both streams and
-resets of the RTL.
+sequence of updates, parameter writes and changes of the program, with pauses of both streams,
+resets and restarts of the RTL.
 """
 
 from __future__ import annotations
 
-import copy
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -58,7 +57,7 @@ class Case:
     rtl : bool
         Whether the RTL runs, too.
     resets : int
-        Of 8 updates so many are followed or interrupted by a reset, in the RTL.
+        Of 8 updates so many are followed or interrupted by a reset or a restart, in the RTL.
     """
 
     seed: int
@@ -143,14 +142,16 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             c[number].set_param(name, word)
             emulator.poke(address, word)
             bus.append(BusWrite(k, address, word))
-        row = next(streams[number])
+        row, begun = next(streams[number]), list[int]()
         numbers.append(number)
         rows.append(row)
         if case.rtl and rng.randrange(8) < case.resets:
-            bus.append(reset := _reset(rng, k, core.parts[number].schedule.interval, case))
-            if reset.cycle < core.parts[number].schedule.interval - 1:
-                lost = copy.deepcopy(models[number])
-                wanted.append(_Update(_updated(lost, row)[0], abandoned=True))
+            reset = _reset(rng, k, core.parts[number].schedule.interval, case)
+            bus.append(reset)
+            begun = [number] if reset.restart else list(range(len(parts)))
+            if not reset.restart and reset.cycle < core.parts[number].schedule.interval - 1:
+                wanted.append(_Update(_updated(models[number], row)[0], abandoned=True))
+                _begin(begun, models, c, emulator)
                 continue
         words, saturated = _updated(models[number], row)
         c_out, c_saturated = c[number].update([row])
@@ -163,6 +164,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             yield f"emulator: saturation of update {k} of {program.name}"
         whole = bool(bus) and bus[-1] == Reset(k, core.parts[number].schedule.interval - 1)
         wanted.append(_Update(words, saturated, in_last_cycle=whole))
+        _begin(begun, models, c, emulator)
     if case.rtl:
         width = max(map(len, rows))
         inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
@@ -175,6 +177,17 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             yield f"RTL: {error}"
             return
         yield from _beside(run, wanted)
+
+
+def _begin(
+    numbers: list[int], models: list[Interpreter], c: list[CModel], emulator: Emulator
+) -> None:
+    """Load the initial states of these programs; their parameters stay."""
+    for number in numbers:
+        models[number].states = Interpreter(models[number].program).states
+        c[number].reset()
+        emulator.select(number)
+        emulator.restart()
 
 
 def _updated(model: Interpreter, row: list[int]) -> tuple[list[int], bool]:
@@ -194,12 +207,13 @@ class _Update:
 
 
 def _reset(rng: random.Random, record: int, interval: int, case: Case) -> Reset:
-    """In any cycle of an update before its last, in that, or after it.
+    """A reset or restart in any cycle of an update before its last, in that, or after it.
 
     With pauses the last cycle is not known beforehand, but it is no sooner.
     """
     cycles = [rng.randrange(1, max(2, interval - 1)), rng.randrange(1, max(2, interval - 1))]
-    return Reset(record, rng.choice([*cycles, 1 << 30, interval - 1 if not case.stall else 1]))
+    cycle = rng.choice([*cycles, 1 << 30, interval - 1 if not case.stall else 1])
+    return Reset(record, cycle, restart=rng.random() < 0.5)
 
 
 def _beside(run: RtlRun, wanted: list[_Update]) -> Iterator[str]:

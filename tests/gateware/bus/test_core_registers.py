@@ -27,6 +27,13 @@ def test_updates_and_both_words_of_the_build(simulate) -> None:
     simulate(dut, bench)
 
 
+async def begin(ctx, dut: Registers) -> None:
+    """The program begins, and has not to restart any more."""
+    await pulse(ctx, dut.start)
+    await ctx.tick().repeat(2)
+    assert not ctx.get(dut.request) and not ctx.get(dut.anew)
+
+
 PARAMETERS = [(0, True), (255, True), (256, False), (511, False), (512, False), (1023, False)]
 
 
@@ -49,6 +56,7 @@ def test_program(programs: int, number: int, legal: bool, simulate) -> None:
     dut = make(programs=programs)
 
     async def bench(ctx):
+        await begin(ctx, dut)
         ctx.set(dut.bus.addr, PROGRAM)
         ctx.set(dut.bus.w_data, number)
         ctx.set(dut.bus.w_stb, 1)

@@ -165,7 +165,7 @@ def test_switch_in_mid_record_waits_for_its_end(config: str) -> None:
 @pytest.mark.parametrize(
     ("config", "after"), [("small", 1), ("fast", 2), ("small", 3), ("fast", 4)]
 )
-def test_reset_goes_back_to_program_0_and_keeps_all_states(config: str, after: int) -> None:
+def test_reset_goes_back_to_program_0_and_all_states_begin_anew(config: str, after: int) -> None:
     bench = Bench(config, 6, 3, 0.0)
 
     async def test(ctx):
@@ -177,6 +177,7 @@ def test_reset_goes_back_to_program_0_and_keeps_all_states(config: str, after: i
         await bench.write(ctx, PROGRAM, 1)
         await ctx.tick().repeat(after)
         await pulse(ctx, bench.reset)
+        bench.models = [Interpreter(part.program) for part in bench.core.parts]
         assert await bench.read(ctx, PROGRAM) == 0
         await bench.record(ctx, 0)
         for number in (2, 1):

@@ -36,7 +36,7 @@ def test_text() -> None:
     )
     s = schedule(p, CONFIGS["small"])
     a = allocate(s)
-    lines = listing(assemble(s, a).rom, s, a).splitlines()
+    lines = listing(assemble(s, a).program(0), s, a).splitlines()
     assert lines[:3] == [
         "cycle  lane 0                      | written, streams",
         "    0                              | get x (last)",
@@ -53,6 +53,6 @@ def test_every_register_has_a_name(machine: Machine) -> None:
     for seed in range(6):
         s = schedule(random_program(seed), machine)
         a = allocate(s)
-        text = listing(assemble(s, a).rom, s, a)
+        text = listing(assemble(s, a).program(0), s, a)
         assert " r" not in text
         assert text.count("[") - text.count("table") == len(s.program.ops)

@@ -116,14 +116,17 @@ FAULTS = {
         ("o__payload", "{at[9] ^ it[32], it[31:0]}", "words wrong"),
         ("o__payload", "at < 40 ? 33'bx : it", "FAIL core: 3 words wrong, 0 untimely, 0 flags"),
         ("o__valid", "it & ~at[8]", "nothing happens after input word"),
-        ("saturated_update", "~it", "FAIL core: 0 words wrong, 0 untimely, 24 flags"),
+        ("saturated_update", "~it", "FAIL core: 0 words wrong, 0 untimely, 26 flags"),
         ("bus__r_data", "it == 24 ? 25 : it", "25 updates were counted, wanted 24"),
         ("i__ready", "at == 90 ? 1'bx : it", "1 cycles unknown"),
+        ("restart", "1'b0", "FAIL core: 2 words wrong, 0 untimely, 0 flags"),
+        ("rst", "it & at < 9", "words wrong"),
     ],
     "core_axi": [
         ("m_axis_tdata", "{1'b1, it[30:0]}", "words wrong"),
         ("m_axis_tlast", "it | (at < 60)", "words wrong"),
         ("s_axi_rdata", "it == 24 ? 23 : it", "23 updates were counted, wanted 24"),
+        ("s_axi_awaddr", "it == 2068 ? 2064 : it", "FAIL core_axi: 2 words wrong"),
     ],
 }
 
@@ -135,20 +138,19 @@ def spoilt(text: str, module: str) -> str:
     lines = [f"module {module}({', '.join(name for _, name, _ in ports)});"]
     for side, name, bits in ports:
         lines.append(f"  {side} [{bits - 1}:0] {name};")
-        if side == "output":
-            lines.append(f"  wire [{bits - 1}:0] own_{name};")
+        lines.append(f"  wire [{bits - 1}:0] own_{name};")
     lines.append("  reg [15:0] at = 0; integer fault = -1;")
     lines.append('  initial if (!$value$plusargs("fault=%d", fault)) fault = -1;')
     lines.append(f"  always @(posedge {clock}) at <= at + 1;")
     for side, name, _ in ports:
-        value = f"own_{name}"
+        true, shown = (f"own_{name}", name) if side == "output" else (name, f"own_{name}")
+        value = true
         for k, (port, changed, _) in enumerate(FAULTS[module]):
             if port == name:
-                wrong = changed.replace("it", f"own_{name}")
+                wrong = changed.replace("it", true)
                 value = f"fault == {k} ? ({wrong}) : {value}"
-        if side == "output":
-            lines.append(f"  assign {name} = {value};")
-    wires = [f".{n}({'own_' if side == 'output' else ''}{n})" for side, n, _ in ports]
+        lines.append(f"  assign {shown} = {value};")
+    wires = [f".{name}(own_{name})" for _, name, _ in ports]
     return "\n".join([inner, *lines, f"  {module}_own own({', '.join(wires)});", "endmodule", ""])
 
 

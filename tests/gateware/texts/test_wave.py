@@ -53,7 +53,7 @@ def test_the_bus(core: Core, simulate: Any) -> None:
     dut = Engine(machine=core.machine, image=core.image)
 
     async def bench(ctx: Any) -> None:
-        await ctx.tick().repeat(8)
+        await ctx.tick().repeat(8 + core.image.restarts[0])
         for k in range(len(drawing.cycles)):
             addr = rows["bus__addr"][k]
             ctx.set(dut.bus.addr, 513 if addr is None else int(addr))

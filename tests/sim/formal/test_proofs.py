@@ -48,8 +48,8 @@ def test_lost_sign_of_a_stream() -> None:
 def test_write_that_is_not_requested() -> None:
     module = faulty_module(
         boresight.gateware.bus.core_registers,
-        "bus.w_stb & waits & ~self.grant",
-        "bus.w_stb & waits",
+        "(bus.w_stb & waits | other | soon) & ~self.grant",
+        "bus.w_stb & waits | other | soon",
     )
     machine = machine_named("small")
     dut = lambda: module.Registers(machine=machine, digest=5)  # noqa: E731

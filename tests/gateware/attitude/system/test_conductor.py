@@ -86,9 +86,11 @@ def test_words_and_cycles(config: str, number: int, cores, conductors) -> None:
     played = play(core, script_of(stimulus))
     check_words(core, stimulus, played)
     took = np.array(played.updated) - np.array(played.sampled)
-    assert (took == conductors[config].latency(number)).all()
+    latency = conductors[config].latency(number)
+    assert (took[1:] == latency).all()
+    assert took[0] > latency  # its states are loaded first
     # Calibration and all else beside the filter.
-    assert took[0] <= core.parts[number].schedule.length + 80
+    assert latency <= core.parts[number].schedule.length + 80
 
 
 def test_filters_gaps_and_restarts_by_turns(cores) -> None:
