@@ -382,7 +382,8 @@ class Update:
                     placed(m.line, "measurement"),
                     wanted=f"a derivative by {self.kalman.errors[j]} with a finite range",
                     found="an infinite one",
-                    fix="bound what h divides by or takes a root of: ops.clip, ops.maximum",
+                    fix="bound what h divides by or takes a root of: ops.clip, ops.maximum; x or y "
+                    "of an arc tangent needs a range without 0",
                 )
         spread = math.fsum(size * self.bounds[j] for j, size in sizes.items())
         return spread if m.sd_max is None else min(spread, m.sd_max)
@@ -551,7 +552,7 @@ def _errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, 
 
 
 def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
-    """What ``measure`` returned; angles in half turns wrap.
+    """What ``measure`` returned; angles in half turns wrap, arc tangents in rad or degrees too.
 
     Raises
     ------
@@ -578,7 +579,20 @@ def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
                 found=f"a {type(m.valid).__name__}" if isinstance(m.valid, str) else "a number",
                 fix="compare it with something",
             )
-    return [replace(m, wrap=m.wrap or _is_angle(m)) for m in result]
+    return [replace(m, wrap=m.wrap or _is_angle(m)) for m in map(_in_half_turns, result)]
+
+
+def _in_half_turns(m: Measurement) -> Measurement:
+    """A measurement whose h is an angle in rad or degrees, computed by an arc tangent, in ht."""
+    h = m.h
+    if not (isinstance(h, Scalar) and h.kind == "mul" and h.args[0].kind in ("atan2", "wrap")):
+        return m
+    turn = h.args[1].data[0] if h.args[1].kind == "const" else 0.0
+    if m.slope_max or not any(math.isclose(turn, half, rel_tol=1e-6) for half in (math.pi, 180.0)):
+        return m
+    sd_max = None if m.sd_max is None else m.sd_max / turn
+    z, r = m.z * (1.0 / turn), m.r * (1.0 / turn**2)
+    return replace(m, z=z, h=h.args[0], r=r, wrap=True, sd_max=sd_max)
 
 
 def _is_angle(m: Measurement) -> bool:

@@ -337,6 +337,43 @@ def test_the_innovation_of_an_angle_wraps_by_its_unit(z: Any) -> None:
     assert far(Unsaid(), seen) < 1e-9  # float64 against the textbook
 
 
+@pytest.mark.parametrize("turn", [np.pi, 180.0])
+def test_an_arc_tangent_in_another_unit_is_converted_and_wraps(turn: float) -> None:
+    class Bearing(Kalman):
+        unit = turn  # of half a turn
+
+        inputs = (Input("z", -1.05 * turn, 1.05 * turn, "rad" if turn < 4.0 else "deg"),)
+        states = (
+            State("east", -100.0, 100.0, "m", initial=2.0, sd=10.0, sd_max=20.0),
+            State("south", 20.0, 100.0, "m", initial=50.0, sd=10.0, sd_max=20.0),
+        )
+        outputs = (Output("east", "m"), Output("south", "m"))
+
+        def noise(self, x: Any, u: Any, p: Any) -> Any:
+            return {"east": 1e-2, "south": 1e-2}
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            angle = np.arctan2(x.east, -x.south)
+            h = angle if self.unit < 4.0 else np.degrees(1.0) * angle
+            return [Measurement(u.z, h, 1e-4 * self.unit**2, gate=8.0)]
+
+    class HalfTurns(Bearing):
+        name = "bearing"
+        unit = 1.0
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            h = ops.atan2_ht(x.east, -x.south)
+            return [Measurement(u.z * (1.0 / turn), h, 1e-4, wrap=True, gate=8.0)]
+
+    ahead = np.where(np.arange(80) % 2, 0.98, -0.98)  # beside the ends of the range
+    outcome = floating(Bearing(), turn * ahead[:, None])
+    wanted = floating(HalfTurns(), turn * ahead[:, None])
+    assert np.ptp(outcome["east"]) > 0.1
+    for name, values in wanted.items():
+        assert outcome[name] == pytest.approx(values, abs=1e-6)
+    assert far(Bearing(), turn * ahead[:, None]) < 1e-6
+
+
 def refused(make: Any) -> str:
     with pytest.raises(InputError) as error:
         make().compile()
@@ -384,6 +421,10 @@ def changed(**members: Any) -> type[Kalman]:
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, ops.sqrt(x.pos * x.pos), p.r)]},
             "a derivative by pos with a finite range",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, np.arctan2(x.pos, x.vel), p.r)]},
+            "x or y of an arc tangent needs a range without 0",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, -0.1)]},
