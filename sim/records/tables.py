@@ -182,7 +182,7 @@ def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
     file = file if file.seekable() else io.BytesIO(file.read())
     with _pool():
         # It would hold its read-ahead buffers to the end of the file.
-        table = parquet.ParquetFile(file, pre_buffer=False)
+        table = parquet.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
     for batch in table.iter_batches(batch_size=1 << 16):
         is_empty = False
         yield _numbers(batch)

@@ -113,6 +113,29 @@ def test_a_table_without_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "out.csv").exists()
 
 
+def test_a_page_checksum_of_parquet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One bit of a value, in a file whose pages have checksums."""
+    parquet, path = pytest.importorskip("pyarrow.parquet"), tmp_path / "a.parquet"
+    content = {name: TABLE.columns[name].values for name in TABLE.columns}
+    parquet.write_table(
+        pytest.importorskip("pyarrow").table(content),
+        path,
+        compression="none",
+        use_dictionary=False,
+        write_page_checksum=True,
+    )
+    run = ["run", "complementary", str(path), "-o", str(tmp_path / "out.csv")]
+    assert main(run) == 0
+    capsys.readouterr()
+    damaged = bytearray(path.read_bytes())
+    at = damaged.find(np.float64(content["t"][1]).tobytes())
+    damaged[at] ^= 1
+    path.write_bytes(damaged)
+    (tmp_path / "out.csv").unlink()
+    assert main(run) == 2
+    assert "CRC" in capsys.readouterr().err and not (tmp_path / "out.csv").exists()
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_damaged_files(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
