@@ -68,6 +68,17 @@ def test_pendulum_is_the_extended_filter_as_matrices() -> None:
         assert abs(result["angle"][k] - x[0]) < 1e-6 and abs(result["rate"][k] - x[1]) < 1e-5
 
 
+def test_bearing_in_words_of_26_bits() -> None:
+    t = 0.1 * np.arange(600)
+    px, py, oy = 300.0 + 2.0 * t, 100.0 - 2.0 * t, 90.0 * np.sin(0.2 * t)
+    z = np.arctan2(py - oy, px) + np.random.default_rng(3).normal(0.0, 0.01, 600)
+    log = {"z": z, "oy": oy}
+    assert boresight.check(program("bearing.py"), log, levels=("fixed", "c"), word=26).good
+    outputs = boresight.run(program("bearing.py"), log, levels="fixed")["outputs"]
+    errors = [outputs[n][300:] - v[300:] for n, v in (("px", px), ("py", py))]
+    assert max(np.sqrt(np.mean(e**2)) for e in errors) < 5.0
+
+
 def gradient(q: np.ndarray, acc: np.ndarray) -> np.ndarray:
     """Madgwick (2010), equations 25 to 28."""
     w, x, y, z = q
