@@ -30,7 +30,9 @@ _REMEDIES = (
     ),
     (
         r"casting rule",
-        "numpy.linalg takes no traced value: one scalar update for each measurement has no inverse",
+        "numpy.linalg takes no traced value: the inverse of [[a, b], [b, c]] is np.array([[c, -b], "
+        '[-b, a]]) / ops.bounded(a * c - b * b, LOW, HIGH, "determinant"), LOW above 0; one scalar '
+        "update for each measurement needs none",
     ),
     (r"not supported between|unsupported operand", "use + - * / ** and comparisons of numbers"),
     (

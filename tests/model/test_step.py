@@ -61,7 +61,8 @@ def test_step_must_return_what_is_declared() -> None:
         ("float() or a function of math, of a traced value; ", lambda x: math.sin(x.y)),
         ("float() or a function of math", lambda x: np.zeros(1).fill(x.y)),
         (
-            "numpy.linalg's inv of traced values; numpy.linalg takes no traced value",
+            "numpy.linalg's inv of traced values; numpy.linalg takes no traced value: the inverse "
+            "of [[a, b], [b, c]] is np.array([[c, -b], [-b, a]]) / ops.bounded(a * c - b * b, LOW",
             lambda x: np.linalg.inv([[x.y]]),
         ),
         (
