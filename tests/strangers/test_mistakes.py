@@ -36,7 +36,6 @@ INSIDE = {
     "float power": "y = u.b ** 0.5",
     "negative power": "y = u.a ** -2",
     "np.sin": "y = np.sin(u.a)",
-    "np.maximum": "y = np.maximum(u.a, u.b)",
     "math.sin": "y = math.sin(u.a)",
     "float()": "y = 2.0 * float(u.a)",
     "index": "y = [1.0, 2.0][u.b]",
