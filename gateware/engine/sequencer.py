@@ -164,7 +164,8 @@ class Sequencer(wiring.Component):
 
     def _base(self, m: Module) -> Value:
         """Address of the first word of the program, or of its restart routine."""
-        starts, anew = self.image.starts, Signal()
+        starts = self.image.starts
+        anew = Signal()
         if self.image.restarts:
             m.d.comb += anew.eq(self.start & self.anew)
             with m.If(self.start):

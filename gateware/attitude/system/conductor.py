@@ -381,8 +381,10 @@ class Conductor(wiring.Component):
             attrs={"ram_style": "distributed"},
         )
         w_port, r_port = registers.write_port(), registers.read_port()
-        wanted, going = Signal(), Signal()
-        index, following = Signal(5), Signal(5)
+        wanted = Signal()
+        going = Signal()
+        index = Signal(5)
+        following = Signal(5)
         ready = ~words.calibrated
         done = going & ready & (index == len(plan.feed.registers) - 1)
         m.d.comb += [

@@ -18,6 +18,7 @@ from boresight.sim.attitude.ma2014.paper import CYCLES
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
+from boresight.sim.rtl.simulators import available
 from tests.support.attitude.board.cocotb_run import run_under_cocotb
 
 #: Filters that share a core.
@@ -52,6 +53,7 @@ def test_from_the_sensors_pins_to_the_registers(name: str) -> None:
     assert (verdict.mismatches, verdict.lost, verdict.updates) == (0, 0, UPDATES)
 
 
+@pytest.mark.skipif(not available("icarus"), reason="Icarus Verilog: apt-get install iverilog")
 @pytest.mark.parametrize("name", FILTERS)
 def test_of_the_core_alone(name: str) -> None:
     """From the first word of a record to the last urgent output."""
