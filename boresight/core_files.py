@@ -286,7 +286,7 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
             "words": len(core.image.rom),
             "depth": depth,
             "bits": core.machine.word_bits,
-            "first_word": dict(zip(core.names, core.image.bases, strict=False)),
+            "first_word": dict(zip(core.names, core.image.bases[: len(core.names)], strict=True)),
         },
         "states": {
             "used": sum(len(p.program.states) for p in core.parts),
