@@ -24,6 +24,7 @@ __all__ = [
     "MEDIAN_OF",
     "RESTART_S",
     "ROWS",
+    "SECONDS",
     "TRUTH",
     "Column",
     "Place",
@@ -46,6 +47,11 @@ _NORM_TOLERANCE = 0.01
 ROWS = 1 << 16
 #: Steps of which the first one is the median: a long log is read in pieces.
 MEDIAN_OF = 1000
+#: Remedy for times of day, or dates.
+SECONDS = (
+    "write seconds in place of times of day, by pandas: "
+    "t = pandas.to_datetime(t); t = (t - t[0]).dt.total_seconds()"
+)
 #: s, a time step that restarts the attitude filters.
 RESTART_S = -0.25
 
@@ -145,12 +151,15 @@ class Record:
     faults: Mapping[str, InputError] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        lengths = {len(c.values) for c in self.columns.values()}
-        if len(lengths) != 1 or not lengths.copy().pop():
+        first: dict[int, str] = {}  # column by length
+        for name, column in self.columns.items():
+            first.setdefault(len(column.values), name)
+        if len(first) != 1 or 0 in first:
+            found = " and ".join(f"{count} in {name}" for count, name in first.items())
             raise InputError.at(
-                f"record {self.name!r}",
+                self.source or f"record {self.name!r}",
                 wanted="columns with one value for each sample, at least one",
-                found=f"lengths {sorted(lengths)}" if lengths else "no column",
+                found=found or "no column",
                 fix="give every column the same number of values",
             )
         for name, column in self.columns.items():
@@ -478,7 +487,7 @@ def columns_of(
                 f"{where}, column {name}",
                 wanted="real numbers, shape (n,)",
                 found=f"{array.dtype}, shape {array.shape}",
-                fix="convert it",
+                fix=SECONDS if array.dtype.kind == "M" else "convert it",
             )
             lengths = [len(other) for other in held if other.ndim]
             if not lengths:

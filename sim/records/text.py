@@ -23,7 +23,7 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.units import check_unit
-from boresight.sim.records.record import Column, Place, Record, name_of, split_headers
+from boresight.sim.records.record import SECONDS, Column, Place, Record, name_of, split_headers
 
 __all__ = ["read_csv", "write_csv"]
 
@@ -277,21 +277,11 @@ def _table(
             wanted="a finite number",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
-            or _time_fix(field)
+            or (SECONDS if re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", field) else "")
             or "correct or remove the line",
         )
     table[invalid] = np.nan
     return table, faults
-
-
-def _time_fix(text: str) -> str:
-    """The remedy for a time of day or a date; else empty."""
-    if not re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", text):
-        return ""
-    return (
-        "write seconds in place of times as text, by pandas: "
-        "t = pandas.to_datetime(t); t = (t - t[0]).dt.total_seconds()"
-    )
 
 
 def _units_fix(name: str, text: str) -> str:

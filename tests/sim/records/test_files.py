@@ -324,7 +324,7 @@ def test_empty_fields_are_gaps() -> None:
         (",a\n0,2\n", "walk.csv, line 1: wanted a name for every column, found none for the "),
         ("a,b\n1,2\na,b\n3,4\n", "walk.csv, line 3: wanted a sample, found the header again; "),
         ("t,b\n12:00:01,2\n12:00:02,3\n", "walk.csv, line 2, column t: wanted a finite number, "
-         "found '12:00:01'; write seconds in place of times as text, by pandas: "),
+         "found '12:00:01'; write seconds in place of times of day, by pandas: "),
         ("t[us],b\n4294967000,1\n704,2\n", "walk.csv, line 3, column t: wanted a time above "
          "4294967000.0 us, that of the row before, found 704.0 us; a 32-bit counter of micro"
          "seconds wraps here: add 4294967296 to this time and to those after it"),
@@ -459,6 +459,8 @@ def test_archives(arrays: Any, wanted: dict[str, Any]) -> None:
          "found one; "),
         ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75 s, that of the row before, fou"
          "nd 0.75 s; "),
+        ({"t": T, "z": T[1:]}, "walk.npz: wanted columns with one value for each sample, at least "
+         "one, found 4 in t and 3 in z; give"),
         ({"z": np.array([1.0, np.inf])}, "walk.npz, z[1]: wanted a finite number, found an infin"),
     ],
 )  # fmt: skip
