@@ -213,23 +213,50 @@ SOAK = pytest.mark.soak
 
 
 def records(build: Build, number: int, steps: int, rng: np.random.Generator) -> np.ndarray:
-    """Inputs all over their ranges, and in runs where they hardly change."""
+    """Inputs all over their ranges, in runs where they hardly change, and at their ends."""
     low, high = np.array([(i.low, i.high) for i in build.estimators[number].inputs]).T
     u = rng.uniform(low, high, (steps, len(low)))
     u[steps // 3 : 2 * steps // 3] = u[steps // 3] * rng.uniform(0.99, 1.0, (1, len(low)))
-    return u.clip(low, high)
+    u[2 * steps // 3 :] = np.where(rng.random((-(-steps // 3), len(low))) < 0.5, low, high)
+    u = u.clip(low, high)
+    if NAMES[number] == "satcom":
+        return np.concatenate([u, drive(steps, rng)])
+    if NAMES[number] == "satcom_pointing":  # level, below the satellite
+        u[::17] = [1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3, 0.0, 110.5 / 180.0, 0.0]
+    return u
+
+
+def drive(steps: int, rng: np.random.Generator) -> np.ndarray:
+    """Inputs of `satcom`: a drive, tumbling, restarts, and a long time without tracking."""
+    part = 4 * np.arange(steps)[:, None] // steps
+    blind = part == 3
+    u = np.zeros((steps, 10))
+    u[:, :1] = np.where(blind, 0.2, 0.02)
+    u[:, 1:4] = np.where(
+        blind,
+        rng.normal(0.0, 1e-3, (steps, 3)),
+        np.cumsum(rng.normal(0.0, 0.02, (steps, 3)), axis=0).clip(-8.0, 8.0),
+    )
+    u[:, 4:7] = [0.0, 0.0, -9.80665] + rng.normal(size=(steps, 3)) * np.where(part == 1, 20.0, 0.05)
+    u[:, 7] = rng.normal(0.0, 0.06, steps).clip(-0.5, 0.5)
+    u[:, 8] = rng.uniform(-1.0, 1.0, steps)
+    u[:, 9] = (rng.random(steps) < 0.2) & ~blind[:, 0]
+    restarts = (part[:, 0] == 2) & (rng.random(steps) < 0.02)
+    u[(np.arange(steps) == 0) | restarts, 0] = -0.02
+    return u
 
 
 @pytest.mark.parametrize(
     ("config", "steps"),
     [
         ("small", 12),
-        *(pytest.param(c, 400, marks=SOAK) for c in ("small", "small-1024", "fast-1024")),
+        *(pytest.param(c, 5000, marks=SOAK) for c in ("small", "small-1024", "fast-1024")),
     ],
 )
 def test_in_turns(config: str, steps: int) -> None:
     rng = np.random.default_rng(4)
-    build = Build(*map(estimator_of, NAMES), config=config)
+    params = [{"gyro_sd": 0.05, "bias_density": 1e-3}, *[None] * (len(NAMES) - 1)]
+    build = Build(*map(estimator_of, NAMES), config=config, params=params)
     numbers = range(len(NAMES))
     inputs = [records(build, k, steps + k, rng) for k in numbers]
     runs = {
@@ -242,6 +269,10 @@ def test_in_turns(config: str, steps: int) -> None:
             assert (runs[name][k].words == wanted.words).all(), (name, NAMES[k])
             assert (runs[name][k].saturated == wanted.saturated).all(), (name, NAMES[k])
         assert (runs["rtl"][k].interval_cycles == build.core.parts[k].schedule.interval).all()
+    status, pointing = (np.rint(run.outputs["status"]).astype(int) for run in runs["c"][:2])
+    assert np.bitwise_or.reduce(pointing) == 3
+    # A variance comes to its limit after some hundred records.
+    assert np.bitwise_or.reduce(status) == (15 if steps > 12 else 7)
     _rooms(build, crowded=config == "small")
 
 
