@@ -109,25 +109,23 @@ def _of_method(
     """Rows of one method by case, and errors (steps, runs, 3) of the cases that are judged."""
     logs, rows, errors, end = _logs(seeds), dict[str, Any](), dict[str, FloatArray](), 0
     forms = run_method(method, logs)
-    floating, *fixed = (score(angles, logs) for angles, _ in forms)
+    floating, fixed = (score(angles, logs) for angles, _ in forms)
     for name, group in _seeds(seeds).items():
         part, end = slice(end, end + len(group)), end + len(group)
+        difference = np.abs(_wrapped(fixed[:, part] - floating[:, part]))
         row = {
             "title": method.title,
             "estimator": method.estimator.name,
             "paper_row": method.row,
             "float": _row(floating[:, part]),
-            "fixed": None,
-        }
-        for fixed_error in fixed:
-            difference = np.abs(_wrapped(fixed_error[:, part] - floating[:, part]))
-            row["fixed"] = _row(fixed_error[:, part])
-            row["fixed_vs_float"] = {
+            "fixed": _row(fixed[:, part]),
+            "fixed_vs_float": {
                 "max": plain(difference.max(axis=(0, 1)), 9),
                 "sd": plain(difference.std(axis=0).max(axis=0), 9),
-            }
+            },
+        }
         if name in JUDGED:
-            errors[name] = (fixed or [floating])[0][:, part]
+            errors[name] = fixed[:, part]
             row["sd_runs"] = plain(errors[name].std(axis=0))
         rows[name] = row
     rows["C"]["saturated_updates"] = sum(saturated for _, saturated in forms)

@@ -5,16 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.ma2014.paper import (
-    AXES,
-    FIG_6_DEG,
-    FIG_7_DEG,
-    KI,
-    KP,
-    OPEN,
-    TABLE_1,
-    TABLE_3,
-)
+from boresight.sim.attitude.ma2014.paper import AXES, FIG_6_DEG, FIG_7_DEG, KI, KP, TABLE_1, TABLE_3
 from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
 from boresight.sim.rotations.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.rotations.rotation import (
@@ -168,11 +159,6 @@ def test_every_row_has_a_figure_for_each_axis() -> None:
         assert (np.array(TABLE_3[name]) < TABLE_3["gyro"]).all()
         assert (np.array(TABLE_3[name]) < TABLE_3["mag_acc"]).all()
     assert min(FIG_6_DEG) > FIG_7_DEG == 0.07
-
-
-def test_what_is_open_has_an_answer() -> None:
-    assert all(question and answer for question, answer in OPEN)
-    assert len({question for question, _ in OPEN}) == len(OPEN) == 11
 
 
 # -- outputs as attitudes, angles and status words ------------------------------------------------

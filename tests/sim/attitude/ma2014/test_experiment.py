@@ -1,5 +1,6 @@
 """The experiment of 2014: bands, targets, sections, page."""
 
+import html
 import math
 import re
 from copy import deepcopy
@@ -10,6 +11,7 @@ import pytest
 from boresight.sim.attitude.ma2014 import experiment
 from boresight.sim.attitude.ma2014.bands import below, each
 from boresight.sim.attitude.ma2014.errors import entries_in_band, figure_6, table_3
+from boresight.sim.attitude.ma2014.paper import OPEN
 from boresight.sim.attitude.ma2014.sections import JUDGED, KALMAN, differences
 from boresight.sim.attitude.ma2014.targets import targets
 
@@ -189,7 +191,8 @@ def test_differences_are_those_of_the_errors():
 
 
 def test_the_page_has_the_targets_and_the_tables(result):
-    page = result.pages["ma2014.html"]
+    page = html.unescape(result.pages["ma2014.html"])
     assert not re.search(r'<script|(src|href)="http', page)
+    assert all(question in page and answer in page for question, answer in OPEN)
     for text in ("Table 3", "Figure 8", "Targets met", "complementary filter", "--seed 5"):
         assert text in page, text
