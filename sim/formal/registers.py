@@ -94,15 +94,14 @@ class RegistersHarness(InductiveHarness[Registers]):
                 m.d.sync += program.eq(bus.w_data)
         m.d.comb += [
             # A restart or a change by the port goes first, and acknowledges no write.
-            Assert(~first | granted | (dut.request & dut.switch)),
+            Assert(~first | dut.switch),
             # Only the present write is granted: no phantom.
             Assert(~turn | (w_stb & needs_grant & bus.w_ack & (dut.switch == change))),
             # An acknowledged write is granted in the same cycle, or need not be granted.
             Assert(~bus.w_ack | (w_stb & (turn | ~needs_grant))),
             Assert(~w_stb | needs_grant | bus.w_ack),
             # It is requested from its second cycle on, until the grant: none is lost.
-            Assert(~(waited & needs_grant) | granted | dut.request),
-            Assert(~dut.request | first | (waited & needs_grant)),
+            Assert(dut.request == ((first | (waited & needs_grant)) & ~granted)),
             Assert((dut.program == program) & (dut.program < dut.programs)),
             reached(m, turn & ~dut.switch, "parameter_written"),
             reached(m, waited & bus.w_ack & w_stb, "waited_long"),
