@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
@@ -99,13 +98,3 @@ def test_shipped_programs(name: str) -> None:
             continue
     spread = np.linspace(1, core.schedule.interval + 8, 20).astype(int)
     check(core, [event for cycle in spread.tolist() for event in in_cycle(cycle)])
-
-
-def test_c() -> None:
-    """``_reset`` restarts and keeps the parameters; ``_init`` sets these as well."""
-    program = Leaky().compile()
-    records = random_inputs(program, 1, 8)
-    model, c = Interpreter(program), CModel(program)
-    c.update(records)
-    c.reset()
-    assert np.array_equal(c.update(records)[0], model.run(np.array(records)[:, :, None])[0][..., 0])

@@ -96,9 +96,8 @@ def test_parameters_and_status(leaky: Core, line) -> None:
         wanted = model.update(inputs[1:])[0][0].tolist()
         assert await bench.ask(ctx, Kind.RECORD, inputs[1].tolist()) == wanted
         assert await bench.ask(ctx, Kind.READ, [UPDATES]) == [2]
-        assert await bench.ask(ctx, Kind.READ, [STATUS]) == [
-            0b1100
-        ]  # idle; states loaded, twice committed
+        # Idle; the parity of three: the states were loaded, then came two updates.
+        assert await bench.ask(ctx, Kind.READ, [STATUS]) == [0b1100]
         (low,) = await bench.ask(ctx, Kind.READ, [BUILD])
         (high,) = await bench.ask(ctx, Kind.READ, [BUILD + 1])
         assert (low & mask) | (high & mask) << bench.word == (

@@ -28,7 +28,7 @@ def test_updates_and_both_words_of_the_build(simulate) -> None:
 
 
 async def begin(ctx, dut: Registers) -> None:
-    """The program begins, and has not to restart any more."""
+    """The program begins, and does not have to restart any more."""
     await pulse(ctx, dut.start)
     await ctx.tick().repeat(2)
     assert not ctx.get(dut.request) and not ctx.get(dut.anew)
