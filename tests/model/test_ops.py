@@ -26,6 +26,58 @@ def turns_apart(a: Any, b: Any) -> Any:
     return np.abs((a - b + 1.0) % 2.0 - 1.0)
 
 
+def sincos_of_any(x: Any) -> Any:
+    """Beyond one turn, and of a full turn that is no binary angle."""
+    return (*ops.sincos_ht(4.0 * x), *ops.sincos_ht(ops.flip(x < 0.0, x)))
+
+
+def inverse_root(x: Any) -> Any:
+    return ops.bounded(ops.rsqrt(x), 0.0, 64.0, "x >= 2^-12")
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+@pytest.mark.parametrize(
+    ("function", "ranges", "most"),
+    [
+        (ops.sincos_ht, [(-1.0, 1.0)], 1.5),
+        (sincos_of_any, [(-1.0, 1.0)], 1.5),
+        (ops.atan2_ht, [(-1.0, 1.0)] * 2, 4.0),
+        (ops.atan2_ht, [(-1000.0, 1000.0), (-1.0, 1.0)], 4.0),
+        (lambda x: (1.0 / x, 0.3 / x), [(1.0 / 64.0, 1.0)], 2.2),
+        (lambda x: (1.0 / x, 0.3 / x), [(-1.0, -1.0 / 64.0)], 2.2),
+        (lambda x, y: x / y, [(-3.0, 3.0), (0.5, 4.0)], 3.0),
+        (lambda x, y: x / y, [(-3.0, 3.0), (-4.0, -0.5)], 3.0),
+        (inverse_root, [(2.0**-12, 0.999)], 2.0),
+    ],
+)
+def test_errors_in_last_bits(
+    trace: Any, function: Any, ranges: list[tuple[float, float]], most: float, word: int
+) -> None:
+    """Of the result alone: no term for the arguments, of any magnitude."""
+    t, rng = trace(function, ranges, word), np.random.default_rng(word)
+    columns = []
+    for low, high in ranges:
+        x = max(-low, high) * 2.0 ** rng.uniform(1 - word, 0.0, 20_000)
+        x *= rng.choice([-1.0, 1.0], 20_000)
+        columns.append(np.where((low <= x) & (x <= high), x, rng.uniform(low, high, 20_000)))
+    fixed, floats, saturated = t.run(*columns)
+    assert not saturated.any()
+    if function is inverse_root and word > 30:
+        most += 1.0  # its cubic is exact to 2^-28
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        error = np.abs(y - want) if function is not ops.atan2_ht else turns_apart(y, want)
+        assert error.max() < most * fmt.lsb
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+def test_sincos_of_quadrants(trace: Any, word: int) -> None:
+    t = trace(ops.sincos_ht, [(-1.0, 1.0)], word, "ht")
+    (sine, cosine), _, _ = t.run([-1.0, -0.5, 0.0, 0.5])
+    lsb = 2.0 ** (2 - word)
+    assert np.abs(sine - [0, -1, 0, 1]).max() <= lsb
+    assert np.abs(cosine - [-1, 0, 1, 0]).max() <= lsb
+
+
 @pytest.mark.parametrize("word", WIDTHS)
 def test_atan2_on_the_axes_and_diagonals(trace: Any, word: int) -> None:
     t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)

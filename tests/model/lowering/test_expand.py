@@ -17,6 +17,73 @@ from tests.support.nodes import node_of
 Range = tuple[float, float]
 
 
+def _points(low: float, high: float, word: int) -> Any:
+    rng = np.random.default_rng(word)
+    x = np.concatenate([rng.uniform(low, high, 1500), np.linspace(low, high, 129)])
+    return np.concatenate([x, rng.uniform(max(low, -25.0), min(high, 25.0), 500)])
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+@pytest.mark.parametrize(
+    "span",
+    [
+        (-1.0, 1.0),
+        (-20.0, 0.0),
+        (-800.0, -0.1),
+        (0.0, 3.0),
+        (5.0, 5.5),
+        (-40.0, 44.0),
+        (-0.01, 0.01),
+    ],
+)
+def test_exp(trace: Any, span: Range, word: int) -> None:
+    """Relative to the largest result; in words of 32 bits what the operations page states."""
+    t = trace(ops.exp, [span], word)
+    fixed, floats, saturated = t.run(_points(*span, word))
+    largest, size = math.exp(span[1]), max(map(abs, (max(span[0], -25.0), span[1])))
+    assert not saturated.any()
+    bound = 1.3e-9 + 2e-10 * size
+    if word < 32:
+        bound = (12.0 + 1.5 * size) * 2.0**-word + 3e-10
+    assert np.abs(fixed[0] - floats[0]).max() < bound * largest
+    assert fixed[0].min() >= 0.0
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+@pytest.mark.parametrize(
+    "span", [(0.5, 2.0), (1.0, 1.9), (3.0, 4.0), (0.25, 0.5), (1e-3, 1.0), (0.02, 50.0)]
+)
+def test_log(trace: Any, span: Range, word: int) -> None:
+    """Besides a last bit of the result, those of the argument that the word holds are all seen."""
+    t = trace(ops.log, [span], word)
+    low, high = span
+    x = np.exp(np.random.default_rng(word).uniform(math.log(low), math.log(high), 2000))
+    fixed, floats, saturated = t.run(
+        np.concatenate([x, span, [0.5 * (low + high)]]).clip(low, high)
+    )
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < 2.0 * t.formats()[0].lsb + 3.0 * 2.0**-word + 5e-10
+
+
+def test_a_logarithm_over_31_binades(trace: Any) -> None:
+    t = trace(ops.log, [(1.0, 2.0**31)])
+    x = 2.0 ** np.random.default_rng(5).uniform(1.0, 31.0, 2000)
+    fixed, floats, saturated = t.run(np.concatenate([x, [2.0**k for k in range(1, 32)]]))
+    assert not saturated.any() and np.abs(fixed[0] - floats[0]).max() < 1.1e-8
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+@pytest.mark.parametrize(
+    "span", [(-1.0, 1.0), (-30.0, 30.0), (-12.0, 12.0), (-4.0, 2.0), (0.0, 2.0), (-3.0, -1.0)]
+)
+def test_tanh(trace: Any, span: Range, word: int) -> None:
+    t = trace(ops.tanh, [span], word)
+    fixed, floats, saturated = t.run(_points(*span, word))
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < 14.0 * 2.0**-word + 1e-9
+    assert np.all(np.sign(fixed[0]) * floats[0] >= 0.0)
+
+
 def test_they_undo_each_other(trace: Any) -> None:
     t = trace(lambda x: (ops.log(ops.exp(x)), ops.exp(ops.log(x + 4.0))), [(-2.0, 3.0)])
     x = np.linspace(-2.0, 3.0, 999)
