@@ -101,7 +101,7 @@ class Satcom(Estimator):
             self.outputs = (*interface.OUTPUTS, *INNOVATIONS)
 
     def param_values(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
-        """As `Estimator.param_values`, without values that the filter clamps at this ``scale``.
+        """As `Estimator.param_values`; also refuses what the filter would clamp at this ``scale``.
 
         Raises
         ------

@@ -11,7 +11,7 @@ from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.model.errors import InputError
 from boresight.sim.attitude.board.faults import FaultTrial, trial_log
 from boresight.sim.attitude.board.front import inertial_words
-from boresight.sim.attitude.board.run import judge, run_board, stimulus, writes
+from boresight.sim.attitude.board.run import Judgement, judge, run_board, stimulus, writes
 from boresight.sim.attitude.board.trace import Line, read_trace
 from boresight.sim.attitude.board.wrong_values import FAST_TURNS, WRONG_VALUES, wronged
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
@@ -37,19 +37,19 @@ def test_every_frame_equals_the_models(board, what, plain) -> None:
 
 
 def test_other_data_and_lost_samples_are_seen(board, what, plain) -> None:
-    def mismatches(what=what, run=plain) -> int:
-        verdict = judge(board, what, run, filter=COMPLEMENTARY, source=2)
-        return verdict.mismatches + verdict.lost
+    def verdict(what=what, run=plain) -> Judgement:
+        return judge(board, what, run, filter=COMPLEMENTARY, source=2)
 
     counts, compass = what.counts.copy(), what.compass.copy()
     counts[UPDATES // 2, 2] += 1
     compass[0, 0] += 1
-    assert mismatches(dataclasses.replace(what, counts=counts)) > 0
-    assert mismatches(dataclasses.replace(what, compass=compass)) > 0
-    assert mismatches(run=dataclasses.replace(plain, frames=plain.frames[:0])) == 1
+    assert verdict(dataclasses.replace(what, counts=counts)).mismatches > 0
+    assert verdict(dataclasses.replace(what, compass=compass)).mismatches > 0
+    silent = verdict(run=dataclasses.replace(plain, frames=plain.frames[:0]))
+    assert (silent.mismatches, silent.updates) == (1, 0)
     samples, updates = (np.delete(v, 5) for v in (plain.trace.samples, plain.trace.updates))
     gone = dataclasses.replace(plain.trace, samples=samples, updates=updates)
-    assert mismatches(run=dataclasses.replace(plain, trace=gone, frames=plain.frames[:-1])) > 0
+    assert verdict(run=dataclasses.replace(plain, trace=gone, frames=plain.frames[:-1])).lost == 1
 
 
 def test_latency_is_the_stated_one(board, what, plain) -> None:
