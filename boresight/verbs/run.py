@@ -401,7 +401,8 @@ def _on_log(
             with target.opened() as file:
                 write_pieces(str(output), file, written(machine))
         saturated = dict[str, int]()
-        if summary.saturated:
+        is_pipe = isinstance(log, str | Path) and Path(log).is_fifo()
+        if summary.saturated and not is_pipe:  # which gives its rows once
             read = feeds(estimator, _read(log, steps, rows))
             saturated = saturations(machine, (columns.inputs for columns in read))
     return _of_log(summary, level, saturated, output)
@@ -410,7 +411,7 @@ def _on_log(
 def _of_log(
     of: _Summary, level: str, saturated: Mapping[str, int], output: str | Path | None
 ) -> Result:
-    """The result of a log; ``saturated`` are updates by the name of the value."""
+    """The result of a log; ``saturated`` are updates by the name of the value, of a pipe none."""
     assert of.truth is not None  # a log has a row
     every = of.truth.result()
     truth = [d for d in every if np.isfinite(d.rms)]
@@ -436,7 +437,7 @@ def _of_log(
     elif truth:
         figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
         text += f", RMSE against the log's truth: {figures}"
-    notes = [*of.warnings, *([saturated_text(of.saturated, saturated)] if saturated else [])]
+    notes = [*of.warnings, *([saturated_text(of.saturated, saturated)] if of.saturated else [])]
     failures = [f"{level}: {of.fault}"] if of.fault else []
     return Result(data, summary="" if of.fault else text, notes=notes, failures=failures)
 

@@ -134,7 +134,7 @@ def saturated_text(updates: int, values: Mapping[str, int]) -> str:
     names = ", ".join(f"{name} ({n})" for name, n in most[:MOST_SATURATED])
     if len(most) > MOST_SATURATED:
         names += f", and {len(most) - MOST_SATURATED} more values"
-    return f"{updates} updates SATURATED: {names}"
+    return f"{updates} updates SATURATED{': ' * bool(names)}{names}"
 
 
 def saturations(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import threading
 from pathlib import Path
 
 EXPERIMENT = """
@@ -53,6 +55,13 @@ def test_every_verb_names_what_saturates(here: Path, data, said) -> None:
     for level in ("fixed", "c", "rtl"):
         assert wanted in said(f"run ramp.py ramp.csv --levels {level} -o out.csv")
     assert data("run ramp.py ramp.csv --levels float")["saturated"] == {}
+    os.mkfifo("pipe")  # which is read once: no names
+    writer = threading.Thread(
+        target=Path("pipe").write_bytes, args=(Path("ramp.csv").read_bytes(),)
+    )
+    writer.start()
+    assert "3 updates SATURATED\n" in said("run ramp.py pipe -o out.csv")
+    writer.join()
     world = "ramp.py:Rising --seed 3 -o out.csv"
     assert wanted in said(f"run ramp.py:Ramp {world}", 1)
     assert wanted in said("check ramp.py:Ramp ramp.csv --levels c", 1)
