@@ -54,7 +54,9 @@ class Conductor(wiring.Component):
     two words wait between controller and core.
 
     **Latency** `latency` of the filter: cycles from ``sample`` to ``updated``, without writes to
-    the core's parameters or a new set of input registers, each of which can add a few.
+    the core's parameters or a new set of input registers, each of which can add a few. The first
+    update of a filter after a reset loads its states, in `Image.restarts` cycles more; the states
+    of program 0 are loaded at the reset.
 
     Parameters
     ----------
@@ -156,8 +158,8 @@ class Conductor(wiring.Component):
     @property
     def _watch_bit(self) -> int:
         """Bit of ``time`` whose half period is longer than 1.5 times any update."""
-        lengths = self.plan.lengths
-        longest = lengths[self.plan.inertial] + max(lengths) + 32
+        loading = self.core.image.restarts
+        longest = max(self.latency(number) + cycles for number, cycles in enumerate(loading))
         return (longest + longest // 2).bit_length()
 
     @property

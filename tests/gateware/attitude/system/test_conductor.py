@@ -90,6 +90,7 @@ def test_words_and_cycles(config: str, number: int, cores, conductors) -> None:
     latency = conductors[config].latency(number)
     loading = core.image.restarts[number] if number else 0
     assert took.tolist() == [latency + loading, *[latency] * (STEPS - 1)]
+    assert 3 * took.max() < conductors[config].patience
     # Calibration and all else beside the filter.
     assert latency <= core.parts[number].schedule.length + 80
 
