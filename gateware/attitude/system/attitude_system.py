@@ -260,7 +260,7 @@ class AttitudeSystem(wiring.Component):
             csr.compass_flags.eq(compass.flags),
             *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
         ]
-        # Commands wait until their reader can send them; the next inertial one replaces it.
+        # A command waits until its reader can send it. A new inertial one replaces the one waiting.
         with m.If(inertial.command.ready):
             m.d.sync += inertial.command.valid.eq(0)
         with m.If(csr.inertial_command_stb):
