@@ -64,10 +64,10 @@ def _call(kind: str, *numbers: Any) -> Any:
     tracer = next((x.tracer for x in numbers if isinstance(x, Scalar)), None)
     if tracer is not None:
         return tracer.new(kind, *map(tracer.lift, numbers))
-    made = OPERATIONS[kind]
-    if made.precise is not None and _plain(*numbers):
-        return float(made.precise(*numbers))
-    return made.numpy(*numbers)
+    operation = OPERATIONS[kind]
+    if operation.precise is not None and _plain(*numbers):
+        return float(operation.precise(*numbers))
+    return operation.numpy(*numbers)
 
 
 #: Units of angles other than half turns: what makes half turns of them, and a full turn.
@@ -76,15 +76,15 @@ ANGLES = {
     **dict.fromkeys(("deg", "degree", "degrees"), ("x / 180.0", 360.0)),
     **dict.fromkeys(("turn", "turns"), ("2.0 * x", 1.0)),
 }
-#: Kinds of expressions of the unit of their last arguments.
+#: Kinds of expressions whose unit is that of their arguments.
 _SAME_UNIT = ("named", "same", "bounded", "neg", "absolute", "clip", "saturated", "flip", "select")
 
 
 def unit_of(x: Any, depth: int = 6) -> tuple[str, float]:
-    """Unit of a value, and width of the range of the input, state or parameter that has it.
+    """Unit of a recorded value, and the width of the range that was declared with it.
 
-    Recorded values alone have one; a sum, to some depth, that of its first term with a unit. Empty
-    and 0 if it is unknown.
+    A sum has the unit of its first term with one, to some depth of the expression. Empty and 0 if
+    the unit is unknown.
     """
     if not isinstance(x, Scalar) or not depth:
         return "", 0.0
@@ -93,7 +93,8 @@ def unit_of(x: Any, depth: int = 6) -> tuple[str, float]:
     if x.kind == "leaf":
         return str(x.data[4]), x.data[3] - x.data[2]
     terms = x.args if x.kind in ("add", "sub", *_SAME_UNIT) else ()
-    return next((found for arg in terms if (found := unit_of(arg, depth - 1))[0]), ("", 0.0))
+    units = (unit_of(arg, depth - 1) for arg in terms)
+    return next((pair for pair in units if pair[0]), ("", 0.0))
 
 
 def _check_half_turns(x: Any) -> None:
@@ -319,7 +320,7 @@ def _angle_by_x(e: Any, y: Any, x: Any) -> Any:
 
 @dataclass(frozen=True)
 class Operation:
-    """A kind of expression, in all forms but the fixed-point one.
+    """A kind of expression, in all forms but fixed point.
 
     Attributes
     ----------

@@ -278,7 +278,7 @@ class EkfBias(Estimator):
             )
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))
         ]
-        # Differences near zero keep all their bits: a narrow word of squares has none for these.
+        # Saturated near zero, a difference keeps bits that a word for the whole squares lacks.
         level = ALIGNED * y[2] - (y[0] * y[0] + y[1] * y[1] + LEAST_FORCE)
         tilted = ops.saturated(level, 1.0) < 0.0
         unaligned = aligning & (tilted | (u.dt < 0.0))

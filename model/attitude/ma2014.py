@@ -35,8 +35,8 @@ _CHANNELS = ("pitch", "roll", "heading")
 _KP = (0.1414, 0.1414, 0.1)  #: Table 4.
 _KI = (5e-7, 5e-5, 5e-7)
 _INTEGRAL = 2.0**-6  #: half turns, largest integral.
-_LEAST_COSINE = 2.0**-5  #: of the angle that eq. (3) divides by, from which on it is held.
-_LEAST_FORCE_SQ = 0.01  #: (m/s^2)^2 below which the direction is not that of the force.
+_LEAST_COSINE = 2.0**-5  #: smallest magnitude of the cosine that eq. (3) divides by.
+_LEAST_FORCE_SQ = 0.01  #: (m/s^2)^2, least squared force whose direction is right.
 
 
 class Ma2014Cf(Estimator):

@@ -121,7 +121,7 @@ def test_width_is_checked(word: int) -> None:
 @pytest.mark.parametrize("name", sorted(ALL))
 def test_every_estimator_declares_itself(name: str) -> None:
     e = ALL[name]()
-    assert e.name == name and e.summary
+    assert e.name == name and e.summary and e.urgent > 0
     assert all(d.meaning for d in (*e.inputs, *e.params))
     assert e.compile(word=max(18, e.least_word)).output_names == tuple(o.name for o in e.outputs)
 

@@ -26,7 +26,7 @@ FloatArray = npt.NDArray[np.float64]
 
 RANGES = ((-1.0, 1.0), (-3.0, 2.0), (-2.0, -0.5), (0.25, 5.0), (-0.05, 0.02), (-40.0, 35.0))
 #: Last bits of a value that rounding, a split group or a table adds, in its own format.
-_OWN_LSB = 4.0
+_OWN_LSB = 2.0
 #: What a table adds, of its full scale: 2^(this - W), and never less than its own cubic.
 _TABLE_BITS, _TABLE = 4, 4e-9
 #: Share of a range up to which an error is followed.

@@ -149,6 +149,3 @@ def test_lines(x: Any, y: Any) -> None:
     assert x.line == "" and (x * y).line.startswith("test_trace.py, line ")
     turned = [ops.atan2_ht(x, y), ops.clip(x, 0.0, 1.0)]
     assert len({e.line for e in turned}) == 1
-
-
-# -- the record computes what the step computes ----------------------------------------------
