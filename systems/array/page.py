@@ -72,6 +72,7 @@ def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:
 
 
 def _is_known(figure: str, name: str, flown: Mapping[str, Runs]) -> bool:
+    """Whether a case has a figure."""
     if figure.endswith("sigma"):
         return len(flown[name].each[0].hourly) > 1  # one hour has no spread
     return CASES[name].compared or not figure.startswith("fixed")

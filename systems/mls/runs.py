@@ -34,7 +34,7 @@ ENCODER_DEG = 360.0 / 4096.0  #: step of 1024 lines, each edge counted.
 SETTLED = 3000  #: records before which nothing is judged.
 SECONDS = 10.0
 MOST_LAG = 20  #: ms that a lag is looked for.
-CLEARLY = 1.1
+LAG_CONTRAST = 1.1  #: least ratio of the spread at the largest lag to the smallest spread.
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 _P0 = (0.5 * MlsAttitude().param_values()["p0_sd"]) ** 2
 #: How runs become one figure, where it is not the root mean square.
@@ -121,13 +121,12 @@ def _rms(x: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
 def pooled(runs: Runs) -> dict[str, float]:
     """Figures of a case; the worst axis and the lag are those of all its runs together.
 
-    Without a lag where the motion is too slow to tell: the spread at `MOST_LAG` is not `CLEARLY`
-    larger than the least.
+    There is no ``lag_ms`` where the motion is too slow to show it, by `LAG_CONTRAST`.
     """
     figures = runs.pooled()
     figures["worst_deg"] = max(figures[f"{axis}_deg"] for axis in AXES)
     spread = np.mean(runs.each, axis=0)
-    clear = bool((spread[-1] > CLEARLY * spread.min(axis=0)).all())
+    clear = bool((spread[-1] > LAG_CONTRAST * spread.min(axis=0)).all())
     return figures | ({"lag_ms": float(spread.argmin(axis=0).max())} if clear else {})
 
 

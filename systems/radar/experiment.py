@@ -26,7 +26,7 @@ NOISY = (50.0, 0.5)  #: P0 with noise.
 #: Further values of P0, for the difference of fixed point and float64.
 OTHERS = ((50.0, 0.5), (1e3, 1.0), (1e3, 10.0), (1e4, 10.0))
 AT = 800  #: record at 80 s.
-SHOWN_OF = 9  #: runs of which the middle one is shown.
+SHOWN_OF = 9  #: runs of which the one with the median error is shown.
 
 
 class Radar(Experiment):
@@ -61,7 +61,7 @@ class Radar(Experiment):
 
 
 def typical(seed: int, runs: int, theory: Predicted, jobs: int | None = None) -> Watched:
-    """The run in the middle by its mean square error over the spread, of runs with noise."""
+    """Return the run with noise whose mean square error over the predicted spread is the median."""
     bias = TwoRadars(noise=0.0, seconds=1.0).bias
     tasks = [((), _noisy, (k,)) for k in range(seed, seed + runs)]
     watched = [run for _, run in dispatch(jobs, tasks)]

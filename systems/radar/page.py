@@ -53,8 +53,8 @@ _FREE = (
     "states 260, 145, 170 m and 265, 125, 230 m, which do not follow from its biases."
 )
 _NOISY = (
-    "Figures 5 to 10 with the printed noise, which is in both curves. Of nine runs the one in the "
-    "middle by its error."
+    "Figures 5 to 10 with the printed noise, which is in both curves: the run with the median "
+    "error of the first nine, or of all where there are fewer."
 )
 
 

@@ -1,4 +1,4 @@
-"""What a world has without being told."""
+"""Names of worlds, and worlds without draws."""
 
 from __future__ import annotations
 

@@ -107,13 +107,3 @@ def test_pattern_is_that_of_the_tapered_aperture() -> None:
     assert link.pattern(np.array(0.0)) == pytest.approx(1.0, abs=1e-6)
     far = np.sin(np.linspace(math.radians(3.2), math.radians(5.0), 400))
     assert 10 * np.log10(link.pattern(far).max()) == pytest.approx(-21.3, abs=0.3)
-
-
-# -- the drives: what is specified, at any rate ---------------------------------------------------
-
-
-def heading(d):
-    return np.stack([np.cos(d.euler[:, 2]), np.sin(d.euler[:, 2])], axis=1)
-
-
-# -- the receiver: errors with their sign, lock, intervals ----------------------------------------
