@@ -170,7 +170,10 @@ def test_an_update_that_is_held_stays(cores) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_any_state_recovers(seed: int, cores, conductors) -> None:
-    """After upsets at any time every sample makes an update again, without a reset."""
+    """After upsets at any time every sample makes an update again, without a reset.
+
+    The first one after the watchdog restarts the filter.
+    """
     core, stimulus, rng = cores["small"], samples(steps=10), random.Random(seed)
     script = ["o 3", "u 1", "f 1", "w 10"]
     for _ in range(12):
@@ -189,6 +192,8 @@ def test_any_state_recovers(seed: int, cores, conductors) -> None:
         for sampled in played.sampled[4 * k + 1 : 4 * k + 4]:
             assert sampled + conductors["small"].latency(1) in updated
     assert played.named("watchdog") or played.named("framing"), "no upset did anything"
+    for late in played.named("watchdog"):
+        assert min(updated[updated > late]) in played.named("restart")
 
 
 @pytest.mark.parametrize("seed", range(3))
