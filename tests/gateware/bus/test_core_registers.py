@@ -34,9 +34,6 @@ async def begin(ctx, dut: Registers) -> None:
     assert not ctx.get(dut.request) and not ctx.get(dut.anew)
 
 
-PARAMETERS = [(0, True), (255, True), (256, False), (511, False), (512, False), (1023, False)]
-
-
 @pytest.mark.parametrize(
     "programs, number, legal",
     [

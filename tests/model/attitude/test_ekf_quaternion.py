@@ -53,15 +53,6 @@ def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
         assert np.abs(again[name][41 + aligned :] - first[name][aligned:-1]).max() < 1e-9
 
 
-def quiet(cls: Any) -> dict[str, float]:
-    names = [p.name for p in cls.params]
-    return {
-        n: {"gyro": 0.02, "angle": 0.1, "acc": 0.8, "mag": 4.0}[n.split("_")[0]]
-        for n in names
-        if "_sd_" in n
-    }
-
-
 @both
 def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
     """No field, or (measured) a gated force: pure integration of the rate."""

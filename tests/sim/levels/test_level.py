@@ -163,7 +163,3 @@ def test_parameters_are_of_their_estimator() -> None:
 def test_bad_parameters_are_refused_before_any_work(params, message) -> None:
     with pytest.raises(InputError, match=message):
         Build(estimator("complementary"), params=[params])
-
-
-#: Records of estimators that read each other.
-N = 300

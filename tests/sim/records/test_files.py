@@ -391,8 +391,6 @@ def test_places_count_lines_from_the_header() -> None:
 
 # -- archives: columns by array, the nine-axis form, steps of rate and restarts -------------------
 
-ARCHIVE_PATH = Path("walk.npz")
-
 
 def archive_parsed(**arrays: Any) -> dict[str, Column]:
     result = parsed_file("walk.npz", packed(**arrays))

@@ -16,7 +16,6 @@ from boresight.sim.rotations import rotation as attitude
 TIGHT = 4e-15
 
 angle = st.floats(-10.0, 10.0)
-component = st.floats(-1.0, 1.0)
 
 
 def random_quaternions(count: int, seed: int) -> np.ndarray:

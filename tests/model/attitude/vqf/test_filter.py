@@ -97,15 +97,6 @@ def test_a_recording() -> None:
     equal(Run(made), feed(made, record).inputs[:8000])
 
 
-def start(run: Run, up: tuple[float, float, float]) -> Any:
-    """Inputs of a body that turns slowly from an inclination on."""
-    records = np.zeros((300, 10))
-    records[:, 0], records[:, 7:] = 1.0 / RATE, up
-    records[:, 1:4] = [0.02, -0.03, 0.01]
-    records[:, 4:7] = [15.0, 12.0, 40.0]
-    return inputs_of(run.estimator, records)
-
-
 def test_a_restart_is_a_new_start(full: Run) -> None:
     records = inputs_of(full.estimator, journey(RATE, seconds=60.0))
     at = round(45.2 * RATE)  # at rest, of which nothing may be left either
