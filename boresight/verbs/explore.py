@@ -118,7 +118,7 @@ def explore(
         Figure that decides among the rows within all limits: the least is chosen. By default the
         figure of the first limit.
     clock : float
-        Clock in MHz for times in seconds.
+        Clock in MHz, for the figures us and rate.
     steps : int, optional
         Use at most so many samples of each log.
     params : mapping, optional

@@ -114,8 +114,9 @@ def run(
     seed : int, optional
         Seed of the world's draw, as in montecarlo; by default the world as it is.
     output : path, optional
-        File for the outputs of a log or the records of a loop, of a kind by its suffix; angles in
-        degrees. The command line writes ESTIMATOR-LEVEL.csv by default. A folder for the board.
+        File for the outputs of a log or the records of a loop; the suffix decides the format, and
+        angles are in degrees. The command line writes ESTIMATOR-LEVEL.csv by default. A folder
+        for the board.
     rows : int, optional
         Read, run and write a file in pieces of so many rows, for a log that is longer than memory;
         the result has no arrays then. By default all at once.
@@ -325,7 +326,7 @@ def _rows_of(what: str, several: Sequence[Difference]) -> list[dict[str, Any]]:
 
 
 class _Summary:
-    """What is told of a log, piece by piece; rows are kept of one that comes as a whole."""
+    """Summary of a log, built piece by piece; arrays are kept only if it is read at once."""
 
     def __init__(self, estimator: Estimator, *, whole: bool) -> None:
         self.estimator, self.whole, self.rows, self.saturated = estimator, whole, 0, 0
