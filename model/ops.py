@@ -286,7 +286,8 @@ def asin_ht(x: Any) -> Any:
 def atan2_ht(y: Any, x: Any) -> Any:
     """Angle of the vector (x, y) in half turns, [-1, 1); of the zero vector 0.
 
-    InputError when compiled if the ranges of x and y differ by more than 2^22.
+    InputError when compiled if the ranges of x and y differ by more than 2^22 in words of 32 bits,
+    2^12 in words of 18.
     """
     return _call("atan2", y, x)
 

@@ -36,7 +36,7 @@ RESIDUAL_LIMIT = 0.0625  #: half turns, heading residual that a correction uses.
 BIAS_LIMIT = 1.0 / 32.0  #: rad/s, largest gyro bias that is learnt.
 BIAS_STEP_LIMIT = 2.0**-10  #: rad/s, largest change of the learnt bias in one sample.
 VECTOR_LIMIT = 16.0  #: largest component of the vector whose direction is taken.
-FIELD_SCALE = 0.0625  #: 1/uT; makes the field (|m| / 16) there as large as the force (m/s^2).
+FIELD_SCALE = 0.0625  #: 1/uT; brings the field (|m| / 16) to the size of the force (m/s^2).
 FIELD_UNKNOWN = -1024.0  #: uT^2, mean squared field that says: heading not aligned yet.
 
 #: Bits of the output ``status``.

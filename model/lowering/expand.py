@@ -16,6 +16,7 @@ from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Tracer
 from boresight.model.words import polynomials, rounded
+from boresight.model.words.fixed import Arithmetic
 
 __all__ = ["ASIN_LIMIT", "EXP_LIMIT", "Expansion", "expand"]
 
@@ -29,12 +30,12 @@ _BINADES = 31
 _SLACK = 2e-8
 #: Largest over least squared length up to which the inverse root of a sum of squares is exact.
 _LENGTHS = 32.0
-#: Most binades between the ranges of a vector's components.
-_FURTHEST = 22
+#: Words whose functions take the widest ranges.
+_WIDEST = Arithmetic()
 
 
 def expand(
-    tracer: Tracer, limits: Mapping[int, Range] | None = None
+    tracer: Tracer, limits: Mapping[int, Range] | None = None, arithmetic: Arithmetic = _WIDEST
 ) -> tuple[Expansion, list[Any]]:
     """The graph of a record, and the node (or flag) of each of its expressions.
 
@@ -44,13 +45,15 @@ def expand(
     limits : mapping of int to (float, float), optional
         Divisions and roots, by number, whose last argument is held in such a range
         (`Graph.limited`).
+    arithmetic : Arithmetic
+        That of the words; by default of 32 bits.
 
     Raises
     ------
     InputError
         An argument's range exceeds what its function takes; the message gives the author's line.
     """
-    graph, made, limits = Expansion(tracer.name), list[Any](), limits or {}
+    graph, made, limits = Expansion(tracer.name, arithmetic), list[Any](), limits or {}
     for e in tracer.expressions:
         graph.line = e.line
         args = [made[a.number] for a in e.args]
@@ -62,6 +65,10 @@ def expand(
 
 class Expansion(Graph):
     """A graph that knows the functions of `model.ops`: a method for each kind of expression."""
+
+    def __init__(self, name: str, arithmetic: Arithmetic = _WIDEST) -> None:
+        super().__init__(name)
+        self.arithmetic = arithmetic
 
     def sin(self, a: Node, quarter: bool = False) -> Node:
         """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
@@ -125,10 +132,11 @@ class Expansion(Graph):
         swap, squares = self.less(xx, yy), self.add(xx, yy)
         if squares.kind != "const" and not squares.high <= _LENGTHS * squares.low:
             sizes = {rounded.binary_exponent(max(-a.low, a.high)) for a in (x, y)}
-            if max(sizes) - min(sizes) > _FURTHEST and "const" not in (x.kind, y.kind):
+            furthest = self.arithmetic.norm_max  # a short vector needs as many bits in one word
+            if max(sizes) - min(sizes) > furthest and "const" not in (x.kind, y.kind):
                 raise self.outside(
                     min(x, y, key=lambda a: max(-a.low, a.high)),
-                    f"components of ops.atan2_ht whose ranges differ by at most 2^{_FURTHEST}",
+                    f"components of ops.atan2_ht whose ranges differ by at most 2^{furthest}",
                     "limit the larger one with ops.clip",
                 )
             for _ in sizes:

@@ -174,7 +174,7 @@ def lower(
         An argument's range exceeds what its function takes, a range is not finite, or a term
         passes the accumulator: the message names the line, the value and a cure.
     """
-    graph, expanded = expand(trace.tracer, None if profile is None else profile.limits)
+    graph, expanded = expand(trace.tracer, profile.limits if profile else None, arithmetic)
     low = Fusion(graph, arithmetic)
     results = [expanded[e.number] for e in trace.outputs.values()]
     after = [expanded[e.number] for _, _, e in trace.states]

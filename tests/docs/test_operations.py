@@ -55,9 +55,20 @@ def test_a_line_of_the_table(row: list[str]) -> None:
     deviation = np.abs(fixed[0] - floats[0]).max()
     assert not saturated.any()
     assert 0.5 * float(error) <= deviation <= float(error), f"measured {deviation:.1e}"
-    measured = sum(len(op.terms) for op in made.program.ops)
-    length = build_core(made.program, "small").schedule.length
-    assert (measured, length) == (int(products), int(cycles)), "products, cycles"
+    assert cost(made) == (int(products), int(cycles)), "products, cycles"
+
+
+def cost(traced: Traced) -> tuple[int, int]:
+    """Products, and cycles of a core that computes nothing else."""
+    products = sum(len(op.terms) for op in traced.program.ops)
+    return products, build_core(traced.program, "small").schedule.length
+
+
+def test_costs_in_the_text() -> None:
+    products, cycles = cost(Traced(ops.atan2_ht, [UNIT, UNIT]))
+    assert f"two inputs in [-1, 1], takes {products} products and {cycles} cycles" in PAGE
+    products, _ = cost(Traced(ops.exp, [(0.7, 1.38)]))
+    assert f"`ops.exp` with results in one binade, as [2, 4), takes {products} products" in PAGE
 
 
 UNIT = (-1.0, 1.0)

@@ -90,9 +90,18 @@ def test_atan2_on_the_axes_and_diagonals(trace: Any, word: int) -> None:
     assert np.array_equal(angle[[0, 2, 8]], [0.0, -1.0, 0.0])
 
 
-def test_atan2_of_components_too_far_apart_is_refused(trace: Any) -> None:
-    with pytest.raises(InputError, match="whose ranges differ by at most 2.22, found x1 in"):
-        trace(ops.atan2_ht, [(-(2.0**23), 2.0**23), (-0.9, 0.9)])
+@pytest.mark.parametrize(("word", "furthest"), [(18, 12), (24, 16), (32, 22)])
+def test_atan2_of_components_too_far_apart_is_refused(trace: Any, word: int, furthest: int) -> None:
+    """At the limit itself the angle is right."""
+    ranges = [(-0.9 * 2.0**furthest, 0.9 * 2.0**furthest), (-0.9, 0.9)]
+    t, rng = trace(ops.atan2_ht, ranges, word), np.random.default_rng(0)
+    y, x = (high * 2.0 ** rng.uniform(-word, 0.0, 5_000) for _, high in ranges)
+    fixed, floats, _ = t.run(y, -x)
+    assert turns_apart(fixed[0], floats[0]).max() < 4.0 * 2.0 ** (1 - word)
+    ranges[0] = (-(2.0**furthest), 2.0**furthest)
+    message = rf"whose ranges differ by at most 2.{furthest}, found x1 in"
+    with pytest.raises(InputError, match=message):
+        trace(ops.atan2_ht, ranges, word)
 
 
 def test_float_atan2_of_negative_zeros_is_zero() -> None:
