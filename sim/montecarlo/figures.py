@@ -76,14 +76,14 @@ def figures(
         e = _padded([draw["errors"][name] for draw in draws], reached)
         sd = e.std(axis=0, ddof=1, where=reached)
         low, high = np.sqrt(band(n - 1, n - 1))
-        with np.errstate(divide="ignore"):
-            outputs[name] = {
-                "mean": e.mean(axis=0, where=reached),
-                "mean_band": _Z / np.sqrt(n) * sd,
-                "sd": sd,
-                "sd_band": np.stack([sd / high, np.where(low > 0.0, sd / low, np.inf)]),
-                "rms": np.sqrt(np.mean(e**2, axis=0, where=reached)),
-            }
+        upper = np.divide(sd, low, out=np.full(sd.shape, np.inf), where=low > 0.0)
+        outputs[name] = {
+            "mean": e.mean(axis=0, where=reached),
+            "mean_band": _Z / np.sqrt(n) * sd,
+            "sd": sd,
+            "sd_band": np.stack([sd / high, upper]),
+            "rms": np.sqrt(np.mean(e**2, axis=0, where=reached)),
+        }
         if name in bound:
             least = np.asarray(bound[name], dtype=np.float64)[marks]
             least[~(np.isfinite(least) & (least > 0.0))] = np.nan
