@@ -82,20 +82,6 @@ def test_float_run() -> None:
     assert np.array_equal(out["sum"], [[1.125, 1.125], [1.625, 1.1875]])
 
 
-def test_float_runs_are_independent() -> None:
-    rng = np.random.default_rng(1)
-    inputs = rng.uniform(-1, 1, (20, 2, 4))
-    together = Leaky().run_float(inputs).outputs["sum"]
-    for k in range(4):
-        alone = Leaky().run_float(inputs[:, :, k : k + 1]).outputs["sum"]
-        assert np.array_equal(alone[:, 0], together[:, k])
-
-
-def test_inputs_of_the_wrong_width_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"^inputs must have 2 columns, not 3$"):
-        Leaky().run_float(np.zeros((5, 3, 1)))
-
-
 def test_input_words_saturate() -> None:
     program = Leaky().compile(word=18)
     words = input_words(program, np.array([[[9.0, -9.0, 0.5], [1.0, -1.0, 0.25]]]))

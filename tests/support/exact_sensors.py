@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from boresight.firmware.build import CModel
 from boresight.model.estimator import Estimator, input_words, param_words
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.rotations.outputs import attitude_of
@@ -87,11 +88,20 @@ def real(m: Interpreter, out: Any) -> Columns:
 def run_fixed(
     estimator: Estimator, x: Any, params: Mapping[str, float] | None = None, word: int = 32
 ) -> Columns:
-    """Fixed-point outputs by name, each (steps, runs); fails where a value saturates."""
-    m = machine(estimator, x.shape[2], params, word)
-    out, saturated = m.run(input_words(m.program, x))
-    assert not saturated.any(), m.saturations.nonzero()
-    return real(m, out)
+    """Outputs and, as next_NAME, states of the emitted C, (steps, runs); no value may saturate."""
+    p = estimator.compile(word=word)
+    model, columns = CModel(p), []
+    for n, value in param_words(p, estimator.param_values(params)).items():
+        model.set_param(p.values[n].name, value)
+    for k in range(x.shape[2]):
+        model.reset()
+        out, saturated, states = model.trajectory(input_words(p, x[:, :, k : k + 1])[:, :, 0])
+        assert not saturated.any()
+        columns.append(np.concatenate([out, states], axis=1))
+    words = np.stack(columns, axis=2)
+    names = [*p.output_names, *(f"next_{p.values[s].name}" for s, _ in p.states)]
+    values = [*p.outputs, *(s for s, _ in p.states)]
+    return {n: p.format(v).real(words[:, k]) for k, (n, v) in enumerate(zip(names, values))}  # noqa: B905
 
 
 def apart(out: Any, q: Any) -> Any:

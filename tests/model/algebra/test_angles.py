@@ -257,11 +257,6 @@ def test_without_a_sample_nothing_changes() -> None:
     assert np.abs(y - by_scipy(made.low_pass, x)).max() < 1e-12
 
 
-def test_the_mean_lasts_until_tau_is_over() -> None:
-    assert [LowPass(0.05, s).mean_samples for s in (0.01, 0.05, 0.06, 0.011)] == [5, 1, 1, 5]
-    assert LowPass(3.0, 1.0 / 285.714).mean_samples == 858
-
-
 def test_first_order_gain() -> None:
     assert gain_of(9.0, 0.01) == pytest.approx(1.0 - np.exp(-0.01 / 9.0), rel=1e-12)
 

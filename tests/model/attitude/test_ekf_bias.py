@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.firmware.build import CModel
 from boresight.model.attitude.ekf_bias import BIAS_UNIT, EkfBias
-from boresight.model.estimator import input_words, with_params
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -35,23 +33,7 @@ def run_float(x: Any, params: Any = None) -> Any:
 
 
 def run_fixed(x: Any, params: Any = None) -> Any:
-    """Outputs and, as next_NAME, states (steps, runs), of records (steps, 10, runs), in C."""
-    e = EkfBias()
-    m = CModel(with_params(e.compile(word=32), e, params))
-    p = m.program
-    columns = []
-    for k in range(x.shape[2]):
-        m.reset()
-        out, saturated, states = m.trajectory(input_words(p, x[:, :, k : k + 1])[:, :, 0])
-        assert not saturated.any()
-        columns.append(np.concatenate([out, states], axis=1))
-    words = np.stack(columns, axis=2)
-    names = [*p.output_names, *(f"next_{p.values[s].name}" for s, _ in p.states)]
-    values = [*p.outputs, *(s for s, _ in p.states)]
-    return {
-        name: p.format(n).real(words[:, k])
-        for k, (name, n) in enumerate(zip(names, values, strict=True))
-    }
+    return exact_sensors.run_fixed(EkfBias(), x, params)
 
 
 def test_heading_aligns_with_the_first_field() -> None:

@@ -1,10 +1,8 @@
 """The quaternion EKFs."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
-import pytest
 
 from boresight.model.algebra.quaternion_filter import START
 from boresight.model.attitude.ekf_quaternion import EkfQuaternion
@@ -24,37 +22,32 @@ from tests.support.exact_sensors import (
 # What they compute is in `test_ekf_textbook.py`; here is how they behave.
 
 FIELD = np.array([0.0, 14.7, -40.6])
-#: Samples until each is surely aligned.
-BOTH = {"measured": (EkfQuaternion, 6)}
-both = pytest.mark.parametrize(("cls", "aligned"), BOTH.values(), ids=BOTH.keys())
+ALIGNED = 6  #: samples until it is surely aligned
 
 static = partial(at_rest, dt=0.01, field=FIELD)
 
 
-@both
-def test_aligns_from_half_a_turn_away(cls: Any, aligned: int) -> None:
+def test_aligns_from_half_a_turn_away() -> None:
     """Where the error's axis cannot be told, rounding decides, and the filter still arrives."""
     half_turns = np.concatenate([np.eye(4)[1:], [[0.0, 0.6, 0.8, 0.0]]])
     q = quaternion_multiply(np.array(START) / np.linalg.norm(START), half_turns)
-    out = run_fixed(cls(), static(q, 60))
+    out = run_fixed(EkfQuaternion(), static(q, 60))
     assert apart(out, q)[-1].max() < 2e-4
     assert not bits(out)[-1].any()
 
 
-@both
-def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
+def test_restart_forgets_everything() -> None:
     x = np.concatenate([static(GRID[:5], 40), static(GRID[40:45], 40)])
     x[40, 0] = -0.01
     fresh = static(GRID[40:45], 40)
-    again = run_float(cls(), x)
-    first = run_float(cls(), fresh)
+    again = run_float(EkfQuaternion(), x)
+    first = run_float(EkfQuaternion(), fresh)
     assert (bits(again)[40] & 1).all()
     for name in ("qw", "qx", "qy", "qz"):
-        assert np.abs(again[name][41 + aligned :] - first[name][aligned:-1]).max() < 1e-9
+        assert np.abs(again[name][41 + ALIGNED :] - first[name][ALIGNED:-1]).max() < 1e-9
 
 
-@both
-def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
+def test_without_measurement_the_gyro_turns_on() -> None:
     """No field, or (measured) a gated force: pure integration of the rate."""
     rate = np.array([0.3, -0.2, 0.5])
     q0 = GRID[7:9]
@@ -64,7 +57,7 @@ def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
         x[40:, GYR] = rate[:, None]
         params = {"acc_max_sq": 150.0}
         for run in (run_float, run_fixed):
-            out = run(cls(), x, params)
+            out = run(EkfQuaternion(), x, params)
             want = quaternion_multiply(q0, rotation_vector_to_quaternion(0.4 * rate))
             assert apart(out, want)[-1].max() < 2e-4
             assert (bits(out)[-1] >> bit & 1).all()

@@ -33,10 +33,3 @@ def test_lines_in_order_with_all_operations() -> None:
     assert heaviest([(program, nodes)]).startswith(
         f"; most of its {len(program.ops)} operations: {most} ({count}), test_heaviest.py, line "
     )
-
-
-def test_several_programs_are_named() -> None:
-    traced = Uneven().compile_traced()
-    said = heaviest([traced, traced])
-    assert said.count("uneven, test_heaviest.py, line ") == 2
-    assert heaviest([]) == ""

@@ -8,15 +8,7 @@ from apytypes import APyFixed, OverflowMode, QuantizationMode
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from boresight.model.words.fixed import (
-    Arithmetic,
-    Format,
-    fraction,
-    leading_sign_count,
-    saturate,
-    table_index,
-    wrap,
-)
+from boresight.model.words.fixed import Arithmetic, Format, leading_sign_count
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value
 
@@ -141,24 +133,6 @@ def test_leading_sign_count_by_definition(word: int) -> None:
         bits = f"{int(value) & ((1 << word) - 1):0{word}b}"
         copies = len(bits) - len(bits.lstrip(bits[0])) - 1
         assert n == min(copies, arith.norm_max)
-
-
-@pytest.mark.parametrize("word", [18, 24, 32])
-def test_index_and_fraction_split_the_word(word: int) -> None:
-    arith = Arithmetic(word=word)
-    rng = np.random.default_rng(2)
-    x = rng.integers(arith.min_int, arith.max_int + 1, 2000)
-    rebuilt = (table_index(x, arith, False) << arith.fraction_bits) + fraction(x, arith)
-    assert np.array_equal(rebuilt, x & arith.max_int)
-    moved = wrap(x + (1 << (word - 2)), word)
-    assert np.array_equal(table_index(x, arith, True), table_index(moved, arith, False))
-
-
-def test_wrap_and_saturate() -> None:
-    assert wrap(1 << 17, 18) == -(1 << 17)
-    assert wrap(-(1 << 17) - 1, 18) == (1 << 17) - 1
-    assert saturate(1 << 17, 18) == (1 << 17) - 1
-    assert saturate(-(1 << 17) - 1, 18) == -(1 << 17)
 
 
 @pytest.mark.parametrize("word", [17, 33, 0, -1])

@@ -6,8 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.lowering.lower import lower
-from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import FEW, Interpreter, compiled
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value
@@ -63,11 +61,6 @@ def test_states_are_replaced_all_together() -> None:
         m.states = np.array([[1], [2]])
 
 
-def test_before_the_first_update_states_are_initial() -> None:
-    m = machine()
-    assert m.values_before_commit()[2].tolist() == [7]
-
-
 @pytest.mark.parametrize(
     ("overflow", "after", "flagged"),
     [
@@ -87,15 +80,6 @@ def test_overflow_flags_and_counters(overflow: Any, after: Any, flagged: Any) ->
     assert m.saturations.sum() == sum(flagged)  # counts stay, flags do not
     m.update([[100_000, 0, 0]])
     assert m.saturations[4] == sum(flagged) + flagged[0]
-
-
-def test_the_last_output_of_a_state_is_the_old_word() -> None:
-    g = Tracer("old")
-    s = g.leaf("state", "s", -1.0, 1.0)
-    u = g.leaf("input", "u", -1.0, 1.0)
-    program = lower(Trace(g, [u], {"s": s}, states=[(s, 0.0, u)]), Arithmetic())[0]
-    out, _ = Interpreter(program).run([[[5]], [[6]], [[7]]])
-    assert out.ravel().tolist() == [0, 5, 6]
 
 
 # -- programs as plain integers: the words that arrays give ---------------------------------------

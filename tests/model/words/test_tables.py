@@ -11,11 +11,10 @@ from mpmath import mp
 from numpy.polynomial import polynomial
 
 from boresight.model import ops
-from boresight.model.words.fixed import Arithmetic, fraction, table_index
+from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.polynomials import exp2, log
 from boresight.model.words.tables import (
     BLOCK_WORDS,
-    SIN,
     TABLES,
     Table,
     coefficient_formats,
@@ -79,52 +78,6 @@ def test_quantised_coefficients_cost_little(table: Table, word: int) -> None:
     x = domain(table, 20_000)
     error = np.abs(cubic(c, table, x) - FUNCTIONS[table.name](x)).max()
     assert error < CUBIC[table.name] + quantisation(table, arith)
-
-
-@pytest.mark.parametrize("word", [18, 24, 32])
-@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
-def test_segments_meet_at_their_borders(table: Table, word: int) -> None:
-    c = table.coefficients()
-    end, start = c[:-1].sum(axis=1), c[1:, 0]
-    assert np.abs(end - start).max() < 2 * CUBIC[table.name]
-    formats = coefficient_formats(table, Arithmetic(word=word))
-    quantised = np.stack([f.real(f.quantise(c[:, k])) for k, f in enumerate(formats)], axis=1)
-    jump = np.abs(quantised[:-1].sum(axis=1) - quantised[1:, 0]).max()
-    assert jump < 2 * CUBIC[table.name] + 2 * quantisation(table, Arithmetic(word=word))
-
-
-@pytest.mark.parametrize("word", range(18, 33))
-def test_coefficients_fit_their_formats_unsaturated(word: int) -> None:
-    arith = Arithmetic(word=word)
-    for table in TABLES:
-        for fmt, column in zip(
-            coefficient_formats(table, arith), table.coefficients().T, strict=True
-        ):
-            assert fmt.min <= column.min() and column.max() <= fmt.max + 2 * fmt.lsb
-            assert fmt.frac <= table.result_format(arith).frac + arith.guard
-
-
-@pytest.mark.parametrize("word", [18, 24, 32])
-def test_words_within_the_domain_reach_their_own_segment(word: int) -> None:
-    arith = Arithmetic(word=word)
-    for table in TABLES:
-        # segments_per_unit 128: argument word 2^(W-1); 64: 2^(W-2)
-        scale = table.segments_per_unit << arith.fraction_bits
-        x = domain(table, 500)
-        words = np.floor(x * scale).astype(np.int64)
-        index = table_index(words, arith, False)
-        assert index.min() == table.first and index.max() == table.last
-        rebuilt = index + fraction(words, arith) / (1 << arith.fraction_bits)
-        assert np.abs(rebuilt / table.segments_per_unit - x).max() < 1.0 / scale
-
-
-def test_bounds_of_the_results_are_declared() -> None:
-    for table in TABLES:
-        y = [table.at(segment) for segment in range(table.first, table.last + 2)]
-        assert table.low <= min(y) and max(y) <= table.high  # and monotonic in between
-        fmt = table.result_format(Arithmetic(word=32))
-        assert table.high <= fmt.max + fmt.lsb
-    assert SIN.at(64) == 1.0
 
 
 #: The same functions to any precision.

@@ -1,20 +1,17 @@
 """The common front of the filters: units, sensors' values, fields."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude import estimator
-from boresight.model.attitude.front.affine import rows
 from boresight.model.attitude.front.compass_field import CompassField
 from boresight.model.attitude.front.field import FIELD_LIMIT, CalibrateField
 from boresight.model.attitude.front.inertial import ACC_LIMIT, GYRO_LIMIT, CalibrateInertial
 from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS, SENSED, full_scale_params
 from boresight.model.attitude.mekf import Mekf
-from boresight.model.nine_axis import INPUTS
 from tests.support.compiled_float import compiled_float
 
 # -- calibration of gyro and accelerometer: against plain matrices, time steps, limits ------------
@@ -193,20 +190,6 @@ def test_every_filter_takes_the_compass_s_heading_at_any_tilt(name: str) -> None
         assert np.abs(off).max() * 180 < 0.1, key
 
 
-# -- what the calibrations share, on plain numbers ------------------------------------------------
-
-
-@pytest.mark.parametrize("bias", [None, "b"])
-def test_rows_are_the_product_less_the_bias_clamped(bias) -> None:
-    matrix = np.array([[1.0, 2.0, 3.0], [-4.0, 5.0, 6.0], [7.0, 8.0, -90.0]])
-    offset, vector = np.array([0.25, -0.5, 1.0]), [1.0, 0.5, 2.0]
-    names = {f"m_{r}{c}": matrix[i, j] for i, r in enumerate("xyz") for j, c in enumerate("xyz")}
-    p = SimpleNamespace(**names, **{f"b_{a}": offset[i] for i, a in enumerate("xyz")})
-    wanted = matrix @ vector - (offset if bias else 0.0)
-    assert wanted[2] < -16.0
-    assert rows(p, "m", vector, 16.0, bias=bias) == pytest.approx(np.clip(wanted, -16.0, 16.0))
-
-
 # -- calibration of a magnetometer: against a plain matrix, limits --------------------------------
 
 #: Roundings: three matrix elements times the span of the counts, the bias, the result.
@@ -239,14 +222,6 @@ def test_full_scales() -> None:
     for name, sensed in SENSED.items():
         assert sensed.low == -sensed.high or name == "dt"
     assert SENSED["dt"].low < 0.0 < SENSED["dt"].high
-
-
-def test_the_attitude_filters_take_all_of_it() -> None:
-    assert {name: sensed.unit for name, sensed in SENSED.items()} == {
-        i.name: i.unit for i in INPUTS
-    }
-    for i in INPUTS:
-        assert i.low <= SENSED[i.name].low and SENSED[i.name].high <= i.high, i.name
 
 
 def test_parameters_that_stand_for_a_full_scale() -> None:

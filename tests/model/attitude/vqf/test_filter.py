@@ -97,6 +97,13 @@ def test_a_recording() -> None:
     equal(Run(made), feed(made, record).inputs[:8000])
 
 
+def test_a_turn_faster_than_any_bias_is_no_rest(six: Run) -> None:
+    records = np.zeros((200, 10))
+    records[:, 0], records[:, 2], records[:, 9] = 1.0 / RATE, np.radians(-2.05), 9.81
+    status, _ = equal(six, inputs_of(six.estimator, records))
+    assert not ((status >> 5) & 1).any()
+
+
 def test_a_restart_is_a_new_start(full: Run) -> None:
     records = inputs_of(full.estimator, journey(RATE, seconds=60.0))
     at = round(45.2 * RATE)  # at rest, of which nothing may be left either
