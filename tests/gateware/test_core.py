@@ -6,7 +6,6 @@ import random
 import numpy as np
 import pytest
 
-from boresight.gateware import verilog
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, MACHINES
 from boresight.gateware.microcode.emulator import Emulator
@@ -73,40 +72,6 @@ def test_crowded_programs_leave_each_others_states_alone(config: str) -> None:
             continue
         wanted, _ = models[number].update(np.array(words)[:, None])
         assert emulator.update(words).outputs == wanted[:, 0].tolist()
-
-
-@CONFIG
-def test_the_program_at_hand(config: str) -> None:
-    core = shared(config, 1)
-    assert core.number == 0 and core.names == ("random0", "random1", "random2")
-    for number, part in enumerate(core.parts):
-        one = core.select(number)
-        assert (one.program, one.schedule, one.allocation) == (
-            part.program,
-            part.schedule,
-            part.allocation,
-        )
-        assert one.name == "core" and one.digest == core.digest
-        assert len(one.listing.splitlines()) == part.schedule.length + 1
-        assert " r" not in one.listing
-    assert core.image.lengths == tuple(p.schedule.length for p in core.parts)
-    for number in (-1, 3):
-        with pytest.raises(ValueError, match=rf"^number must be 0 to 2, not {number}$"):
-            core.select(number)
-
-
-@CONFIG
-def test_parameters_stand_in_order(config: str) -> None:
-    core = shared(config, 2, count=4, n_states=1)
-    results = [a for k in range(4) for a in core.select(k).parameter_addresses.values()]
-    assert len(results) > 4
-    assert results == list(range(len(results)))
-
-
-def test_parameters_go_on_in_the_next_bank() -> None:
-    small, fast = CONFIGS["small"], CONFIGS["fast"]
-    assert [small.parameter_register(k) for k in (0, 47, 48, 200)] == [0, 47, 48, 200]
-    assert [fast.parameter_register(k) for k in (0, 47, 48, 100)] == [0, 47, 256, 308]
 
 
 def wide(name: str, n: int) -> Program:
@@ -225,19 +190,6 @@ def test_too_long_together(monkeypatch) -> None:
         build_shared_core(programs, "small")
 
 
-@CONFIG
-def test_as_many_states_as_there_is_room_for(config: str) -> None:
-    programs = [
-        random_program(7 + k, n_ops=60, n_inputs=2, n_outputs=1, n_states=n)
-        for k, n in enumerate((16, 20, 45, 47))
-    ]
-    programs = [
-        dataclasses.replace(p, name=f"p{k}", table_memory=programs[0].table_memory)
-        for k, p in enumerate(programs)
-    ]
-    build_shared_core(programs, config)
-
-
 def test_a_schedule_is_kept_for_what_it_was_made_for() -> None:
     program = random_program(8, n_ops=20)
     again = dataclasses.replace(program)
@@ -249,15 +201,3 @@ def test_a_schedule_is_kept_for_what_it_was_made_for() -> None:
         value = dataclasses.replace(program.values[0], low=low)
         other = dataclasses.replace(program, values=(value, *program.values[1:]))
         assert build_core(other, "small").schedule.source == other.digest
-
-
-def test_verilog_is_made_once_for_all_programs(monkeypatch: pytest.MonkeyPatch) -> None:
-    core = shared("small", 1)
-    asked = []
-    monkeypatch.setattr(
-        verilog, "to_verilog", lambda *_, instances: asked.append(instances) or str(asked)
-    )
-    texts = [core.select(k).verilog(instances=i) for i in (False, True) for k in (0, 2)]
-    assert asked == [False, True] and texts[0] == texts[1] != texts[2] == texts[3]
-    other = dataclasses.replace(core, image=dataclasses.replace(core.image, digest=1))
-    assert other.verilog(instances=False) not in texts

@@ -129,21 +129,6 @@ def test_the_core_answers_at_these_addresses(word: int) -> None:
     run_bench(dut, bench)
 
 
-def test_json(complementary: Core) -> None:
-    result = describe(complementary)
-    text = result.to_json()
-    assert text == describe(complementary).to_json()
-    data = json.loads(text)
-    assert data["word"] == 32 and data["digest"] == complementary.program.digest
-    assert len(data["registers"]) == len(Complementary.params) + len(FIXED) + 1
-    gain = next(r for r in data["registers"] if r["name"] == "ki_pitch_per_s2")
-    assert gain["low"] == 0.0 and gain["high"] == 1.0 and gain["access"] == "write-only"
-    assert gain["byte_offset"] == 4 * gain["address"]
-    assert [r["address"] for r in data["registers"]] == sorted(
-        r["address"] for r in data["registers"]
-    )
-
-
 def test_json_is_read_back(complementary: Core) -> None:
     """All that a register map holds: registers as they are, words by name, format and unit."""
     description = describe(complementary)
@@ -199,10 +184,3 @@ def test_identifiers_are_unique() -> None:
     assert [names[r.address] for r in FIXED] == [r.name for r in FIXED]
     assert [names[k] for k in range(4)] == ["status_2", "STATUS_3", "in_u", "int"]
     assert len({name.upper() for name in names.values()}) == len(names)
-
-
-def test_find() -> None:
-    result = describe(awkward(32))
-    assert result.find("updates").address == 513
-    with pytest.raises(KeyError):
-        result.find("nothing")

@@ -7,7 +7,7 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 
 from boresight.gateware.boards.framer import Framer
-from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.gateware.boards.pack import Packer
 from tests.support.bench import put, run_bench
 
@@ -68,24 +68,6 @@ def run(
 
     run_bench(top, put_records, put_replies, sink)
     return bytes(out)
-
-
-@pytest.mark.parametrize("word", [18, 24, 25, 32])
-@pytest.mark.parametrize("stalls", [0.0, 0.5])
-def test_records_are_the_softwares_frames(word: int, stalls: float) -> None:
-    rng = random.Random(word)
-    half = 1 << word - 1
-    special = int.from_bytes(b"\xc0\xdb\xc0", "little") - (1 << 24)
-    records = [
-        [
-            rng.choice([rng.randrange(-half, half), special if word >= 24 else 0xDBC0, -1])
-            for _ in range(rng.randrange(1, 9))
-        ]
-        for _ in range(20)
-    ]
-    assert run(word, records, [], stalls, seed=word) == b"".join(
-        encode(Kind.RECORD, words, word=word) for words in records
-    )
 
 
 @pytest.mark.parametrize("stalls", [0.0, 0.5])

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.boards.frames import CRC, END, ESC, ESC_ESCAPED, Decoder, Kind, encode
+from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
 from boresight.gateware.boards.unpack import Unpacker
 from tests.support.bench import pulse
 
@@ -41,73 +41,6 @@ async def fetch(ctx, dut, count: int) -> list[int]:
     return words
 
 
-@pytest.mark.parametrize("word", [18, 24, 25, 32])
-@pytest.mark.parametrize("inputs", [1, 2, 5])
-def test_good_frames(word: int, inputs: int, simulate) -> None:
-    dut = unpacker(word, inputs)
-    rng = random.Random(inputs)
-    mask = (1 << word) - 1
-
-    async def bench(ctx):
-        for _ in range(30):
-            kind = rng.choice(KINDS)
-            words = [
-                rng.choice([rng.getrandbits(word), 0xC0DBC0DB & mask, 0])
-                for _ in range(COUNTS.get(kind, inputs))
-            ]
-            assert not ctx.get(dut.pending)
-            await feed(ctx, dut, encode(kind, words, word=word))
-            assert ctx.get(dut.pending) and ctx.get(dut.kind) == kind
-            assert await fetch(ctx, dut, len(words)) == words
-
-    simulate(dut, bench)
-
-
-def body(data: bytes) -> bytes:
-    """A frame with a right CRC around any bytes, none of which needs an escape."""
-    whole = data + CRC.compute(data).to_bytes(2, "little")
-    assert not {END, ESC} & set(whole)
-    return bytes([END]) + whole + bytes([END])
-
-
-@pytest.mark.parametrize(
-    "damaged",
-    [
-        bytes([END, END, END]),
-        body(b""),
-        body(b"\1"),
-        body(b"\0" + bytes(12)),  # no such kind
-        body(b"\4" + bytes(12)),
-        *(body(bytes([1 | 1 << bit]) + bytes(12)) for bit in range(2, 8)),
-        body(b"\1" + bytes(11)),  # bytes, words too few or too many
-        body(b"\1" + bytes(13)),
-        body(b"\1" + bytes(8)),
-        body(b"\1" + bytes(16)),
-        body(b"\1" + bytes(20)),
-        body(b"\1" + bytes(4 * 3 + 4 * 8)),  # and so many that a counter would come round
-        body(b"\1" + bytes(4 * 3 + 4 * 16)),
-        body(b"\2" + bytes(12)),
-        body(b"\3" + bytes(12)),
-        bytes([END, 1, *range(12), 0x55, END]),  # CRC
-        body(b"\1" + bytes(12))[:-1] + bytes([ESC, END]),  # escapes
-        bytes([END, 1, ESC, 0x11, *range(12), END]),
-        encode(Kind.RECORD, [ESC, 2, 3], word=32).replace(bytes([ESC_ESCAPED]), b"\x11"),
-        bytes([ESC]),
-    ],
-)
-def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes, simulate) -> None:
-    dut = unpacker(32, 3)
-
-    async def bench(ctx):
-        await feed(ctx, dut, damaged)
-        assert not ctx.get(dut.pending)
-        await feed(ctx, dut, encode(Kind.RECORD, [1, 2, 3], word=32))
-        assert ctx.get(dut.pending)
-        assert await fetch(ctx, dut, 3) == [1, 2, 3]
-
-    simulate(dut, bench)
-
-
 @pytest.mark.parametrize("place", range(10))
 def test_line_error_spoils_the_frame(place: int, simulate) -> None:
     dut = unpacker(32, 1)
@@ -139,7 +72,7 @@ def test_third_frame_is_dropped(simulate) -> None:
 
 
 def test_same_verdict_as_the_software(simulate) -> None:
-    """Random bytes that are rich in what matters."""
+    """Frames, of which some bytes are wrong, of any kind and length, and bytes between them."""
     rng = random.Random(8)
     dut = unpacker(24, 2)
     pieces = [bytes([c]) for c in (END, END, ESC, 0xDC, 0xDD, 0, 1, 2, 3)]
@@ -152,6 +85,10 @@ def test_same_verdict_as_the_software(simulate) -> None:
             if rng.random() < 0.5:
                 frame[rng.randrange(len(frame))] = rng.randrange(256)
             stream.append(bytes(frame))
+        elif rng.random() < 0.4:  # a right CRC around another kind, or too few or too many bytes
+            data = bytes([rng.randrange(8), *range(rng.choice((0, 3, 4, 7, 8, 9, 12, 40, 72)))])
+            data += CRC.compute(data).to_bytes(2, "little")
+            stream.append(bytes([END]) + data.replace(bytes([END]), b"") + bytes([END]))
         else:
             stream.append(b"".join(rng.choices(pieces, k=rng.randrange(6))))
     decoder = Decoder(word=24)
@@ -163,7 +100,7 @@ def test_same_verdict_as_the_software(simulate) -> None:
             expected = [
                 (kind, [w & 0xFFFFFF for w in words])
                 for kind, words in decoder.feed(bytes([byte]))
-                if len(words) == COUNTS.get(kind, 2)
+                if kind in KINDS and len(words) == COUNTS.get(kind, 2)
             ]
             await feed(ctx, dut, bytes([byte]))
             assert ctx.get(dut.pending) == len(expected)

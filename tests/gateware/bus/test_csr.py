@@ -3,11 +3,10 @@
 import random
 
 import pytest
-from amaranth.hdl import Const, Module, Signal
 
 from boresight.gateware.attitude.bus.counters import EventCounters
-from boresight.gateware.bus.csr import Csr, packed
-from boresight.gateware.registers.model import Access, BitField, Register
+from boresight.gateware.bus.csr import Csr
+from boresight.gateware.registers.model import Access, Register
 from tests.support.bench import pulse
 
 # -- registers: what is written is read, what is not there does nothing ---------------------------
@@ -38,28 +37,6 @@ async def read(ctx, dut: Csr, offset: int) -> int:
     await ctx.tick().repeat(dut.read_cycles)
     assert ctx.get(dut.known) == (0x40 + offset in {r.address for r in REGISTERS})
     return ctx.get(dut.r_data)
-
-
-def test_after_power_up(simulate) -> None:
-    dut = Csr(REGISTERS)
-
-    async def bench(ctx):
-        ctx.set(dut.state, 0x155)
-        ctx.set(dut.clock, 0x8000_0001)
-        assert [await read(ctx, dut, k) for k in range(16)] == [
-            0xDEAD_BEEF,
-            0x155,
-            7,
-            0,
-            5,
-            1,
-            0,
-            0x8000_0001,
-            *[0] * 8,
-        ]
-        assert (ctx.get(dut.wide), ctx.get(dut.small), ctx.get(dut.choice)) == (7, 5, 1)
-
-    simulate(dut, bench)
 
 
 @pytest.mark.parametrize("read_cycles", [1, 2])
@@ -112,50 +89,6 @@ def test_orders_last_one_cycle(simulate) -> None:
             assert (strobe, order) == (0, 0)
 
     simulate(dut, bench)
-
-
-def test_packed_word_has_its_fields_in_their_places(simulate) -> None:
-    """In any order, with gaps, values shorter than their fields, a word that begins at bit 1."""
-    fields = [BitField("high", 9, "", width=3), BitField("low", 3, "", width=4)]
-    word = packed(fields, {"high": Const(0b101, 3), "low": Const(0b110, 3)}, first=1)
-    top, shown = Module(), Signal(32)
-    top.d.comb += shown.eq(word)
-
-    async def bench(ctx):
-        assert ctx.get(shown) << 1 == 0b101 << 9 | 0b110 << 3
-
-    simulate(top, bench)
-    assert len(word) == 11
-
-
-@pytest.mark.parametrize(
-    "registers, message",
-    [
-        ((), r"^registers must not be empty$"),
-        (
-            (Register("a", 1, RW, "", width=1), Register("b", 2, RW, "", width=1)),
-            r"^first address must be a multiple of 2, not 1$",
-        ),
-        (
-            (Register("a", 4, RW, "", width=1), Register("b", 4, RW, "", width=1)),
-            r"^addresses must ascend, not 4 \(b\) after 4$",
-        ),
-        (
-            (Register("a", 4, RW, "", width=2, reset=4),),
-            r"^a must have 1 to 32 bits that hold its reset value, not 2 bits for 4$",
-        ),
-        (
-            (Register("a", 4, RW, "", width=33),),
-            r"^a must have 1 to 32 bits that hold its reset value, not 33 bits for 0$",
-        ),
-    ],
-)
-def test_declaration_is_checked(registers, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        Csr(registers)
-
-
-# -- the register bus: who drives what, and how wide it is ----------------------------------------
 
 
 # -- every event is counted once, whatever the others do ------------------------------------------
@@ -218,15 +151,3 @@ def test_clear_and_wrap(simulate) -> None:
             await ctx.tick().repeat(wait + 1)
 
     simulate(dut, bench)
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"count": 0}, r"^count must be an integer from 1 to 256, not 0$"),
-        ({"count": 3, "bits": 36}, r"^bits must be an integer from 1 to 35, not 36$"),
-    ],
-)
-def test_parameters_are_checked(options: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        EventCounters(**options)

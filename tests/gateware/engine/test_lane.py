@@ -10,7 +10,6 @@ import boresight.gateware.engine.lane as lane
 import boresight.gateware.engine.sequencer as sequencer
 from boresight.gateware.engine.bitwise import Bitwise, choose, multiplex
 from boresight.gateware.engine.lane import FIELDS, Lane
-from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
@@ -137,34 +136,6 @@ def test_random_slots(word: int, stalls: float) -> None:
     run_bench(top, bench)
 
 
-@pytest.mark.parametrize("sources", [1, 2])
-def test_outside_words_replace_any_result(sources: int) -> None:
-    rng = random.Random(sources)
-    machine = Machine(name="test", lanes=1)
-    dut = Lane(machine=machine, sources=sources)
-
-    async def bench(ctx):
-        ctx.set(dut.en, 1)
-        ctx.set(dut.when, 1)
-        ctx.set(dut.sticky, 1)
-        for cycle in range(300):
-            ctx.set(dut.a, rng.getrandbits(32))
-            ctx.set(dut.b, rng.getrandbits(32))
-            ctx.set(dut.first, rng.random() < 0.2)
-            words = [rng.getrandbits(32) for _ in range(sources)]
-            for k, value in enumerate(words):
-                ctx.set(dut.words[k], value)
-            chosen = rng.randrange(sources)
-            ctx.set(dut.outside, 1)
-            ctx.set(dut.which, chosen)
-            if cycle > 10:
-                assert ctx.get(dut.result) == words[chosen]
-                assert not ctx.get(dut.saturated)
-            await ctx.tick()
-
-    run_bench(dut, bench)
-
-
 # -- the multiplier against Python's product ------------------------------------------------------
 
 
@@ -203,89 +174,11 @@ def test_product(word: int, stalls: float) -> None:
     run_bench(dut, bench)
 
 
-@pytest.mark.parametrize("word, slices", [(18, 1), (20, 1), (21, 4), (32, 4)])
-def test_slices(word: int, slices: int) -> None:
-    assert Multiplier(word=word).slices == slices
-
-
 # -- the shifter against Python's shift -----------------------------------------------------------
-
-
-@pytest.mark.parametrize("width_in, width_out", [(64, 60), (48, 50), (36, 42)])
-def test_every_amount(width_in: int, width_out: int, simulate) -> None:
-    rng = random.Random(width_in)
-    dut = Shifter(width_in=width_in, width_out=width_out)
-    half = 1 << (width_in - 1)
-
-    async def bench(ctx):
-        for amount in range(32):
-            for invert in (0, 1):
-                for value in (-half, half - 1, rng.randrange(-half, half)):
-                    ctx.set(dut.i, value)
-                    ctx.set(dut.amount, amount)
-                    ctx.set(dut.invert, invert)
-                    want = (value >> amount) ^ -invert
-                    mask = (1 << width_out) - 1
-                    assert ctx.get(dut.o) & mask == want & mask
-
-    simulate(dut, bench)
 
 
 def test_primitives_equal_behaviour(proves_equal) -> None:
     assert proves_equal(*(Shifter(width_in=40, width_out=36) for _ in range(2)))
-
-
-# -- the leading-sign count against `model.words.fixed` -------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "arithmetic",
-    [
-        Arithmetic(word=18),
-        Arithmetic(word=21, guard=5),
-        Arithmetic(word=24),
-        Arithmetic(word=27),
-        Arithmetic(word=32),
-        Arithmetic(word=32, guard=9),
-    ],
-    ids=str,
-)
-def test_count(arithmetic: Arithmetic, simulate) -> None:
-    word = arithmetic.word
-    rng = random.Random(word)
-    values = [
-        v
-        for n in range(word)
-        for x in (1 << n, (1 << n) - 1)
-        for v in (x, ~x)
-        if arithmetic.min_int <= v <= arithmetic.max_int
-    ]
-    values += [
-        rng.randrange(arithmetic.min_int, arithmetic.max_int) >> rng.randrange(word)
-        for _ in range(100)
-    ]
-    dut = LeadingSignCount(arithmetic=arithmetic)
-
-    async def bench(ctx):
-        ctx.set(dut.en, 1)
-        for value in values:
-            ctx.set(dut.i, value & ((1 << word) - 1))
-            ctx.set(dut.capture, 1)
-            await ctx.tick()
-            # Neither a word that is not captured nor a stalled one counts.
-            ctx.set(dut.i, rng.getrandbits(word))
-            ctx.set(dut.capture, 0)
-            await ctx.tick()
-            assert ctx.get(dut.count) == leading_sign_count(value, arithmetic), value
-            ctx.set(dut.capture, 1)
-            ctx.set(dut.en, 0)
-            await ctx.tick().repeat(2)
-            ctx.set(dut.en, 1)
-            ctx.set(dut.capture, 0)
-            await ctx.tick().repeat(2)
-            assert ctx.get(dut.count) == leading_sign_count(value, arithmetic), value
-
-    simulate(dut, bench)
 
 
 # -- bit-wise tables: primitive and function agree for every function of the core -----------------

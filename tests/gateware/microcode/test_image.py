@@ -26,11 +26,6 @@ def bit(name: str) -> int:
 GOOD = Image(rom=[bit("get"), 0, bit("home")], registers=[0] * 512, tables=[0] * 1536, lengths=(3,))
 
 
-def test_a_good_image() -> None:
-    GOOD.check(MACHINE)
-    assert GOOD.hardware_rom(MACHINE) == ([bit("get") | bit("home")] + [0] * 511,)
-
-
 @pytest.mark.parametrize(
     "change, message",
     [
@@ -63,29 +58,6 @@ def test_bad_images(change, message: str) -> None:
         replace(GOOD, **change).check(MACHINE)
 
 
-def several() -> Image:
-    """Three programs, the second so long that the last begins in another memory."""
-    lengths = (3, 600, 4)
-    rom = [w for n in lengths for w in (bit("get"), *[bit("shift0")] * (n - 2), bit("home"))]
-    return replace(GOOD, rom=rom, lengths=lengths)
-
-
-@pytest.mark.parametrize(
-    "at, word, message",
-    [
-        (602, 0, r"^rom\[602\] must have home = 1, not 0"),
-        (3, 1, r"^rom must get at least one input word in program 1$"),
-        (604, bit("home"), r"^rom\[604\] must have home = 0, not 1"),
-        (605, bit("get") | bit("emit"), r"^rom\[605\] must not get and emit"),
-    ],
-)
-def test_every_program_is_checked(at: int, word: int, message: str) -> None:
-    image = several()
-    image.rom[at] = word
-    with pytest.raises(ValueError, match=message):
-        image.check(MACHINE)
-
-
 # -- microwords: skew, fields, errors -------------------------------------------------------------
 
 MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONFIGS)
@@ -115,6 +87,3 @@ def test_errors() -> None:
     long = dataclasses.replace(s.program, table_memory=(0,) * 2048)
     with pytest.raises(ScheduleError, match=r"table memory must be 1536 words or fewer, not 2048"):
         assemble(dataclasses.replace(s, program=long), a)
-
-
-# -- the microword as a layout: the machine's fields, bit by bit ----------------------------------

@@ -33,35 +33,6 @@ def wide(*, consts: int = 1, params: int = 0, states: int = 0) -> Program:
     )
 
 
-@MACHINES
-def test_parameters_come_first(machine: Machine) -> None:
-    s = schedule(wide(params=5), machine)
-    where = allocate(s).addresses()
-    assert [where[n] for n in range(1, 6)] == [0, 1, 2, 3, 4]
-
-
-@MACHINES
-def test_equal_constants_share(machine: Machine) -> None:
-    p = wide(consts=3)
-    same = [
-        v if v.kind is not Kind.CONST else Value(v.name, v.kind, 30, 0, 1, "test", initial=7)
-        for v in p.values
-    ]
-    equal = Program(
-        "same",
-        p.arithmetic,
-        tuple(same),
-        *(
-            getattr(p, n)
-            for n in ("ops", "inputs", "outputs", "output_names", "states", "table_memory")
-        ),
-    )
-    s = schedule(equal, machine)
-    a = allocate(s)
-    where = a.addresses()
-    assert len({where[1], where[2], where[3]}) == 1
-
-
 def test_full() -> None:
     small, fast = CONFIGS["small"], CONFIGS["fast"]
     with pytest.raises(

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.scheduler import ScheduleError, schedule
 from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
+from boresight.model.words.program import Kind, Op, Program, Term, Value
 from tests.support.random_program import random_inputs, random_program
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
@@ -66,62 +65,6 @@ def test_late_operand_comes_last(machine: Machine) -> None:
     assert s.latencies == (17,)
 
 
-def test_bundle_captures_once() -> None:
-    """u, t, w and their sum: one capture, six slots and the emit."""
-    f = {"fraction_a": True}
-    p = program(
-        [
-            Op(2, (Term(0, 0, 23, fraction_a=True, fraction_b=True),), index=0),
-            Op(3, (Term(1, None, 23, 2), Term(0, None, 23, 3, **f)), index=0, table=1),
-            Op(4, (Term(1, None, 23, 0), Term(0, None, 23, 1, **f)), index=0, table=1),
-            Op(5, (Term(4, 1, 22), Term(3, 2, 23))),
-        ],
-        [5],
-    )
-    s = schedule(p, SMALL)
-    assert len(s.slots) == 8
-    assert sum(slot.cap_index for slot in s.slots) == 1
-    # u, t, w in 1..5; t u in 11, w in 12, read in 19, emitted in 20, counted.
-    assert s.latency == 21
-
-
-@pytest.mark.parametrize("quarter", [False, True])
-def test_flag_rides_on_a_term(quarter: bool) -> None:
-    """|x|: the term that is negated also shows the sign."""
-    p = program([Op(2, (Term(1, 0, 22, negate=Negate.IF),), flag=0, flag_quarter=quarter)], [2])
-    (slot, _) = schedule(p, FAST).slots
-    assert (slot.a, slot.swap, slot.cap_flag, slot.quarter) == (0, True, True, quarter)
-
-
-def test_flag_of_a_stranger_takes_a_slot() -> None:
-    p = program(
-        [Op(3, (Term(0, 2, 22, when=When.IF), Term(2, 2, 22, when=When.UNLESS)), flag=1)],
-        [3],
-        inputs=2,
-    )
-    s = schedule(p, SMALL)
-    assert len(s.slots) == 4
-    assert (s.slots[0].term, s.slots[0].a, s.slots[0].cap_flag) == (None, 1, True)
-
-
-def test_flag_is_kept() -> None:
-    """Two selections by the same flag in a row need one capture."""
-    select = (Term(0, 2, 22, when=When.IF), Term(2, 2, 22, when=When.UNLESS))
-    p = program([Op(3, select, flag=1), Op(4, select, Overflow.CLIP, flag=1)], [3, 4], inputs=2)
-    assert len(schedule(p, SMALL).slots) == 7
-
-
-def test_copies_for_states() -> None:
-    """A state that stays, and one result for two states."""
-    states = tuple(Value(f"s{k}", Kind.STATE, 31, -1, 1, "test") for k in range(3))
-    p = program([Op(5, (Term(0, 1, 22),))], [2], states=((2, 2), (3, 5), (4, 5)), more=states)
-    low = with_copies(p)
-    assert [n for _, n in low.states] == [6, 5, 7]
-    assert [low.values[n].name for n in (6, 7)] == ["s0.next", "s2.next"]
-    s = schedule(p, FAST)
-    allocate(s)
-
-
 def test_small_fills_its_lane() -> None:
     """Bound by slots, one lane is busy all the time but for the last pipeline."""
     for seed in range(4):
@@ -135,33 +78,6 @@ def test_urgent_outputs_come_first() -> None:
     some, every = (schedule(p, SMALL, urgent=u) for u in (2, 8))
     assert some.latency <= 1.04 * every.latencies[1]
     assert every.latency <= 1.01 * some.latencies[7]
-
-
-def test_nothing_is_urgent() -> None:
-    p = random_program(5, n_ops=60)
-    s = schedule(p, SMALL, urgent=0)
-    allocate(s)
-    assert s.latency == 0
-    assert s.length <= schedule(p, SMALL).length
-
-
-def test_emit_rides_on_a_term() -> None:
-    """An output that an op reads leaves with that slot: no slot of its own."""
-    p = program([Op(2, (Term(0, 1, 22),)), Op(3, (Term(1, 2, 22),))], [2, 3])
-    s = schedule(p, SMALL)
-    assert len(s.slots) == 3
-    assert (s.slots[1].op, s.slots[1].emit, s.slots[1].a) == (1, 0, 2)
-    allocate(s)
-
-
-def test_late_gets_make_room() -> None:
-    """A result of lane 0 may take the cycle of a get whose word no operation waits for."""
-    p = program(
-        [Op(21, (Term(0, 20, 22),)), Op(22, (Term(21, 20, 22), Term(19, 20, 22)))], [22], inputs=20
-    )
-    s = schedule(p, SMALL, urgent=0)
-    allocate(s)
-    assert s.length == 30
 
 
 def test_errors() -> None:

@@ -7,7 +7,7 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.texts.wave import Drawing, bus_drawing, record_drawing
+from boresight.gateware.texts.wave import bus_drawing, record_drawing
 from boresight.sim.levels.build import Build
 from tests.support.track import Track
 
@@ -64,13 +64,3 @@ def test_the_bus(core: Core, simulate: Any) -> None:
             await ctx.tick()
 
     simulate(dut, bench)
-
-
-def test_text() -> None:
-    rows = (("bit", (0, 1, 1, 0)), ("word", ("a", "a", None, "b")), ("any", (None, 1, 0, 0)))
-    assert Drawing((1, 2, 5, 6), rows).text() == (
-        "cycle | 1 | 2  .. | 5 | 6\n"
-        "bit   ____/‾‾‾ .. ‾‾‾‾\\___\n"
-        "word  | a      .. ....| b\n"
-        "any   ....‾‾‾‾ .. \\_______\n"
-    )

@@ -4,7 +4,6 @@ import random
 
 import pytest
 
-from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_device import CONFIG_FRAMES, RUN_FRAMES
 from tests.support.attitude.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
@@ -154,32 +153,3 @@ def test_slow_device_with_a_clock_of_its_own() -> None:
     assert len(happened.samples) == 20 and not happened.times("restart")
     stamps = [s.stamp for s in happened.samples]
     assert (stamps[-1] - stamps[0]) / 19 == pytest.approx(PERIOD / 1.02, abs=1)
-
-
-def test_figures_at_full_speed() -> None:
-    """9 frames of 32.5 us each: a third of a period; the stall after the last one is not waited
-    for."""
-    reader = Adis16385(clock_hz=100e6)
-    assert reader.hold_cycles == 1599
-    assert reader.burst_cycles == 3 + 9 * 3251 - 1600 + 2
-    assert reader.burst_cycles < 0.3 * 100e6 / 1024
-    assert reader.spi.half_cycles == 50 and reader.spi.stall_cycles == 1601
-    assert reader.timeout_ticks * reader.tick_cycles / 100e6 > 4 / 1024
-    assert reader.timeout_cycles() / 100e6 < 5 / 1024
-    assert reader.startup_ticks * reader.tick_cycles >= 30e6
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"stall_s": 0}, r"^seconds must be a positive number, not 0$"),
-        (
-            {"period_s": 1e-3},
-            r"^period_s must be longer than a burst \(0\.00114\d s "
-            r"and a stall\), not 0\.001$",
-        ),
-    ],
-)
-def test_parameters_are_checked(options, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        scaled_reader(**options)

@@ -138,3 +138,19 @@ def test_registers_of_one_name_must_fit_each_other() -> None:
         e.name = f"many{k}"
     with pytest.raises(InputError, match=r"wanted 32 or fewer inputs without a sensor"):
         system_estimators(many)
+
+
+def test_word_below_26_bits_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^word: wanted 26 to 32 bits"):
+        system_core(["complementary"], word=25)
+
+
+def test_parameters_of_a_stranger_are_refused() -> None:
+    with pytest.raises(InputError, match=r"^parameters of mekf: wanted one of complementary"):
+        system_core(["complementary"], params={"mekf": {"tilt_var": 1e-3}})
+
+
+def test_parameters_go_to_their_program() -> None:
+    core = system_core(["complementary"], params={"calibrate_field": {"field_xx": 0.25}})
+    program = core.parts[2].program
+    assert program.values[program.find("field_xx")].initial == 1 << 30
