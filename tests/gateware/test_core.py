@@ -13,7 +13,6 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Program, Term, Value
-from tests.support.crowded_program import crowded_program
 from tests.support.random_program import random_inputs, random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
@@ -54,24 +53,6 @@ def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
         assert emulator.saturated == saturated[0]
         assert record.cycles == core.parts[number].schedule.length
         assert len(program.outputs) == len(record.outputs)
-
-
-@CONFIG
-def test_crowded_programs_leave_each_others_states_alone(config: str) -> None:
-    """Their results live in the registers of next states, under parities that differ."""
-    programs = [crowded_program(), crowded_program("other", states=68)]
-    core = build_shared_core(programs, config)
-    rng, emulator = random.Random(2), Emulator(core.machine, core.image)
-    models = [Interpreter(p) for p in programs]
-    for _ in range(24):
-        number = rng.randrange(2)
-        emulator.select(number)
-        words = [rng.getrandbits(32) - (1 << 31) for _ in range(2)]
-        if rng.random() < 0.2:
-            emulator.update(words[:1])
-            continue
-        wanted, _ = models[number].update(np.array(words)[:, None])
-        assert emulator.update(words).outputs == wanted[:, 0].tolist()
 
 
 def wide(name: str, n: int) -> Program:
@@ -127,19 +108,6 @@ def test_many_parameters(config: str) -> None:
             assert emulator.registers == before
         wanted, _ = model.update(np.array([[1 << 27]]))
         assert emulator.update([1 << 27]).outputs == wanted[:, 0].tolist()
-
-
-@CONFIG
-def test_equal_constants_share_a_register(config: str) -> None:
-    first = random_program(3, n_inputs=2, n_outputs=1)
-    twin = dataclasses.replace(first, name="twin")
-    core = build_shared_core([first, twin], config)
-    where = [part.allocation.addresses() for part in core.parts]
-    for n, value in enumerate(first.values):
-        if n in where[0] and value.kind is Kind.CONST:
-            assert where[0][n] == where[1][n]
-        elif n in where[0] and value.kind in (Kind.STATE, Kind.PARAM):
-            assert where[0][n] != where[1][n]
 
 
 def test_digest_is_of_all_programs_in_order() -> None:

@@ -1,11 +1,7 @@
 """Inline SVG: the same text for the same data, nothing from outside, no mark of the tool."""
 
-import os
-
 import numpy as np
-import pytest
 
-from boresight.sim import plotting
 from boresight.sim.plotting import COLOUR, INK, band, figure_and_axes, settings, svg
 
 
@@ -26,19 +22,6 @@ def test_an_element_for_html() -> None:
         assert outside not in text, outside
     assert "\n " not in text
     assert INK in text and COLOUR["roll"].lower() in text
-
-
-def test_names_inside_hang_on_the_salt() -> None:
-    """Two plots of one page must not share the names of their clip paths."""
-    assert drawn("one") != drawn("two")
-    assert len(drawn("one")) == len(drawn("two"))
-
-
-def test_variables_are_left_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plotting, "matplotlib_environment", lambda: {"MPLCONFIGDIR": "/tmp"})
-    monkeypatch.delenv("MPLCONFIGDIR", raising=False)
-    settings()
-    assert "MPLCONFIGDIR" not in os.environ
 
 
 def test_band_shows_least_and_most() -> None:

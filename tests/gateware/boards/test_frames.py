@@ -4,10 +4,9 @@ import random
 
 import pytest
 
-from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
-from tests.support.bench import pulse, run_bench
+from tests.support.bench import run_bench
 
 # -- frames in software: known bytes, round trips, damage -----------------------------------------
 
@@ -111,102 +110,3 @@ def test_frames(stalls: float, gaps: float) -> None:
         bodies.append(bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words))
         wanted += encode(kind, words, word=32)
     assert run(bodies, stalls=stalls, gaps=gaps) == wanted
-
-
-# -- frames to the core's streams and bus, with a core that takes its time ------------------------
-
-
-def dispatch_run(
-    dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float, answer_after: int = 0
-) -> list[tuple]:
-    """Events seen by a core: records, writes, and the answers with what they say."""
-    rng = random.Random(1)
-    events: list[tuple] = []
-
-    async def unpacker(ctx):
-        for kind, words in frames:
-            ctx.set(dut.pending, 1)
-            ctx.set(dut.kind, kind)
-            while True:
-                _, _, read, index, done = await ctx.tick().sample(dut.read, dut.index, dut.done)
-                if read:
-                    ctx.set(dut.word_data, words[index])
-                if done:
-                    break
-            ctx.set(dut.pending, 0)
-
-    async def core(ctx):
-        record = []
-        while True:
-            ready = rng.random() >= stalls
-            ctx.set(dut.o.ready, ready)
-            _, _, valid, data, last = await ctx.tick().sample(
-                dut.o.valid, dut.o.payload.data, dut.o.payload.last
-            )
-            if valid and ready:
-                record.append(data)
-                if last:
-                    events.append(("record", record))
-                    record = []
-                    ctx.set(dut.o.ready, 0)
-                    await ctx.tick().repeat(answer_after + 1)
-                    events.append(("answered",))
-                    await pulse(ctx, dut.answered)
-
-    async def bus(ctx):
-        asked = [0] * dut.read_cycles
-        while True:
-            ack = rng.random() >= stalls
-            ctx.set(dut.bus.w_ack, ctx.get(dut.bus.w_stb & dut.request) and ack)
-            _, _, stb, ack, addr, data = await ctx.tick().sample(
-                dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
-            )
-            asked.append(addr)
-            ctx.set(dut.bus.r_data, asked[-dut.read_cycles] ^ 0x2_0155)
-            ctx.set(dut.grant, ctx.get(dut.request))  # as an arbiter: only who asks
-            if stb and ack:
-                events.append(("write", addr, data))
-                ctx.set(dut.bus.w_ack, 0)
-
-    async def replies(ctx):
-        while True:
-            ready = rng.random() >= stalls
-            ctx.set(dut.o_reply.ready, ready)
-            _, _, valid, kind, data = await ctx.tick().sample(
-                dut.o_reply.valid, dut.o_reply.payload.kind, dut.o_reply.payload.data
-            )
-            if valid and ready:
-                events.append(("reply", Kind(kind), data))
-
-    run_bench(dut, unpacker, background=[core, bus, replies])
-    return events
-
-
-@pytest.mark.parametrize("stalls, read_cycles", [(0.0, 1), (0.7, 1), (0.0, 2), (0.0, 3)])
-def test_in_order(stalls: float, read_cycles: int) -> None:
-    dut = Dispatcher(word=32, inputs=3, depth=4, read_cycles=read_cycles)
-    events = dispatch_run(
-        dut,
-        [
-            (Kind.RECORD, [1, 2, 3]),
-            (Kind.READ, [513]),
-            (Kind.WRITE, [7, 99]),
-            (Kind.WRITE, [0xFFFF_FC08, 98]),
-            (Kind.RECORD, [4, 5, 6]),
-            (Kind.READ, [1]),
-        ],
-        stalls=stalls,
-        answer_after=40,
-    )
-    assert events == [
-        ("record", [1, 2, 3]),
-        ("answered",),
-        ("reply", Kind.READ, 513 ^ 0x2_0155),
-        ("write", 7, 99),
-        ("reply", Kind.WRITE, 7),
-        ("write", 8, 98),
-        ("reply", Kind.WRITE, 8),  # bits above the address: ignored
-        ("record", [4, 5, 6]),
-        ("answered",),
-        ("reply", Kind.READ, 1 ^ 0x2_0155),
-    ]

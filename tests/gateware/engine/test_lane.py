@@ -10,7 +10,6 @@ import boresight.gateware.engine.lane as lane
 import boresight.gateware.engine.sequencer as sequencer
 from boresight.gateware.engine.bitwise import Bitwise, choose, multiplex
 from boresight.gateware.engine.lane import FIELDS, Lane
-from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.layout import lane_fields
@@ -134,44 +133,6 @@ def test_random_slots(word: int, stalls: float) -> None:
             await ctx.tick()
 
     run_bench(top, bench)
-
-
-# -- the multiplier against Python's product ------------------------------------------------------
-
-
-def corners(word: int) -> list[int]:
-    """Words at the edges of the format and of the slices' 17-bit cut."""
-    half = 1 << (word - 1)
-    near = {0, 1, 2, 3, half - 1, 1 << 16, (1 << 17) - 1, 1 << 17, (1 << 17) + 1}
-    return sorted(v for x in near for v in {x, -x, ~x} if -half <= v < half) + [-half]
-
-
-@pytest.mark.parametrize("word", [18, 19, 20, 21, 31, 32])
-@pytest.mark.parametrize("stalls", [0.0, 0.3])
-def test_product(word: int, stalls: float) -> None:
-    rng = random.Random(word)
-    edge = corners(word)
-    half = 1 << (word - 1)
-    pairs = [(a, b) for a in edge for b in edge]
-    pairs += [(rng.randrange(-half, half), rng.randrange(-half, half)) for _ in range(600)]
-    dut = Multiplier(word=word)
-
-    async def bench(ctx):
-        waiting = []
-        for a, b in pairs + [(0, 0)] * dut.latency:
-            ctx.set(dut.a, a)
-            ctx.set(dut.b, b)
-            ctx.set(dut.en, 0)
-            while rng.random() < stalls:
-                await ctx.tick()
-            ctx.set(dut.en, 1)
-            if len(waiting) == dut.latency:
-                want_a, want_b = waiting.pop(0)
-                assert ctx.get(dut.p) == want_a * want_b, (want_a, want_b)
-            waiting.append((a, b))
-            await ctx.tick()
-
-    run_bench(dut, bench)
 
 
 # -- the shifter against Python's shift -----------------------------------------------------------

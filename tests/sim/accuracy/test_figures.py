@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.accuracy.figures import (
-    Alignment,
-    attitude_errors,
-    errors,
-    gives_attitude,
-    units_of,
-)
+from boresight.sim.accuracy.figures import Alignment, errors, units_of
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.accuracy import attitude_rmse
@@ -66,36 +60,6 @@ def test_one_figure_for_each_output_with_truth() -> None:
     assert np.isnan(errors(Mixed(), log, outputs)["y"])
 
 
-def test_no_truth_where_it_does_not_count() -> None:
-    assert units_of(Mixed(), fed(Mixed())) == {}
-    assert units_of(Mixed(), fed(Mixed(), y_true=[NAN] * 4)) == {}
-    truth = {"y_true": [1.0, NAN, NAN, NAN]}
-    assert units_of(Mixed(), fed(Mixed(), **truth, mov=[0, 1, 1, 1])) == {}
-    assert units_of(Mixed(), fed(Mixed(), **truth, mov=[1, 0, 0, 0])) == {"y": "m"}
-
-
-def test_attitudes_are_angles() -> None:
-    rng = np.random.default_rng(1)
-    q, r = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in rng.normal(size=(2, 4, 4)))
-    r[1] = NAN
-    truth = dict(zip(Q, r.T, strict=True)) | {"heading_true": np.zeros(4), "bias_true": np.ones(4)}
-    log = fed(Attitude(), **truth, mov=[1, 1, 0, 1])
-    outputs = dict(zip(Q, q.T, strict=True)) | {"heading": np.ones(4), "bias": np.full(4, 3.0)}
-    assert gives_attitude(Attitude()) and not gives_attitude(Mixed())
-    assert units_of(Attitude(), log) == {
-        "total": "deg",
-        "heading": "deg",
-        "inclination": "deg",
-        "bias": "rad/s",
-    }
-    deviations = errors(Attitude(), log, outputs)
-    wanted = attitude_rmse(q[[0, 3]], r[[0, 3]])._asdict()
-    assert deviations == pytest.approx({**wanted, "bias": 2.0})
-    outputs["qw"], outputs["qx"], outputs["qy"], outputs["qz"] = np.zeros((4, 4))
-    assert np.isnan(errors(Attitude(), log, outputs)["total"])  # no attitude yet
-    assert attitude_errors(q, r, log.counts) == pytest.approx(wanted)
-
-
 @pytest.mark.parametrize(
     ("align", "turn", "left"),
     [("heading", [0, 0, -12.0], 0), ("full", [3.0, -2.0, 190.0], 0), ("heading", [5.0, 0, 9.0], 5)],
@@ -131,8 +95,3 @@ def test_a_constant_offset_is_taken_out(align: str, turn: list[float], left: flo
     same = of_run.turned_outputs(outputs)
     assert of_run.offset_deg == pytest.approx(offset) and same["bias"] is outputs["bias"]
     assert same["qz"] == pytest.approx(turned[:, 3])
-
-
-def test_without_the_whole_attitude_its_components_count() -> None:
-    log = fed(Attitude(), qw_true=np.ones(4), heading_true=np.zeros(4))
-    assert units_of(Attitude(), log) == {"qw": "", "heading": "ht"}

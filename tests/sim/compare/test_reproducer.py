@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from boresight.firmware.build import CModel
 from boresight.model.errors import InputError
 from boresight.model.tools.files import OutputFile
 from boresight.sim.compare.divergence import program_at
@@ -29,17 +28,6 @@ def file(tmp_path: Path) -> Path:
     at_step = program_at(build.programs[0], states[1])
     write_reproducer(OutputFile(path), at_step, words[2], 2, config="fast", level="rtl")
     return path
-
-
-def test_what_it_holds(file: Path) -> None:
-    data = load_reproducer(file)
-    assert (data["step"], data["level"], data["config"]) == (2, "rtl", "fast")
-    build = Build(All(), word=24)
-    _, states = words_and_states(build, [0.5, -3.0, 2.5])
-    (state,) = (data["program"].values[s] for s, _ in data["program"].states)
-    assert state.initial == states[1, 0] != build.programs[0].values[0].initial
-    result, flags = CModel(build.programs[0]).update(words_and_states(build, [0.5, -3.0, 2.5])[0])
-    assert data["outputs"] == [result[2].tolist()] and data["saturated"] == [bool(flags[2])]
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,8 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.model.attitude.complementary import Complementary
-from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, verdict
-from boresight.sim.compare.textbook import Book, textbook_line
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Level, Run, run_of_words
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.replay import RtlRun
@@ -64,33 +61,6 @@ def changed(run: RtlRun, name: str, place: Any, by: int) -> RtlRun:
     return dataclasses.replace(run, **{name: array})
 
 
-def test_as_the_schedule_says_is_good(level: Simulated, rtl_run: RtlRun, wanted: Run) -> None:
-    result = compare(level, level._run_of(rtl_run), wanted, 2.5)
-    assert result.good and (result.n_total, result.first_wrong) == (6, None)
-    assert (result.level, result.simulator, result.seconds) == ("rtl", "verilator", 2.5)
-    assert result.cycles_predicted == level.schedule.latency
-    assert result.interval_predicted == level.schedule.interval
-
-
-def test_a_wrong_word_or_flag_fails(level: Simulated, rtl_run: RtlRun, wanted: Run) -> None:
-    last = rtl_run.outputs.shape[1] - 1
-    for name, place in (("outputs", (3, 0)), ("outputs", (3, last)), ("saturated", 3)):
-        result = compare(level, level._run_of(changed(rtl_run, name, place, 1)), wanted)
-        assert not result.good
-        assert (result.n_mismatch, result.first_wrong) == (1, 3)
-
-
-def test_a_wrong_state_fails_where_it_is_shown(core: Core, wanted: Run) -> None:
-    level = Emitted(Build(Complementary()))
-    assert wanted.states is not None
-    states = wanted.states.copy()
-    states[4, 1] = 0
-    result = compare(level, dataclasses.replace(wanted, states=states), wanted)
-    assert not result.good and (result.n_mismatch, result.first_wrong) == (1, 4)
-    assert result.cycles_predicted is None
-    assert compare(level, dataclasses.replace(wanted, states=None), wanted).good
-
-
 @pytest.mark.parametrize("by", [-1, 1])
 def test_every_output_must_come_in_its_cycle(
     level: Simulated, rtl_run: RtlRun, wanted: Run, by: int
@@ -110,31 +80,6 @@ def test_every_interval_is_the_predicted_one(
 ) -> None:
     other = level._run_of(changed(rtl_run, "interval_cycles", 4, by))
     assert compare(level, other, wanted).failure.startswith("interval predicted ")
-
-
-def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> None:
-    """Both count, and neither makes a level less exact."""
-    far = Difference("roll", "", 4, 2.0, 1.5, 1, 1.0)
-    book = dataclasses.replace(checked, book=Book((far,)))
-    fixed = dataclasses.replace(
-        checked, accuracy=dataclasses.replace(checked.accuracy, differences=(far,))
-    )
-    assert book.failures == [textbook_line([far])] and fixed.failures == [far.line()]
-    for wrong in (book, fixed):
-        assert wrong.exact and not wrong.good and not wrong.to_json()["good"]
-        assert verdict([wrong]) == f"FAILED: {' '.join(wrong.failures[0].split())}"
-    assert f"  {textbook_line([far])}" in book.lines()
-    line = textbook_line([far, dataclasses.replace(far, output="yaw", unit="°")])
-    assert ": roll 2.0e+00, yaw 2.0e+00 °: BEYOND the tolerance of roll, yaw" in line
-    warned = dataclasses.replace(
-        book, given=dataclasses.replace(checked.given, warnings=("first", "second"))
-    )
-    assert warned.lines() == [*book.lines(), "  warning: first", "  warning: second"]
-    assert warned.to_json()["warnings"] == ["first", "second"]
-    wrong = LevelResult("c", "gcc", 5, 2, 0.0)
-    both = dataclasses.replace(fixed, levels=(wrong,))
-    assert both.failures == ["c in gcc: 2 of 5 updates differ", far.line()]
-    assert verdict([both]) == "FAILED: c in gcc: 2 of 5 updates differ"
 
 
 def test_verdict(checked: CheckResult) -> None:

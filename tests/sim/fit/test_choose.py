@@ -10,7 +10,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.fit.choose import FLOOR, MOST_BITS, chosen, intervals, profile_of
+from boresight.sim.fit.choose import FLOOR, MOST_BITS, chosen, intervals
 
 
 @pytest.mark.parametrize(
@@ -34,19 +34,6 @@ def test_margin_half_of_the_rest_and_twice_what_was_provoked(
     seen: Any, hostile: Any, interval: Any, wanted: Any
 ) -> None:
     assert chosen(seen, hostile, interval) == pytest.approx(wanted)
-
-
-@pytest.mark.parametrize(
-    "seen, hostile, interval",
-    [
-        ((0.0, 0.0), None, (-1.0, 1.0)),  # nothing was seen of it
-        ((-1.0, 1.0), None, (-4.0, 4.0)),  # no bit is left
-        ((-1.0, 1.0), None, (-5.0, 5.0)),  # the same binary point
-        ((-1.0, 1.0), (0.0, 600.0), (-640.0, 640.0)),
-    ],
-)
-def test_elsewhere_the_interval_stays(seen: Any, hostile: Any, interval: Any) -> None:
-    assert chosen(seen, hostile, interval) is None
 
 
 class Ratio(Estimator):
@@ -80,17 +67,6 @@ def test_divisors_and_roots_are_held_at_a_share_of_the_least_that_was_seen() -> 
 def test_a_divisor_of_both_signs_is_refused() -> None:
     with pytest.raises(InputError, match="a divisor whose range excludes 0, found b"):
         intervals(Ratio().trace(), ranges(b=(-1.0, 2.0), sub=(0.5, 1.0)))
-
-
-def test_arguments_of_divisions_and_roots_keep_their_intervals() -> None:
-    estimator = Ratio()
-    trace = estimator.trace()
-    number = {e.kind: e.number for e in trace.tracer.expressions}
-    seen = ranges(b=(1.0, 2.0), sub=(0.01, 0.02), mul=(0.0, 0.01), div=(0.0, 0.1), sqrt=(0.1, 0.2))
-    profile = profile_of(trace, estimator, seen, {}, ["log"])
-    assert number["mul"] in profile.ranges and number["div"] in profile.ranges
-    assert number["sub"] not in profile.ranges  # of a root
-    assert not {e.number for e in trace.inputs} & profile.ranges.keys()
 
 
 def test_a_divisor_that_no_word_can_span_is_held_below_what_was_seen() -> None:

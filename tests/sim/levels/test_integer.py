@@ -115,11 +115,3 @@ def test_saturation_is_told(kind: Any) -> None:
     result = kind(Build(Narrow())).run(np.array([[0.5, 0.0], [2.0, 0.0], [0.0, 0.0]]))
     assert result.saturated.tolist() == [False, True, False]
     assert result.saturated.dtype == np.bool_
-
-
-def test_words_clamp() -> None:
-    program = Leaky().compile(word=18)
-    assert words_of(program, np.array([[9.0, -9.0], [0.5, 0.25]])).tolist() == [
-        [131071, -131072],
-        [1 << 14, 1 << 14],
-    ]

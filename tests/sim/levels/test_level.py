@@ -150,16 +150,3 @@ def test_parameters_are_of_their_estimator() -> None:
     assert moved.programs[1].format(n).real(moved.programs[1].values[n].initial) == 0.25
     with pytest.raises(ValueError, match="shorter"):
         Build(*two, params=[None])
-
-
-@pytest.mark.parametrize(
-    ("params", "message"),
-    [
-        ({"kp_roll_per_s": -1.0}, r"^parameter kp_roll_per_s: wanted 0 to 32 1/s, .*$"),
-        ({"kp_roll_per_s": float("nan")}, r"^parameter kp_roll_per_s: wanted .*nan.*$"),
-        ({"gain": 1.0}, r"^parameter gain: wanted one of .*, found 'gain'; .*$"),
-    ],
-)
-def test_bad_parameters_are_refused_before_any_work(params, message) -> None:
-    with pytest.raises(InputError, match=message):
-        Build(estimator("complementary"), params=[params])

@@ -9,13 +9,10 @@ import pytest
 
 from boresight.model.attitude import estimator
 from boresight.model.estimator import State
-from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Kind
 from boresight.sim.levels import rtl as module
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Interpreted, words_of
-from boresight.sim.levels.registry import level_of, make_level
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.records.bundled import bundled
@@ -117,22 +114,6 @@ def test_every_word_of_an_update() -> None:
     assert [s.cycle for s in lost] == cycles[: len(lost)]
 
 
-@pytest.mark.parametrize(("tool", "pieces"), [("verilator", [3, 2, 2]), ("icarus", [7])])
-def test_pieces_before_an_update(tool: str, pieces: list[int]) -> None:
-    """One after the other in a simulation that goes on; at once in one that does not."""
-    level = Simulated(Build(Narrow(), word=18), tool=tool)
-    rows = []
-
-    def replayed(words: Any, **options: Any) -> Any:
-        rows.append(words)
-        return SimpleNamespace(writes=())
-
-    level._replayed = replayed  # type: ignore[method-assign]
-    level.words_of_update(RECORDS[5:7], [RECORDS[:3], RECORDS[3:5]])
-    assert [len(words) for words in rows] == pieces
-    assert np.array_equal(np.concatenate(rows), words_of(level.program, RECORDS[:7]))
-
-
 class Other(Leaky):
     """Beside the first one in a core."""
 
@@ -158,13 +139,6 @@ def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         monkeypatch.setattr(module, "available", lambda name, there=there: name in there)
         assert Simulated.tools_of_check(None) == (wanted,)
-
-
-def test_icarus_is_not_waited_for() -> None:
-    build = Build(Narrow(), word=18)
-    cycles = build.core.schedule.interval
-    assert Simulated(build).record_limit is None
-    assert Simulated(build, tool="icarus").record_limit == module.ICARUS_CYCLES // cycles > 1
 
 
 # -- records for the plain bench: from the log where it fits, within the ranges where not ---------
@@ -201,86 +175,3 @@ def test_from_the_log() -> None:
     assert (run.inputs == columns.words(build.programs[0])[4000 : 4000 + count]).all()
     assert count == 10_000 // build.core.schedule.interval
     assert np.ptp(run.inputs[:, 1]) > 0 and (run.inputs[:, 4] != 0).any()
-
-
-# --------------------------------------------------------------------------------------------------
-# the programs of three systems in one core, in turns: RTL, C and interpreter give the same words
-# In 512 registers of one lane they fit because results live in the registers of next states; with
-# two lanes only 1,024 hold them.
-
-NAMES = ("satcom", "satcom_pointing", "mls_attitude", "array_phases", "registration")
-SOAK = pytest.mark.soak
-
-
-def records(build: Build, number: int, steps: int, rng: np.random.Generator) -> np.ndarray:
-    """Inputs all over their ranges, in runs where they hardly change, and at their ends."""
-    low, high = np.array([(i.low, i.high) for i in build.estimators[number].inputs]).T
-    u = rng.uniform(low, high, (steps, len(low)))
-    u[steps // 3 : 2 * steps // 3] = u[steps // 3] * rng.uniform(0.99, 1.0, (1, len(low)))
-    u[2 * steps // 3 :] = np.where(rng.random((-(-steps // 3), len(low))) < 0.5, low, high)
-    u = u.clip(low, high)
-    if NAMES[number] == "satcom":
-        return np.concatenate([u, drive(steps, rng)])
-    if NAMES[number] == "satcom_pointing":  # level, below the satellite
-        u[::17] = [1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3, 0.0, 110.5 / 180.0, 0.0]
-    return u
-
-
-def drive(steps: int, rng: np.random.Generator) -> np.ndarray:
-    """Inputs of `satcom`: a drive, tumbling, restarts, and a long time without tracking."""
-    part = 4 * np.arange(steps)[:, None] // steps
-    blind = part == 3
-    u = np.zeros((steps, 10))
-    u[:, :1] = np.where(blind, 0.2, 0.02)
-    u[:, 1:4] = np.where(
-        blind,
-        rng.normal(0.0, 1e-3, (steps, 3)),
-        np.cumsum(rng.normal(0.0, 0.02, (steps, 3)), axis=0).clip(-8.0, 8.0),
-    )
-    u[:, 4:7] = [0.0, 0.0, -9.80665] + rng.normal(size=(steps, 3)) * np.where(part == 1, 20.0, 0.05)
-    u[:, 7] = rng.normal(0.0, 0.06, steps).clip(-0.5, 0.5)
-    u[:, 8] = rng.uniform(-1.0, 1.0, steps)
-    u[:, 9] = (rng.random(steps) < 0.2) & ~blind[:, 0]
-    restarts = (part[:, 0] == 2) & (rng.random(steps) < 0.02)
-    u[(np.arange(steps) == 0) | restarts, 0] = -0.02
-    return u
-
-
-@pytest.mark.parametrize(
-    ("config", "steps"),
-    [
-        ("small", 12),
-        *(pytest.param(c, 5000, marks=SOAK) for c in ("small", "small-1024", "fast-1024")),
-    ],
-)
-def test_in_turns(config: str, steps: int) -> None:
-    rng = np.random.default_rng(4)
-    params = [{"gyro_sd": 0.05, "bias_density": 1e-3}, *[None] * (len(NAMES) - 1)]
-    build = Build(*map(estimator_of, NAMES), config=config, params=params)
-    numbers = range(len(NAMES))
-    inputs = [records(build, k, steps + k, rng) for k in numbers]
-    runs = {
-        name: level_of(name).run_together([make_level(name, build, k) for k in numbers], inputs)
-        for name in ("fixed", "c", "rtl")
-    }
-    for k, wanted in enumerate(runs["fixed"]):
-        for name in ("c", "rtl"):
-            assert not runs[name][k].fault
-            assert (runs[name][k].words == wanted.words).all(), (name, NAMES[k])
-            assert (runs[name][k].saturated == wanted.saturated).all(), (name, NAMES[k])
-        assert (runs["rtl"][k].interval_cycles == build.core.parts[k].schedule.interval).all()
-    status, pointing = (np.rint(run.outputs["status"]).astype(int) for run in runs["c"][:2])
-    assert np.bitwise_or.reduce(pointing) == 3
-    # A variance comes to its limit after some hundred records.
-    assert np.bitwise_or.reduce(status) == (15 if steps > 12 else 7)
-    _rooms(build, crowded=config == "small")
-
-
-def _rooms(build: Build, *, crowded: bool) -> None:
-    """Whether results have gone to the registers of next states."""
-    for part in build.core.parts:
-        where = part.allocation.addresses()
-        nexts = {where[after] for _, after in part.schedule.program.states}
-        results = [n for n in where if part.schedule.program.values[n].kind is Kind.OP]
-        guests = sum(where[n] in nexts for n in results) - len(nexts)
-        assert (guests > 0) == (crowded and bool(nexts)), part.program.name

@@ -5,7 +5,6 @@ import os
 import re
 import sys
 import threading
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,17 +19,9 @@ from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimator import Estimator, Input
 from boresight.sim.records import text
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import (
-    FORMATS,
-    ahead,
-    content_of,
-    log_files,
-    read_record,
-    record_of,
-)
+from boresight.sim.records.files import FORMATS, content_of, log_files, read_record, record_of
 from boresight.sim.records.reading import read_bytes, read_json
 from boresight.sim.records.record import Column, Record, joined, rows_of
-from boresight.sim.records.selection import Selection, selected, selection
 from tests.support.records import parsed as parsed_file
 
 # -- log files by their names: read, written, and what is no file ---------------------------------
@@ -497,43 +488,3 @@ def test_files_of_another_kind_are_told_what_logs_are(tmp_path: Path) -> None:
     (tmp_path / "wide.csv").write_bytes("a\n1\n".encode("utf-16"))
     with pytest.raises(InputError, match="found UTF-16 text; export it as UTF-8"):
         read_record(tmp_path / "wide.csv")
-
-
-# -- pieces that are made while others are used --------------------------------------------------
-
-
-def test_the_next_is_made_while_the_last_is_used() -> None:
-    """In another thread, which has the caller's selection and ends with its last item."""
-    reached = [threading.Event() for _ in range(3)]
-
-    def items() -> Iterator[tuple[int, int, Selection]]:
-        for k in range(3):
-            reached[k].set()
-            yield k, threading.get_ident(), selection()
-
-    threads = threading.active_count()
-    with selected(Selection(every=3)):
-        for k, (item, thread, what) in enumerate(ahead(items())):
-            assert k == 2 or reached[k + 1].wait(10.0)
-            assert (item, what.every) == (k, 3) and thread != threading.get_ident()
-    assert k == 2 and threading.active_count() == threads
-
-
-def test_what_is_refused_comes_after_what_was_made() -> None:
-    def items() -> Iterator[int]:
-        yield 1
-        raise InputError("row 2")
-
-    taken = []
-    with pytest.raises(InputError, match="row 2"):
-        for item in ahead(items()):
-            taken.append(item)
-    assert taken == [1]
-
-
-def test_left_early_it_ends() -> None:
-    threads = threading.active_count()
-    pieces = ahead(iter(range(10)))
-    assert next(pieces) == 0
-    pieces.close()  # type: ignore[attr-defined]
-    assert threading.active_count() == threads

@@ -5,9 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.ma2014.paper import AXES, FIG_6_DEG, FIG_7_DEG, KI, KP, TABLE_1, TABLE_3
 from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
-from boresight.sim.rotations.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.rotations.rotation import (
     quaternion_multiply,
     rotate,
@@ -75,16 +73,6 @@ def test_inclination_is_the_angle_between_the_verticals() -> None:
     )
 
 
-def test_leading_axes_are_free() -> None:
-    p, q = references(6), np.random.default_rng(5).normal(size=(6, 4))
-    flat = attitude_error(p, q)
-    for item, grid in zip(
-        flat, attitude_error(p.reshape(2, 3, 4), q.reshape(2, 3, 4)), strict=True
-    ):
-        np.testing.assert_allclose(grid, item.reshape(2, 3), rtol=1e-12)
-    assert attitude_error(p[0], q[0]).heading == pytest.approx(flat.heading[0], rel=1e-12)
-
-
 def test_rmse_is_the_root_of_the_mean_square() -> None:
     q_ref = references(2)
     q_est = np.stack(
@@ -134,53 +122,6 @@ def test_faults_are_named() -> None:
         attitude_rmse(q, q, [False] * 3)
     with pytest.raises(InputError, match=r"^no sample counts: .*$"):
         attitude_rmse(q, np.full((3, 4), np.nan))
-
-
-# -- the paper's figures hang together as the paper prints them -----------------------------------
-
-
-def test_stages_swing_one_axis_each_and_end_where_they_stop() -> None:
-    """A quarter period more than whole ones leaves the amplitude: out, then back to level."""
-    before = np.zeros(3)
-    for row in TABLE_1:
-        moved = np.array(row["end_deg"]) - before
-        axis = "xyz".index(row["stage"])
-        assert np.flatnonzero(moved).tolist() == [axis]
-        assert abs(moved[axis]) == row["amplitude_deg"] and row["periods"] % 1 == 0.25
-        before = np.array(row["end_deg"])
-    assert not before.any()
-    assert sum(row["period_s"] * row["periods"] for row in TABLE_1) == 374.0
-
-
-def test_every_row_has_a_figure_for_each_axis() -> None:
-    assert all(len(row) == len(AXES) == 3 for row in (*TABLE_3.values(), KP, KI, FIG_6_DEG))
-    # Both filters beat both of their inputs, and differ by less than they err.
-    for name in ("kalman", "complementary"):
-        assert (np.array(TABLE_3[name]) < TABLE_3["gyro"]).all()
-        assert (np.array(TABLE_3[name]) < TABLE_3["mag_acc"]).all()
-    assert min(FIG_6_DEG) > FIG_7_DEG == 0.07
-
-
-# -- outputs as attitudes, angles and status words ------------------------------------------------
-
-OUTPUTS = {
-    "pitch": np.array([0.25, -0.5]),
-    "heading": np.array([1.0, -1.0]),
-    "roll": np.array([0.125, 0.0]),
-    "qz": np.array([4.0, 8.0]),
-    "qw": np.array([1.0, 5.0]),
-    "qy": np.array([3.0, 7.0]),
-    "qx": np.array([2.0, 6.0]),
-    "status": np.array([3.0000001, 1023.9999]),
-}
-
-
-def test_by_hand() -> None:
-    assert attitude_of(OUTPUTS).tolist() == [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]]
-    assert euler_deg_of(OUTPUTS).tolist() == [[180.0, 45.0, 22.5], [-180.0, -90.0, 0.0]]
-    assert status_of(OUTPUTS).tolist() == [3, 1024] and status_of(OUTPUTS).dtype == np.int64
-    first = {name: values[0] for name, values in OUTPUTS.items()}
-    assert attitude_of(first).shape == (4,)
 
 
 # -- roll, pitch and heading against scipy's sequence ZYX -----------------------------------------

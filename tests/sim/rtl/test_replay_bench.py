@@ -1,16 +1,13 @@
 """Benches of one core: C++, cocotb, and what decides their builds."""
 
 import re
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from io import BytesIO
 
 import numpy as np
 import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
-from boresight.gateware.registers.core import PROGRAM
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
@@ -18,15 +15,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
-from boresight.sim.rtl.replay import (
-    Batch,
-    BusWrite,
-    RegisterWrite,
-    ReplayFailed,
-    Reset,
-    RtlRun,
-    RtlSimulation,
-)
+from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
 from boresight.sim.rtl.sharing import run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
@@ -147,43 +136,6 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
         assert writes and failed.value.writes == writes
 
 
-def _words(*parts: list[int]) -> BytesIO:
-    """Results of a bench: each part behind its length."""
-    packed = (
-        len(p).to_bytes(8, sys.byteorder) + np.array(p, dtype=np.int32).tobytes() for p in parts
-    )
-    return BytesIO(b"".join(packed))
-
-
-def test_a_reset_between_records() -> None:
-    """As `harness.cpp` has it; the words that an update gave before it came count."""
-    two, inputs = np.array([2, 2]), np.array([[1, 2], [3, 4]])
-    batch = Batch(inputs, two - [1, 0], two, [BusWrite(0, 5, 6), Reset(0, 7)], 0, -1, limit=9)
-    assert batch.packed() == (
-        np.array([2, 2, 0, -1, 9], dtype=np.int64).tobytes()
-        + np.array([1, 2, 1, 3, 4, 0, 5, 6, 0, -1, 7], dtype=np.int32).tobytes()
-    )
-    results = _words([1, 0, -2, 2, 1, 5], [7, 8, 9], [3, 4, 5], [])
-    run = batch.result(results.read, word=18, tool="x")
-    assert run.outputs.tolist() == [[7, 0], [8, 9]]
-    assert run.latency_cycles.tolist() == [[4, 0], [5, 6]]
-    assert run.interval_cycles.tolist() == [-2, 5]
-    assert run.saturated.tolist() == [False, True]
-    lost = _words([1, 0, 4], [7], [3], [])
-    with pytest.raises(ReplayFailed, match="^x: unknown value$"):
-        batch.result(lost.read, word=18, tool="x", fault="unknown value")
-
-
-def test_register_writes_of_known_and_of_unknown_words() -> None:
-    """Known words have the bits of the register, also of register 0."""
-    one = np.ones(1, dtype=np.int64)
-    batch = Batch(one[:, None], n_in=one, n_out=one, bus_writes=(), stall=0, trace=0, limit=9)
-    packed = _words([1, 0, 5], [7], [3], [0, 0, -1, 2, 1, -1, 4, 3])
-    run = batch.result(packed.read, word=18, tool="x")
-    assert run.writes == (RegisterWrite(0, 0, 2**18 - 1, 2), RegisterWrite(1, -1, None, 3))
-    assert run.latency_cycles.tolist() == [[4]]
-
-
 def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:
     batch = simulation.batch(np.array(random_inputs(simulation.core.program, 3, 1)))
     process.replay(batch)
@@ -196,23 +148,6 @@ def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreP
     assert folder.is_dir()
     process.close()
     assert not folder.exists()
-
-
-def test_the_selected_program(simulation: CompiledSimulation) -> None:
-    """It is selected first; its words count; it may take its interval for each record, and more."""
-    (first, second), inputs = simulation.core.parts, np.zeros((3, 9), dtype=np.int64)
-    batch = simulation.batch(inputs, bus_writes=[BusWrite(1, 3, 5)])
-    assert batch.bus_writes == [BusWrite(0, PROGRAM, 1), BusWrite(1, 3, 5)]
-    assert batch.n_in.tolist() == 3 * [len(second.program.inputs)]
-    assert batch.n_out.tolist() == 3 * [len(second.program.outputs)]
-    assert (batch.stall, batch.trace) == (0, -1)
-    assert batch.limit == (3 + 4) * second.schedule.interval + 2 * 64 + 1000
-    batch = simulation.batch(inputs, np.array([0, 1, 0]), stall=7, trace=2)
-    assert batch.n_in.tolist() == [len(p.program.inputs) for p in (first, second, first)]
-    assert batch.n_out.tolist() == [len(p.program.outputs) for p in (first, second, first)]
-    assert (list(batch.bus_writes), batch.stall, batch.trace) == ([], 7, 2)
-    longest = max(first.schedule.interval, second.schedule.interval)
-    assert batch.limit == (3 + 4) * longest * 16 + 1000
 
 
 # -- programs that take turns on one simulated core -----------------------------------------------

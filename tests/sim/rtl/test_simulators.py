@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import stat
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from boresight.model.errors import ToolMissing
 from boresight.sim.rtl import simulators, verilator
 from boresight.sim.rtl.compiled import RESET_CYCLES, Compiled, build
 from boresight.sim.rtl.cosim import quiet
-from boresight.sim.rtl.plain_folder import plain_folder
 from boresight.sim.rtl.simulators import (
     SimulationFailed,
     available,
@@ -116,29 +114,6 @@ def test_the_library_is_not_compiled_again(tmp_path: Path, monkeypatch: pytest.M
     exports = 'export "DPI-C" function same;\nfunction int same(int x); return x; endfunction\n'
     build("bench", {"bench.sv": BENCH.replace("endmodule", f"{exports}endmodule")}, cache=tmp_path)
     assert compiled() == ["Vbench__ALL.cpp"]  # with the main program in it
-
-
-@pytest.mark.parametrize("odd", ["with space", "übung", "a$b", "semi;colon", "it's"])
-def test_plain_path_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, odd: str) -> None:
-    (tmp_path / odd).mkdir()
-    (tmp_path / odd / "file").write_text("content")
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / odd))
-    with plain_folder({"there": tmp_path / odd}) as room:
-        assert re.fullmatch(r"[\w/.+-]+", os.path.realpath(room), re.ASCII)
-        assert stat.S_IMODE(room.stat().st_mode) == 0o700
-        assert (room / "there" / "file").read_text() == "content"
-    assert not room.exists()
-    assert (tmp_path / odd / "file").exists()
-
-
-def test_a_link_to_an_odd_folder_is_seen_through(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "with space").mkdir()
-    (tmp_path / "plain").symlink_to(tmp_path / "with space")
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "plain"))
-    with plain_folder({}) as room:
-        assert " " not in os.path.realpath(room)
 
 
 @pytest.mark.parametrize("error", [RuntimeError("it broke"), SystemExit("it broke")])

@@ -13,11 +13,10 @@ from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import content_of
-from boresight.sim.worlds.loop import Loop, Parting, close_loop, drive, parting
+from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
 from boresight.sim.worlds.world import World
 from tests.support.records import parsed
 
@@ -187,47 +186,6 @@ def test_worlds_without_records() -> None:
         closed(Plant(0))
     with pytest.raises(InputError, match=r"^world world: wanted a method record\(self, outputs\)"):
         closed(World())
-
-
-def loop_of(level: str, inputs: Any, **outputs: Any) -> Loop:
-    table = np.array(inputs, dtype=np.float64)
-    named = {n: np.array(v, dtype=np.float64) for n, v in outputs.items()}
-    return Loop(level, table, np.ones(table.shape, dtype=np.bool_), Run(named), {}, {}, 1.0)
-
-
-SAME = [[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
-OUT = {"u": [0.0, 0.0, 0.0], "n": [1.0, 2.0, 3.0], "c": [0.0, 0.0, 0.0]}
-
-
-@pytest.mark.parametrize(
-    "inputs, outputs, wanted",
-    [
-        (SAME, OUT, None),
-        (SAME[:2], {n: v[:2] for n, v in OUT.items()}, None),
-        (SAME, {**OUT, "n": [1.0, 2.5, 9.0]}, Parting(1, "output n", ("c", "rtl"), (2.0, 2.5),
-                                                      True)),
-        ([SAME[0], [2.0, 0.0, 0.5], SAME[2]], OUT, Parting(1, "input new", ("c", "rtl"), (1.0, 0.0),
-                                                          False)),
-        # Inputs and outputs in one step: the records came first.
-        ([*SAME[:2], [3.0, 1.0, 0.5]], {**OUT, "u": [0.0, 0.0, 1.0]},
-         Parting(2, "input c", ("c", "rtl"), (0.0, 0.5), False)),
-        # Outputs in an earlier step than inputs: the levels.
-        ([*SAME[:2], [3.0, 1.0, 0.5]], {**OUT, "c": [0.0, 1e-300, 1.0]},
-         Parting(1, "output c", ("c", "rtl"), (0.0, 1e-300), True)),
-    ],
-)  # fmt: skip
-def test_parting(inputs: Any, outputs: Any, wanted: Parting | None) -> None:
-    single, other = loop_of("c", SAME, **OUT), loop_of("rtl", inputs, **outputs)
-    assert parting(Half(), single, other) == wanted
-
-
-def test_lines_of_partings() -> None:
-    assert Parting(1, "output n", ("c", "rtl"), (2.0, 2.5), True).line() == (
-        "c and rtl part in step 1: output n on the same records: these levels differ, 2.0 and 2.5"
-    )
-    assert Parting(7, "input z", ("c", "float"), (2.0, 0.1), False).line() == (
-        "c and float part in step 7: input z of the record, 2.0 and 0.1"
-    )
 
 
 def test_integer_levels_never_part_and_floats_do() -> None:
