@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from importlib.util import find_spec
 
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import require_choice, require_whole
@@ -82,8 +83,9 @@ def accuracy(
     Raises
     ------
     InputError
-        Bad logs, unknown names, illegal parameters, a folder that cannot be written, or a
-        published filter whose package is not installed.
+        Bad logs, unknown names, illegal parameters, or a folder that cannot be written.
+    ToolMissing
+        The package of a published filter that is named is not installed.
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)
@@ -91,6 +93,8 @@ def accuracy(
     check_word(word)
     require_choice("align", align, ALIGNMENTS)
     require_whole("jobs", jobs, 1)
+    missing = [n for n in peers if names == FIRST and not find_spec(PEERS[n].package)]
+    peers = [n for n in peers if n not in missing]
     require_peers([PEERS[name] for name in peers])
     values = params_by_estimator(named, params)
     if not logs:
@@ -106,6 +110,7 @@ def accuracy(
             ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
         )
         notes = [f"log {log.name} has no truth: left out" for log in left_out]
+        notes += [f"{n} left out: its package {PEERS[n].package} is missing" for n in missing]
         return replace(result, notes=(*result.notes, *notes), judged=JUDGED)
 
     if output is None:

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import (
@@ -97,11 +97,9 @@ def _package(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise InputError.at(
-            "published filters",
-            wanted=f"the Python package {name}",
-            found="none",
-            fix="run 'pip install vqf ahrs' in this Python environment, or leave them out",
+        raise ToolMissing(
+            f"the Python package {name} is not installed: run 'pip install {name}' "
+            "(compiled where there is no wheel, with python3-dev), or leave its filters out"
         ) from None
 
 
@@ -249,6 +247,6 @@ def peer(name: str) -> Peer:
 
 
 def require_peers(peers: list[Peer]) -> None:
-    """Raise InputError if a package of these peers is not installed."""
+    """Raise ToolMissing if a package of these peers is not installed."""
     for package in sorted({p.package for p in peers}):
         _package(package)

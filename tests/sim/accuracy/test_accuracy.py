@@ -13,7 +13,7 @@ import boresight
 from boresight import Estimator, Input, Output
 from boresight.cli import main
 from boresight.model.attitude.complementary import Complementary
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.feed import feed
@@ -22,6 +22,7 @@ from boresight.sim.records.record import Record
 from boresight.sim.rotations.accuracy import attitude_rmse
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply
+from boresight.verbs.accuracy import FIRST
 from tests.support.records import write_record
 
 
@@ -174,5 +175,10 @@ def test_an_estimator_without_attitude() -> None:
 
 def test_a_published_filter_that_is_not_installed(monkeypatch, logs) -> None:
     monkeypatch.setitem(sys.modules, "vqf", None)
-    with pytest.raises(InputError, match="vqf"):
+    with pytest.raises(ToolMissing, match="vqf"):
         boresight.accuracy("vqf_online", logs[0])
+    result = boresight.accuracy(FIRST, logs[0], jobs=1)
+    assert [n.split(":")[0] for n in result.notes[-2:]] == [
+        "vqf_online left out",
+        "vqf_basic left out",
+    ]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vqf import VQF
+import pytest
 
 from boresight.model.attitude.vqf import Vqf
 from boresight.sim.rotations.rotation import (
@@ -30,7 +30,8 @@ def by_package(estimator: Vqf, inputs: FloatArray) -> dict[str, Any]:
         for kind in ("gam" if estimator.settings.magnetic else "ga")
     ]
     settings = estimator.settings
-    out = VQF(settings.step_s, magTs=settings.mag_step_s).updateBatch(*triads)
+    vqf = pytest.importorskip("vqf")
+    out = vqf.VQF(settings.step_s, magTs=settings.mag_step_s).updateBatch(*triads)
     return {
         "q": out["quat9D" if settings.magnetic else "quat6D"],
         "rest": out["restDetected"],
