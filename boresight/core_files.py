@@ -234,7 +234,8 @@ def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> str:
         (folder / file).parent.mkdir(exist_ok=True)
         write_text(folder / file, text)
     operations = sum(len(part.program.ops) for part in core.parts)
-    return f"{operations} operations, microcode and C, all inputs  {seconds:.1f} s"
+    plural = "s" * (operations != 1)
+    return f"{operations} operation{plural}, microcode and C, all inputs  {seconds:.1f} s"
 
 
 def write_text(file: Path, text: str) -> None:

@@ -133,8 +133,9 @@ def tune(
     tuning = Tuning(runs, axes, values, counted, rounds, say)
     log_names = [trial.name for trial in trials]
     result = tuned_result(tuning, values, log_names, units, tests, vary)
-    notes = [f"log {log.name} has no truth: left out" for log in left_out]
-    result = replace(result, data={**result.data, "word": word}, notes=notes)
+    notes = [text for trial in trials for text in trial.warnings]
+    notes += [f"log {log.name} has no truth: left out" for log in left_out]
+    result = replace(result, data={**result.data, "word": word}, notes=(*result.notes, *notes))
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")
         result = replace(result, summary=f"{result.summary}\nwritten: {output}".strip())

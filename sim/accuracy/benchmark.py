@@ -117,7 +117,8 @@ def benchmark(
         "parameters": params or {},
         "estimators": rows,
     }
-    notes = [
+    notes = [text for trial in trials for text in trial.warnings]
+    notes += [
         f"{row['estimator']}: {saturated_text(row['saturated_updates'], row['saturations'])}"
         for row in rows
         if row["saturated_updates"]

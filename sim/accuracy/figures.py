@@ -16,12 +16,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Differences, Spread
 from boresight.sim.records.feed import Feed, LongFeed
-from boresight.sim.rotations.accuracy import (
-    NO_SAMPLE,
-    AttitudeError,
-    ConstantOffset,
-    attitude_error,
-)
+from boresight.sim.rotations.accuracy import NO_SAMPLE, AttitudeRmse, ConstantOffset, attitude_error
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
@@ -42,7 +37,7 @@ __all__ = [
 
 
 #: Figures of an attitude, in degrees.
-ANGLES = AttitudeError._fields
+ANGLES = AttitudeRmse._fields
 
 
 def gives_attitude(estimator: Estimator) -> bool:

@@ -43,6 +43,12 @@ class Trial:
         return self.log.name
 
     @property
+    def warnings(self) -> dict[str, None]:
+        """What the reader warns of, once for all estimators."""
+        fed = (columns for _, columns in self.feeds.values())
+        return {f"{self.name}: {text}": None for columns in fed for text in columns.warnings}
+
+    @property
     def reference(self) -> str:
         """What the log's reference is: "truth", or "comparison", the estimate of another device."""
         return "comparison" if self.log.comparison else "truth"

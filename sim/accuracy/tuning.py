@@ -9,6 +9,7 @@ output with a truth has weight 1, but of an attitude the total angle alone.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,6 +21,7 @@ from boresight.sim.accuracy.benchmark import means
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.runs import LogRuns
 from boresight.sim.accuracy.search import Axis, Tuned, pattern_search
+from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Result, Row
 
 __all__ = ["Tuning", "tuned_result", "weights_of"]
@@ -191,6 +193,9 @@ def tuned_result(
     cross = tuning.cross_validation(tests, names)
     before, after = tuning.scores(default), tuning.scores(tuned.values)
     sensitivity = tuning.sensitivity(tuned.values, factor)
+    words = [fixed for fixed, *_ in tuning.runs.run({**tuning.start, **tuned.values})]
+    updates = sum(fixed.saturated or 0 for fixed in words)
+    values = sum((Counter(fixed.saturations) for fixed in words), Counter[str]())
     held_out = cross["mean_test_error"] if cross else {}
     errors: list[Row] = [
         {
@@ -228,6 +233,8 @@ def tuned_result(
         "search": {"evaluations": tuned.evaluations, "history": tuned.history},
         "sensitivity": sensitivity,
         "cross_validation": cross,
+        "saturated_updates": updates,
+        "saturations": dict(values),
     }
     summary = (
         f"{tuning.runs.estimator.name}: {tuned.start:.4g} to {tuned.best:.4g} in "
@@ -237,4 +244,5 @@ def tuned_result(
         "error, mean over the logs": errors,
         f"parameters; figure with each divided and multiplied by {factor:g}": moved,
     }
-    return Result(data, tables, summary)
+    notes = [f"tuned, {saturated_text(updates, dict(values))}"] if updates else []
+    return Result(data, tables, summary, notes)

@@ -16,5 +16,6 @@ files      log files by suffix; a log in blocks, as often as wanted
 feed       a record as an estimator's inputs: units, steps, true values
 reader     the input reader of logs, loops and streams: missing samples, flags, ranges
 plausible  warnings about values that are implausible in their unit
+turning    warnings about rates, force, field and attitude that contradict one another
 ========== =======================================================================================
 """

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
+from itertools import islice
 
 import numpy as np
 
@@ -139,6 +140,12 @@ class LongFeed:
         """Count the samples; the log is read for it."""
         return len(self.log)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings about the first rows."""
+        (first,) = islice(self.parts(), 1)
+        return first.warnings
+
     def parts(self) -> Iterator[Feed]:
         """The rows, `ROWS` at a time: the log is read and checked each time.
 
@@ -195,24 +202,27 @@ class Feeder:
         inputs, new = reader.take_rows(
             {i.name: self._told(i, _values(record, i)) for i in estimator.inputs if not i.flags}
         )
+        truth = _truth(estimator, record)
         return Feed(
             record,
             record.values("t", "s") if "t" in record.columns else None,
             inputs,
             new,
             reader.clamped,
-            _truth(estimator, record),
+            truth,
             record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
-            self._warnings(record, inputs, new),
+            self._warnings(record, inputs, new, truth),
         )
 
-    def _warnings(self, record: Record, inputs: FloatArray, new: BoolArray) -> tuple[str, ...]:
+    def _warnings(
+        self, record: Record, inputs: FloatArray, new: BoolArray, truth: Mapping[str, FloatArray]
+    ) -> tuple[str, ...]:
         """Warnings up to now: values are judged by the first piece, gaps are counted in all."""
         is_first = not self._start
         if is_first:
-            self._implausible = warnings_of(self.estimator, inputs, new)
+            self._implausible = warnings_of(self.estimator, inputs, new, truth)
         self._notes |= dict.fromkeys(record.notes)
         if self.estimator.states and _timed(record) and not selection().gaps:
             if is_first and len(record) > 2:

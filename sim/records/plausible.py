@@ -1,43 +1,31 @@
 """Warnings about sensor values that are implausible in their unit.
 
 A wrong unit gives a bit-exact run without meaning, so the values are examined: a gyro that turns
-ten times a second for minutes is probably in deg/s, a specific force of length one in g, and rates
-that do not turn force and field have another unit, sign or axis. This is a guess, so it warns and
-never refuses.
-
-A vector v that is fixed in space turns in body axes by dv/dt = -w x v, so v x w dt is the change of
-its direction. Unit, sign or axes of a sensor that are wrong show in a log whatever the size of its
-values: the change is compared with v x (P w dt) for every matrix P that exchanges axes and signs.
+ten times a second for minutes is probably in deg/s, a specific force of length one in g. So are
+samples that repeat, or pile up at an end, and how the sensors turn (`turning`). This is a guess, so
+it warns and never refuses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations, product
-from typing import NamedTuple
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator
+from boresight.sim.records.turning import Triad, contradictions
 
 __all__ = ["warnings_of"]
 
-#: s, between two directions: slow enough for noise, fast enough for turns.
-_STEP_S = 0.1
-#: Pairs of directions from which on a comparison counts, and least share that it explains.
-_PAIRS, _EXPLAINED = 40, 0.5
-#: Ratios of rates that are taken as right.
-_RIGHT = (0.6, 1.6)
-_DEGREES = 180.0 / np.pi
-#: All matrices that exchange axes and signs; the first leaves them as they are.
-_EXCHANGES = [
-    np.eye(3)[list(order)] * np.array(signs)[:, None]
-    for order in permutations(range(3))
-    for signs in product((1.0, -1.0), repeat=3)
-]
+#: A held sensor: least share of samples that repeat the one before, and that jump after it; steps
+#: of the finest that are a jump.
+_REPEATED, _HELD, _JUMP = 0.2, 0.03, 5.0
+#: Samples at an end of the values: least number, and times those in the 2 % beside it.
+_AT_END, _CROWD = 5, 2.0
 
 
 @dataclass(frozen=True)
@@ -83,8 +71,13 @@ _RULES = (
 _UNEVEN = 2.5
 
 
-def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tuple[str, ...]:
-    """One line for each sensor with an implausible typical value, or with some axes missing.
+def warnings_of(
+    estimator: Estimator,
+    inputs: FloatArray,
+    new: BoolArray,
+    truth: Mapping[str, FloatArray] | None = None,
+) -> tuple[str, ...]:
+    """One line for each sensor with implausible values, or with some axes missing.
 
     Parameters
     ----------
@@ -92,8 +85,10 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
         In the declared units.
     new : bool (n, n_inputs)
         New samples; others are ignored.
+    truth : mapping of str to float64 (n,), optional
+        The log's attitude, among others; NaN where it has none.
     """
-    warnings, triads = list[str](), dict[str, _Triad]()
+    warnings, triads = list[str](), dict[str, Triad]()
     for names, columns in _sensors(estimator):
         rows = new[:, columns].all(axis=1)
         incomplete = int((new[:, columns].any(axis=1) & ~rows).sum())
@@ -121,11 +116,19 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
                     "a magnet or iron near, or an offset?"
                 )
         if len(columns) == 3:
-            triads[declared.unit] = _Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
+            triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
+            triads[declared.unit] = triad
+            clamps = any(estimator.inputs[k].clamp for k in columns)
+            warnings += [*_held(triad), *(() if clamps else _at_ends(names, triad))]
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
     if dt is not None and "rad/s" in triads:
-        vectors = [triads[unit] for unit in ("m/s^2", "uT") if unit in triads]
-        warnings += _contradictions(triads["rad/s"], vectors, inputs[:, dt])
+        rates, force, field = (triads.get(unit) for unit in ("rad/s", "m/s^2", "uT"))
+        assert rates is not None
+        attitude = None
+        if truth is not None and truth.keys() >= {*QUATERNION}:
+            q = np.stack([truth[name] for name in QUATERNION], axis=1)
+            attitude = Triad(" ".join(QUATERNION), q, np.isfinite(q.sum(axis=1)))
+        warnings += contradictions(rates, force, field, attitude, inputs[:, dt])
     usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
     if dt is not None and (usual >= estimator.inputs[dt].high or usual < 0.0):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
@@ -156,93 +159,39 @@ def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
     return list(groups.values())
 
 
-class _Triad(NamedTuple):
-    """A sensor of three axes: names, values (n, 3), and rows with a sample (n,)."""
-
-    names: str
-    values: FloatArray
-    new: BoolArray
-
-
-@dataclass(frozen=True, eq=False)
-class _Fit:
-    """How a vector turns: as the rates after an exchange of axes, times a factor."""
-
-    names: str
-    exchange: FloatArray
-    factor: float
-    fits: bool
-
-
-def _contradictions(rates: _Triad, vectors: Sequence[_Triad], dt: FloatArray) -> list[str]:
-    """A line where rates [rad/s] and the turning of vectors contradict each other."""
-    fits = [fit for v in vectors if (fit := _fit(rates, v, dt)) is not None]
-    wrong = [fit for fit in fits if not fit.fits]
-    if not wrong:
-        return []
-    names = " and ".join(fit.names for fit in wrong)
-    cause = _cause(wrong[0])
-    if len(wrong) < len(fits):
-        return [f"{names}: turn otherwise than the rates {rates.names} say: wrong axes or signs"]
-    if len(fits) > 1:
-        return [f"{rates.names}: contradict how {names} turn: {cause}"]
-    return [f"{rates.names} and {names} contradict each other: {cause}"]
-
-
-def _fit(rates: _Triad, vector: _Triad, dt: FloatArray) -> _Fit | None:
-    """How a vector turns; None where the log does not tell."""
-    used = vector.new & rates.new & (np.linalg.norm(vector.values, axis=1) > 0.0)
-    if not used.any():
-        return None
-    step = np.where((dt > 0.0) & (dt < 5.0 * _STEP_S), dt, 0.0)
-    time, angle = np.cumsum(step), np.cumsum(rates.values * step[:, None], axis=0)
-    _, block = np.unique(np.floor(time[used] / _STEP_S), return_inverse=True)
-    count = np.bincount(block)
-
-    def mean(x: FloatArray) -> FloatArray:
-        return np.stack([np.bincount(block, column) / count for column in x[used].T], axis=1)
-
-    v, turn = mean(vector.values), np.diff(mean(angle), axis=0)
-    v /= np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-12)
-    change, middle = np.diff(v, axis=0), 0.5 * (v[1:] + v[:-1])
-    near = np.diff(mean(time[:, None])[:, 0]) < 4.0 * _STEP_S
-    near &= np.linalg.norm(change, axis=1) < 0.7
-    if near.sum() < _PAIRS:
-        return None
-    change, middle, turn = change[near], middle[near], turn[near]
-    total, shares, factors = float((change**2).sum()), [], []
-    for exchange in _EXCHANGES:
-        expected = np.cross(middle, turn @ exchange.T)
-        power, common = float((expected**2).sum()), float((expected * change).sum())
-        factors.append(common / power if power else 0.0)
-        shares.append(max(common, 0.0) ** 2 / (power * total) if power and total else 0.0)
-    best = int(np.argmax(shares))
-    if shares[best] < _EXPLAINED:
-        return None
-    if shares[0] > 0.5 * shares[best]:
-        best = 0
-    fits = best == 0 and _RIGHT[0] < factors[0] < _RIGHT[1]
-    return _Fit(vector.names, _EXCHANGES[best], factors[best], fits)
-
-
-def _cause(fit: _Fit) -> str:
-    """What would make the rates fit."""
-    causes = []
-    if not (fit.exchange == np.eye(3)).all():
-        signed = [
-            f"{'-' if row.sum() < 0.0 else ''}{'xyz'[int(np.abs(row).argmax())]}"
-            for row in fit.exchange
-        ]
-        causes.append(
-            "the sign is wrong"
-            if signed == ["-x", "-y", "-z"]
-            else f"axes or signs are wrong (the rates fit as {', '.join(signed)})"
+def _held(sensor: Triad) -> Iterator[str]:
+    """Samples that repeat the one before, while the next one is far away."""
+    values = sensor.values[sensor.new]
+    if len(values) < 3:
+        return
+    steps = np.abs(np.diff(values, axis=0))
+    finest = min(steps[steps > 0.0], default=0.0)
+    repeats = (steps[:-1] == 0.0).all(axis=1)
+    jumps = steps[1:].max(axis=1) > _JUMP * finest
+    share = (steps == 0.0).all(axis=1).mean()
+    if share > _REPEATED and (repeats & jumps).mean() > _HELD:
+        yield (
+            f"{sensor.names}: {share:.0%} of the samples repeat the one before: is the sensor "
+            "slower? leave what is not new empty, or thin the log by --every"
         )
-    if not _RIGHT[0] < fit.factor < _RIGHT[1]:
-        degrees = _RIGHT[0] < fit.factor * _DEGREES < _RIGHT[1]
-        causes.append(
-            "the rates look like deg/s"
-            if degrees
-            else f"the rates are {1.0 / fit.factor:.3g} times as large as they should be"
+
+
+def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
+    """Axes whose samples pile up at their largest or least value, while others change."""
+    values = sensor.values[sensor.new]
+    changes = np.ones(values.shape, bool)
+    changes[1:] = np.diff(values, axis=0) != 0.0
+    found = dict[str, int]()
+    for k, name in enumerate(names):
+        varied = changes[:, [j for j in range(3) if j != k]].all(axis=1)
+        for end in (values[:, k].min(), values[:, k].max()):
+            off = np.abs(values[:, k] - end)
+            count = int((varied & (off == 0.0)).sum())
+            beside = int(((off > 0.0) & (off < 0.02 * off.max())).sum())
+            if end and _AT_END <= count < len(values) // 2 and count > _CROWD * beside:
+                found[f"{name} {end:.4g}"] = count
+    if found:
+        yield (
+            f"{sensor.names}: {sum(found.values())} samples are at an end ({', '.join(found)}): "
+            "are they clipped? choose a larger range of the sensor"
         )
-    return "; ".join(causes)

@@ -1,4 +1,4 @@
-"""An attitude filter's outputs as attitudes."""
+"""An attitude filter's outputs as attitudes, angles and status words."""
 
 from __future__ import annotations
 
@@ -6,12 +6,22 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from boresight.model.arrays import FloatArray
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
 
-__all__ = ["attitude_of"]
+__all__ = ["attitude_of", "euler_deg_of", "status_of"]
 
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
     """Quaternions (..., 4) of output records by name."""
     return np.moveaxis(np.stack([outputs[name] for name in QUATERNION]), 0, -1)
+
+
+def euler_deg_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
+    """Euler angles (..., 3) [deg]: heading, pitch, roll, from the outputs in half turns."""
+    return 180.0 * np.stack([outputs[name] for name in ("heading", "pitch", "roll")], axis=-1)
+
+
+def status_of(outputs: Mapping[str, FloatArray]) -> IntArray:
+    """Status flags (...,) as the integer whose bits the estimator documents."""
+    return np.rint(outputs["status"]).astype(np.int64)

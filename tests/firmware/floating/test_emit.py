@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from boresight.firmware.floating.emit import emit_float_c
-from boresight.firmware.floating.text import Expressions
+from boresight.firmware.floating.text import Expressions, operation_counts
 from boresight.model import ops
-from boresight.model.attitude import estimator
+from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.lowering.trace import Trace, Tracer
 from tests.support.estimators import ALL
 
@@ -196,3 +196,9 @@ def test_variables_differ() -> None:
         "const float t2_ = t2 * t2;",
         "out->t2 = t2;",
     ]
+
+
+def test_functions_stay_functions() -> None:
+    counts = operation_counts(ESTIMATORS["complementary"]().trace())
+    assert (counts["sin"], counts["cos"], counts["asin"]) == (3, 3, 1)
+    assert not {"const", "leaf", "named", "bounded"} & counts.keys()

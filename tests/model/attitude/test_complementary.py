@@ -265,12 +265,12 @@ def garbage(rng: Any, arith: Any, runs: int, steps: int) -> Any:
 
 @pytest.mark.parametrize("word", [32, 24])
 def test_garbage_is_survived_and_forgotten(word: int) -> None:
-    """300 samples of anything, then 60 s of truth: no NaN, unit norm, attitude found again."""
+    """1000 samples of anything, then 60 s of truth: no NaN, unit norm, attitude found again."""
     runs = 64
     rng = np.random.default_rng(word)
     m = machine(runs, QUICK, word)
     p = m.program
-    words = garbage(rng, p.arithmetic, runs, 300)
+    words = garbage(rng, p.arithmetic, runs, 1000 if word == 32 else 300)
     q = degrees(rng.uniform(-60, 60, runs), *rng.uniform(-180, 180, (2, runs)))
     rest = static(q, 600, dt=0.1)
     out = real(m, m.run(words)[0])

@@ -19,7 +19,7 @@ from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.accuracy import attitude_error
+from boresight.sim.rotations.accuracy import attitude_rmse
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply
 from boresight.verbs.accuracy import FIRST
@@ -60,11 +60,6 @@ def rows(result):
     return {(row["estimator"], row["level"]): row for row in result["estimators"]}
 
 
-def rmse(q, nine):
-    errors = attitude_error(q, nine.attitude)._asdict()
-    return {name: np.sqrt(np.mean(e**2)) for name, e in errors.items()}
-
-
 def test_figures_are_those_of_plain_runs(logs) -> None:
     params = {"complementary": {"kp_heading_per_s": 0.7}}
     given = [NineAxis.of(log) for log in logs]
@@ -78,11 +73,11 @@ def test_figures_are_those_of_plain_runs(logs) -> None:
         real = Complementary().run_float(inputs, params=params["complementary"])
         q = attitude_of({name: v[:, 0] for name, v in real.outputs.items()})
         error = floating["trials"][k]["error"]
-        assert error == pytest.approx(rmse(q, nine))
+        assert error == pytest.approx(attitude_rmse(q, nine.attitude)._asdict())
         assert fixed["trials"][k]["error"] == pytest.approx(error, abs=1e-3)
         assert 0.0 < fixed["trials"][k]["vs_float"]["attitude"] < 1e-3
         q = run_peer(PEERS["vqf_online"], log, dip_rad(nine))
-        assert peer["trials"][k]["error"] == pytest.approx(rmse(q, nine))
+        assert peer["trials"][k]["error"] == attitude_rmse(q, nine.attitude)._asdict()
     for row in of.values():
         each = [trial["error"]["total"] for trial in row["trials"]]
         assert row["mean"]["total"] == pytest.approx(np.mean(each))

@@ -11,7 +11,7 @@ from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.accuracy.figures import Alignment, errors, units_of
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.accuracy import attitude_error
+from boresight.sim.rotations.accuracy import attitude_rmse
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
 
 NAN = float("nan")
@@ -78,8 +78,8 @@ def test_a_constant_offset_is_taken_out(align: str, turn: list[float], left: flo
         made.add(q[part], r[part], counts[part])
     turned, offset = made.turned(q), made.offset_deg
     rows = slice(2, 5)
-    error = attitude_error(turned[rows], r[rows])
-    assert error.total == pytest.approx([left] * 3, abs=0.02) and error.heading.max() < 1e-6
+    error = attitude_rmse(turned[rows], r[rows])
+    assert error.total == pytest.approx(left, abs=0.02) and error.heading < 1e-6
     size = np.linalg.norm(turn)
     wanted = np.array(turn) * (1.0 - 360.0 / size if size > 180.0 else 1.0)
     assert offset == pytest.approx([0, 0, turn[2]] if align == "heading" else wanted, abs=0.02)

@@ -14,7 +14,7 @@ from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.rotations.accuracy import attitude_error
+from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
 from boresight.sim.rotations.rotation import quaternion_multiply
 
 #: Total RMSE [deg] on synthetic_60s, magnetometer at 10 Hz: both bounds. A wrong frame gives 90 or
@@ -41,7 +41,7 @@ def log():
 def test_accuracy(log, name):
     q = PEERS[name].run(log)
     low, high = BOUNDS[name]
-    assert low < np.sqrt(np.mean(attitude_error(q, log.q).total ** 2)) < high
+    assert low < attitude_rmse(q, log.q).total < high
     assert np.allclose(np.linalg.norm(q, axis=1), 1.0)
 
 
@@ -78,7 +78,9 @@ def test_start_is_the_full_attitude():
 
 def test_the_ekf_takes_the_dip_of_the_place(log):
     wrong = PEERS["ahrs_ekf"].run(log, np.radians(20.0))
-    assert np.mean(attitude_error(wrong, log.q).total ** 2) > 1.5**2  # 0.97 with the right one
+    assert attitude_rmse(wrong, log.q).total > 1.5  # 0.97 with the right one
+    same = PEERS["ahrs_ekf"].run(log, dip_rad(log))
+    assert np.array_equal(same, PEERS["ahrs_ekf"].run(log))
 
 
 def test_field_is_needed():

@@ -94,6 +94,24 @@ def test_accuracy_reads_the_file(tmp_path, monkeypatch, capsys) -> None:
     assert fixed["mean"]["y"] == pytest.approx(tuned["error"]["tuned"]["y"])
 
 
+def test_words_that_saturate_are_told() -> None:
+    class Sum(Estimator):
+        """A sum of inputs that its range does not hold."""
+
+        inputs = (Input("z", -1.0, 1.0),)
+        params = (Param("gain", 1.0, 0.5, 2.0),)
+        states = (State("total", -8.0, 8.0),)
+        outputs = (Output("sum"),)
+
+        def step(self, x, u, p):
+            total = x.total + p.gain * u.z
+            return {"total": total}, {"sum": total}
+
+    rows = {"z": np.ones(20), "sum_true": np.arange(1.0, 21.0)}
+    result = boresight.tune(Sum, rows, rounds=0, jobs=1)
+    assert result["saturated_updates"] == 5 and "SATURATED: total" in result.notes[0]
+
+
 @pytest.mark.parametrize("start", [(4.0, 0.0), (0.5, -3.0)])
 def test_the_search_finds_a_minimum_off_the_axes(start) -> None:
     def figure(values):

@@ -14,7 +14,7 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.model.arrays import FloatArray
-from boresight.model.attitude import estimator
+from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.errors import InputError
 from boresight.model.tools.files import OutputFile
 from boresight.sim.compare import check as module
@@ -52,24 +52,27 @@ def of_pieces(build: Build, log: Log | Record, sizes: Sequence[int], **options: 
     return {said(check.run(log, rows=rows, keep_all=False)) for rows in sizes}
 
 
-@pytest.mark.parametrize("name", ["mekf", "vqf"])
+@pytest.mark.parametrize("name", ESTIMATORS)
 def test_every_filter(name: str) -> None:
     build = Build(fitted(estimator(name), WALK))
     assert len(of_pieces(build, WALK.head(60), (7, 1_000_000))) == 1
 
 
-def test_a_log_that_is_read_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("word", [32, 18])
+def test_a_log_that_is_read_in_pieces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, word: int
+) -> None:
     """From a file, in memory, whole: also where a cause is looked for, and what is kept."""
     file = tmp_path / "ximu_walk.parquet"
     record = WALK.head(600)
     file.write_bytes(content_of(file, record))
-    build = Build(estimator("complementary"), word=18)
+    build = Build(estimator("complementary"), word=word)
     (whole,) = of_pieces(build, record, (1 << 16,))
     monkeypatch.setattr(module, "KEPT", 256)
     monkeypatch.setattr(logs, "_MEMORY_LIMIT", 0)
     log = Log.of(file)
     assert log.data == file
-    assert of_pieces(build, log, (7, 400)) == of_pieces(build, record, (400,)) == {whole}
+    assert of_pieces(build, log, (1, 7, 400)) == of_pieces(build, record, (400,)) == {whole}
     check = Check(build, levels=("c",))
     (short,), (every,) = check.run(log, keep_all=False), check.run(log)
     assert (len(short.given), len(short.fixed.outputs["roll"])) == (256, 256)

@@ -332,6 +332,101 @@ def test_rates_that_contradict_how_the_vectors_turn(change: dict[str, Any], text
     assert len(lines) == (text != "") and re.match(text, "".join(lines)), lines
 
 
+def scaled(names: str, factor: float) -> Any:
+    return lambda c: {n: c[n] * factor for n in names.split()}
+
+
+def late(names: str, rows: int) -> Any:
+    return lambda c: {n: np.roll(c[n], rows) for n in names.split()}
+
+
+def repeated(names: str, rows: int, first: int = 0) -> Any:
+    """Each sample for so many rows."""
+    return lambda c: {n: c[n][first + np.arange(len(c[n])) // rows * rows] for n in names.split()}
+
+
+def clipped(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {n: np.clip(c[n], -19.6133, 19.6133) for n in ("ax", "ay", "az")}
+
+
+def filled(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    last = np.maximum.accumulate(np.where(np.isnan(c["mx"]), 0, np.arange(len(c["mx"]))))
+    return {n: c[n][last] for n in ("mx", "my", "mz")}
+
+
+RATES, FORCE, FIELD, Q = "gx gy gz", "ax ay az", "mx my mz", "qw qx qy qz"
+#: Mistakes on a recording: what changes, with or without its attitude, and the one line.
+CARELESS = [
+    (scaled(FORCE, 1.0 / 9.80665), True, f"{FORCE}: typically 1.01 .* looks like g"),
+    (scaled(FIELD, 0.01), True, f"{FIELD}: .* looks like gauss"),
+    (scaled(FIELD, 1e-6), True, f"{FIELD}: .* looks like tesla"),
+    (scaled("t", 1000.0), True, "dt: .* is t in seconds"),
+    (scaled("t", 2.0), True, f"{RATES}: contradict .* 2 times as large"),
+    (scaled(RATES, 1.2), False, f"{RATES} and {FIELD} contradict .* 1.2 times as large"),
+    (scaled(RATES, 0.0), False, f"{RATES}: do not explain how {FIELD} turn"),
+    (scaled(RATES, -1.0), False, f"{RATES}: contradict .*: the sign is wrong"),
+    (scaled("gy", -1.0), False, f"{RATES}: contradict .* x, -y, z"),
+    (scaled("ay", -1.0), False, f"{FORCE}: turn otherwise"),
+    (scaled("mz", -1.0), False, f"{FIELD}: turn otherwise"),
+    (lambda c: {"ax": c["ay"], "ay": c["ax"]}, False, f"{FORCE}: turn otherwise"),
+    (scaled(FORCE, -1.0), True, f"{FORCE}: point down by {Q}"),
+    (scaled(FORCE, -1.0), False, f"{FIELD}: point 42 deg up by {FORCE}"),
+    (scaled(FIELD, -1.0), True, f"{FIELD}: point south by {Q}"),
+    (late(RATES, 77), True, f"{RATES}: 0.3 s late"),
+    (late(FIELD, 77), False, f"{FIELD}: 0.3 s late"),
+    (late(Q, 52), True, f"{Q}: 0.2 s late"),
+    (repeated(RATES, 2), True, f"{RATES}: 50% of the samples repeat"),
+    (filled, True, f"{FIELD}: 35% of the samples repeat"),
+    (repeated(FIELD, 12624), True, f"{FIELD}: do not turn as the rates"),
+    (repeated(FORCE, 20000), True, f"{FORCE}: do not turn as the rates"),
+    (clipped, True, f"{FORCE}: 213 samples are at an end"),
+    (scaled("qx qy qz", -1.0), True, f"{Q}: turn otherwise .* its conjugate fits"),
+    (
+        lambda c: {"qw": c["qx"], "qx": c["qy"], "qy": c["qz"], "qz": c["qw"]},
+        True,
+        f"{Q}: turn otherwise .* it fits as x, y, z, w",
+    ),
+    (
+        lambda c: {
+            "qw": (c["qw"] - c["qz"]) * 0.5**0.5,
+            "qx": (c["qx"] - c["qy"]) * 0.5**0.5,
+            "qy": (c["qy"] + c["qx"]) * 0.5**0.5,
+            "qz": (c["qz"] + c["qw"]) * 0.5**0.5,
+        },
+        True,
+        f"{Q}: take the field 90 deg from north",
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def walk() -> dict[str, np.ndarray]:
+    return {n: c.values for n, c in read_record(bundled("ximu_walk")).columns.items()}
+
+
+@pytest.mark.parametrize(("change", "has_attitude", "text"), CARELESS, ids=lambda x: str(x)[:40])
+def test_a_mistake_in_a_recording_is_one_line(
+    walk: dict[str, np.ndarray], change: Any, has_attitude: bool, text: str
+) -> None:
+    columns = {n: v for n, v in {**walk, **change(walk)}.items() if has_attitude or n[0] != "q"}
+    (line,) = feed(estimator("mekf"), Record.of(columns)).warnings
+    assert re.match(text, line), line
+
+
+def test_the_rest_of_a_slow_log_is_not_told() -> None:
+    """Steps of a simulation without noise, and a still sensor, are no mistakes."""
+    still = {"t": 0.01 * np.arange(2000), **dict.fromkeys(RATES.split(), np.zeros(2000))}
+    vectors = dict(zip(f"{FORCE} {FIELD}".split(), (0.0, 0.0, 9.81, 0.0, 20.0, -40.0), strict=True))
+    still |= {n: np.full(2000, v) for n, v in vectors.items()}
+    assert feed(estimator("mekf"), Record.of(still)).warnings == ()
+    still["gz"] = np.where(np.arange(2000) // 500 % 2, 0.5, 0.0)
+    heading = np.cumsum(still["gz"]) * 0.01
+    still |= {"mx": 20.0 * np.sin(heading), "my": 20.0 * np.cos(heading)}
+    assert feed(estimator("mekf"), Record.of(still)).warnings == ()
+    short = {n: v[:40] for n, v in still.items()}
+    assert feed(estimator("mekf"), Record.of(short)).warnings == ()
+
+
 def test_typical_is_the_median_of_new_samples() -> None:
     inputs = np.zeros((4, len(Sensors.inputs)))
     inputs[:, 1], inputs[:, 2] = 9.8, 50.0

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.rotations.accuracy import attitude_error
+from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
 from boresight.sim.rotations.rotation import (
     quaternion_multiply,
     rotate,
@@ -71,6 +71,57 @@ def test_inclination_is_the_angle_between_the_verticals() -> None:
     np.testing.assert_allclose(
         attitude_error(p, q).inclination, np.degrees(np.arccos(back[:, 2])), rtol=1e-9
     )
+
+
+def test_rmse_is_the_root_of_the_mean_square() -> None:
+    q_ref = references(2)
+    q_est = np.stack(
+        [
+            quaternion_multiply(turn([0, 0, 1], 3.0), q_ref[0]),
+            quaternion_multiply(turn([1, 0, 0], 4.0), q_ref[1]),
+        ]
+    )
+    result = attitude_rmse(q_est, q_ref)
+    expected = (np.sqrt(12.5), 3 / np.sqrt(2), 4 / np.sqrt(2))
+    np.testing.assert_allclose(result, expected, rtol=1e-9)
+    assert all(type(value) is float for value in result)
+
+
+def test_only_moving_samples_with_a_reference_count() -> None:
+    q_ref = references(4)
+    q_est = np.stack(
+        [quaternion_multiply(turn([0, 0, 1], 10.0 * (k + 1)), q_ref[k]) for k in range(4)]
+    )
+    q_ref[2] = np.nan
+    mov = [False, True, True, True]
+    np.testing.assert_allclose(
+        attitude_rmse(q_est, q_ref, mov).heading, np.sqrt((20**2 + 40**2) / 2)
+    )
+    np.testing.assert_allclose(
+        attitude_rmse(q_est, q_ref).heading, np.sqrt((10**2 + 20**2 + 40**2) / 3)
+    )
+
+
+def test_an_estimate_that_is_nan_spoils_the_result() -> None:
+    q_ref = references(3)
+    q_est = q_ref.copy()
+    q_est[1] = np.nan
+    assert np.isnan(attitude_rmse(q_est, q_ref)).all()
+    assert np.allclose(attitude_rmse(q_est, q_ref, [True, False, True]), 0, atol=1e-5)
+
+
+def test_faults_are_named() -> None:
+    q = references(3)
+    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(2, 4\) and \(3, 4\)$"):
+        attitude_rmse(q[:2], q)
+    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(4,\) and \(4,\)$"):
+        attitude_rmse(q[0], q[0])
+    with pytest.raises(InputError, match=r"^mov must have the shape \(3,\), not \(2,\)$"):
+        attitude_rmse(q, q, [True, True])
+    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
+        attitude_rmse(q, q, [False] * 3)
+    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
+        attitude_rmse(q, np.full((3, 4), np.nan))
 
 
 # -- roll, pitch and heading against scipy's sequence ZYX -----------------------------------------
