@@ -2,19 +2,22 @@
 
 Values come from Python as a mapping; from the command line as texts ``NAME=NUMBER`` or ``@FILE``.
 A file is one JSON object: values by name, or an object with those under ``parameters`` and the
-estimator's name under ``estimator``, as `boresight tune -o` writes it. With several estimators a
+estimator's name under ``estimator``, as `boresight tune -o` writes it; or the ``registers.json`` of
+a core or board, for the values that it is compiled with. With several estimators a
 name has its estimator before it, as in ``mekf.gyro_noise=0.1``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.gateware.description import Description
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, split_names
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.typed import Malformed
 from boresight.sim.records.reading import kind_of, read_json
 
 __all__ = ["estimator_names", "numbers", "params_of", "params_of_each"]
@@ -70,7 +73,7 @@ def params_of_each(
     estimators = {e.name: e for e in map(find_estimator, names)}
     only = next(iter(estimators)) if len(estimators) == 1 else ""
     values: dict[str, dict[str, float]] = {}
-    for where, owner, some in _given(params, only):
+    for where, owner, some in _given(params, only, estimators):
         if owner not in estimators or not isinstance(some, Mapping):
             raise InputError.at(
                 where,
@@ -84,7 +87,7 @@ def params_of_each(
 
 
 def _given(
-    params: Mapping[str, Any] | Sequence[str] | None, only: str
+    params: Mapping[str, Any] | Sequence[str] | None, only: str, names: Iterable[str]
 ) -> Iterator[tuple[str, str | None, Any]]:
     """Where values were given, the estimator that they belong to, and the values."""
     if params is None:
@@ -95,8 +98,8 @@ def _given(
         return
     for text in params:
         if text.startswith("@"):
-            owner, some = _read(text[1:])
-            yield text[1:], owner or only or None, some
+            for owner, some in _read(text[1:], names):
+                yield text[1:], owner or only or None, some
             continue
         ((name, value),) = numbers([text]).items()
         owner, dot, rest = name.rpartition(".")
@@ -126,10 +129,23 @@ def numbers(texts: Sequence[str], option: str = "--param") -> dict[str, float]:
     return out
 
 
-def _read(path: str | Path) -> tuple[str | None, dict[str, float]]:
-    """Estimator's name (None if the file has none) and values of a parameter file."""
+def _read(path: str | Path, names: Iterable[str]) -> Iterator[tuple[str | None, dict[str, float]]]:
+    """Estimators (None if the file has none) and values of a parameter file."""
     data = read_json(path, "a parameter file")
     name, values = None, data
+    if isinstance(data, dict) and "registers" in data:
+        try:
+            described = Description.from_json(data)
+        except Malformed as error:
+            raise InputError.at(
+                f"{path}{error.location}",
+                wanted="a registers.json of `boresight compile`",
+                found=kind_of(error.value),
+                fix="compile again",
+            ) from None
+        programs = {p.program for p in described.programs}
+        yield from ((n, described.parameters_of(n)) for n in names if n in programs)
+        return
     if isinstance(data, dict) and "parameters" in data:
         name, values = data.get("estimator"), data["parameters"]
     if not isinstance(values, dict) or not (name is None or isinstance(name, str)):
@@ -144,4 +160,4 @@ def _read(path: str | Path) -> tuple[str | None, dict[str, float]]:
             raise InputError.at(
                 f"{path}, {key}", wanted="a number", found=kind_of(value), fix="correct the file"
             )
-    return name, values
+    yield name, values

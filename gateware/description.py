@@ -190,6 +190,19 @@ class Description:
         """The estimators' parameters."""
         return tuple(r for r in self.registers if r.is_parameter)
 
+    def parameters_of(
+        self, program: str, written: Mapping[str, int] | None = None
+    ) -> dict[str, float]:
+        """Parameters of a program: as compiled, or as ``written``, words by the register's name."""
+        values = {}
+        for r in self.parameters:
+            owner, _, name = r.name.rpartition(".")
+            if owner in ("", program) and r.reset is not None and r.frac is not None:
+                word = (written or {}).get(r.name, r.reset) & self.mask
+                signed = word - (1 << self.word if word >> self.word - 1 else 0)
+                values[name] = signed * 2.0**-r.frac
+        return values
+
     def find(self, name: str) -> Register:
         """Register called ``name``, a parameter before a fixed one; raises KeyError for others."""
         for register in self.registers:

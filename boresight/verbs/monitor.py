@@ -3,6 +3,7 @@
 boresight monitor /dev/ttyUSB0  # attitudes, until Ctrl-C
 boresight monitor capture.bin -o out.csv -o out.png  # from a captured file
 boresight monitor /dev/ttyUSB0 --map registers.json --write filter=1  # select another filter
+boresight monitor /dev/ttyUSB0 --map registers.json --log run.csv  # record, for check and accuracy
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ def monitor(
         Repeated,
         Parameter(name=["--output", "-o"], metavar="FILE"),
     ] = (),
+    log: Annotated[str | Path | None, Parameter(metavar="FILE")] = None,
     reads: Annotated[Sequence[str], Repeated, Parameter(name="--read", metavar="NAME")] = (),
     writes: Annotated[
         Sequence[str], Repeated, Parameter(name="--write", metavar="NAME=VALUE")
@@ -43,8 +45,8 @@ def monitor(
 ) -> Any:
     """Listen to a board; first write, then read registers.
 
-    With ``reads`` or ``writes`` and without ``steps`` and ``output`` it then ends. Otherwise it
-    listens until ``steps`` attitudes have come, or until Ctrl-C.
+    With ``reads`` or ``writes`` and without ``steps``, ``output`` and ``log`` it then ends.
+    Otherwise it listens until ``steps`` attitudes have come, or until Ctrl-C.
 
     Parameters
     ----------
@@ -56,6 +58,9 @@ def monitor(
         Stop after so many attitudes; by default at the end of the file, or at Ctrl-C.
     output : paths
         Table (FILE.csv), or plot of heading, pitch and roll (FILE.png, .svg, .pdf); repeatable.
+    log : path, optional
+        Record: a log of the filter's inputs, its outputs and the sensors' counts, for `check`,
+        `run` and `accuracy`. Restarts the filter from its initial states.
     reads : sequence of str
         Read a register, by name or address; repeatable.
     writes : sequence of str
@@ -92,6 +97,7 @@ def monitor(
         baud=baud,
         count=steps,
         csv=tables[0] if tables else None,
+        log=log,
         plot=plots[0] if plots else None,
         reads=reads,
         writes=writes,

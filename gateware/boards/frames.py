@@ -16,10 +16,12 @@ RECORD   the words of an input record        the words of the output record
 WRITE    register address, word              register address, when the word is written
 READ     register address                    word of the register
 ATTITUDE                                     sent by itself: attitudes of a board
+SENSED                                       the same, and what they were computed from
 ======== =================================== ========================================
 
 Boards that read their sensors themselves have no RECORD, boards that are fed by the host no
-ATTITUDE. Bits of a register address beyond those of the bus are ignored, and are 0 in the reply.
+ATTITUDE and SENSED. Bits of a register address beyond those of the bus are ignored, and are 0 in
+the reply.
 
 Every good frame gets one reply, in order (a register read directly after a record may still give
 its value before the end of that update). A frame that is damaged, of another kind or of the wrong
@@ -51,6 +53,7 @@ class Kind(IntEnum):
     WRITE = 2
     READ = 3
     ATTITUDE = 4
+    SENSED = 5
 
 
 def word_bytes(word: int) -> int:

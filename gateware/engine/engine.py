@@ -54,9 +54,10 @@ class Engine(wiring.Component):
         The next update of the selected program begins from its initial states.
     saturated_update : Out(1)
         A sticky result of the last completed update saturated.
-    choice : In, chosen : Out(1), framing : Out(1)
+    choice : In, chosen, framing, restarting : Out(1)
         With a selector: the program that shall run (`gateware.bus.core_registers`), whether it did
-        in the cycle before, and a pulse when an update is abandoned.
+        in the cycle before, a pulse when an update is abandoned, and whether initial states are
+        being loaded.
     """
 
     def __init__(self, *, machine: Machine, image: Image, selector: bool = False) -> None:
@@ -64,7 +65,8 @@ class Engine(wiring.Component):
         self.machine = machine
         self.image = image
         self.selector = selector
-        port = {"choice": In(range(len(image.lengths))), "chosen": Out(1), "framing": Out(1)}
+        port = {"choice": In(range(len(image.lengths)))}
+        port |= {name: Out(1) for name in ("chosen", "framing", "restarting")}
         word = machine.arithmetic.word
         super().__init__(
             {
@@ -108,6 +110,7 @@ class Engine(wiring.Component):
                 registers.choice.eq(self.choice),
                 self.chosen.eq(registers.chosen),
                 self.framing.eq(sequencer.framing),
+                self.restarting.eq(sequencer.restarting),
             ]
         # The choice among a lane's writes from outside does not depend on the handshakes; these
         # only affect the write enable.

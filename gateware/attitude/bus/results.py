@@ -36,7 +36,7 @@ class Results(wiring.Component):
 
     There is a bank for each reader, one with the newest update and one to write: so an update that
     a reader has taken stays until that reader takes another, after any time, and the writer never
-    waits. ``begin`` selects an unused bank. Each reader has a copy of the memory.
+    waits. Each reader has a copy of the memory.
 
     **Latency** ``read_cycles`` for reading; an update is the newest from the cycle after
     ``complete``.
@@ -52,10 +52,9 @@ class Results(wiring.Component):
 
     Members
     -------
-    begin : In(1)
-        An update begins: the words that follow go to a free bank. Not in the cycle of ``complete``.
     complete : In(1)
-        The update is complete with the word written in this cycle.
+        The update is complete with the word written in this cycle. Words written later, but for the
+        next cycle, in which none may be, are those of the next update.
     w_en : In(1), w_index : In(6), w_data : In(W)
         Write a word of the update.
     ports : In(ResultPort(word=W)) array
@@ -70,7 +69,6 @@ class Results(wiring.Component):
         self.read_cycles = read_cycles
         super().__init__(
             {
-                "begin": In(1),
                 "complete": In(1),
                 "w_en": In(1),
                 "w_index": In(INDEX_BITS),
@@ -86,7 +84,7 @@ class Results(wiring.Component):
         write = Signal(bits, init=1)
         newest = Signal(bits)
         banks = [Signal(bits, name=f"held{k}") for k in range(self.readers)]
-        with m.If(self.begin):
+        with m.If(write == newest):  # in the cycle after ``complete``
             m.d.sync += write.eq(_free(newest, *banks))
         with m.If(self.complete):
             m.d.sync += newest.eq(write)

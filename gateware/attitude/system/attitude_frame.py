@@ -1,4 +1,4 @@
-"""Attitude messages of a board, in software: frames of kind ATTITUDE.
+"""Attitude messages of a board, in software: frames of kind ATTITUDE and SENSED.
 
 A frame (`gateware.boards.frames`) has header, stamp, and the outputs of the estimator that ran: of
 an attitude filter ten words in all.
@@ -17,6 +17,11 @@ word name      contents
 
 Words are those of the filter: how many fraction bits quaternion and status have depends on which
 one ran (`FORMATS`, or the register map's output records).
+
+A frame of kind SENSED has six more words, 24 bytes in all, least significant byte first: gyro x, y,
+z and accelerometer x, y, z in 3 bytes each, counts with 8 fraction bits (of the gyro in its range
+of +-300 deg/s); and the three numbers of the compass's line in 2 bytes each, which count if the
+header has ``field_used``.
 """
 
 from __future__ import annotations
@@ -47,12 +52,46 @@ def filter_of(flags: int) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Sensed:
+    """What an update was computed from, and its words.
+
+    ``outputs``: words of the filter. ``counts``: gyro and accelerometer, x, y, z each. ``line``:
+    numbers of the compass's line, as its parser read them.
+    """
+
+    outputs: tuple[int, ...]
+    counts: tuple[float, ...]
+    line: tuple[int, ...]
+
+
+#: Words of a frame that `sensed_of` reads, and their bytes: of a count, of a number of the line.
+SENSED_WORDS, _COUNT_BYTES, _LINE_BYTES = 6, 3, 2
+
+
+def sensed_of(words: Sequence[int]) -> Sensed:
+    """What a frame of kind SENSED has beside an attitude; ``words`` are all of its signed words."""
+    split = len(words) - SENSED_WORDS
+    data = b"".join((w & 0xFFFF_FFFF).to_bytes(4, "little") for w in words[split:])
+
+    def numbers(first: int, size: int, count: int) -> tuple[int, ...]:
+        parts = (data[first + k * size : first + (k + 1) * size] for k in range(count))
+        return tuple(int.from_bytes(part, "little", signed=True) for part in parts)
+
+    return Sensed(
+        outputs=tuple(words[2:split]),
+        counts=tuple(c / 256 for c in numbers(0, _COUNT_BYTES, 6)),
+        line=numbers(6 * _COUNT_BYTES, _LINE_BYTES, 3),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Update:
-    """One update: its number, the header's upper half, and its stamp."""
+    """One update: its number, the header's upper half, its stamp, and what it was computed from."""
 
     number: int
     flags: int
     stamp: int
+    sensed: Sensed | None = None
 
     @property
     def filter(self) -> int:

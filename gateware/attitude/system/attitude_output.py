@@ -9,7 +9,8 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.results import ResultPort
+from boresight.gateware.attitude.bus.results import INDEX_BITS, ResultPort
+from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind
 
@@ -31,16 +32,15 @@ class AttitudeOutput(wiring.Component):
     """Sends every n-th update, unless the one before is still being sent: then that is skipped.
 
     An update being sent is held by this reader of the results, so it does not change while the
-    line needs it, and nothing ever waits for the line. A frame has 2 words, header and stamp, and
-    as many as the update has outputs (`gateware.attitude.system.attitude_frame`).
+    line needs it, and nothing ever waits for the line. A frame has 2 words, header and stamp, as
+    many as the update has outputs, and with ``record`` six with the counts of the sensors
+    (`gateware.attitude.system.attitude_frame`).
 
     **Latency** 1 cycle from ``updated`` to a frame's first byte; then 4 cycles per byte, 5 with
     ``read_cycles`` 2, or what the line needs.
 
     Parameters
     ----------
-    outputs : int, 1 to 16
-        Maximum number of outputs of an update.
     read_cycles : 1 or 2
         Of the results.
 
@@ -52,6 +52,8 @@ class AttitudeOutput(wiring.Component):
         Number of its last output word, taken with it.
     on : In(1)
         Whether updates are sent; taken with each update.
+    record : In(1)
+        Frames of kind SENSED; taken with each update.
     divider : In(10)
         Every ``divider``-th update, from the next one sent on; 0 counts as 1.
     flags : In(8)
@@ -67,17 +69,14 @@ class AttitudeOutput(wiring.Component):
     #: Meaning of the bits of ``events``: an update is sent; one that was due is not.
     EVENTS = ("attitude_sent", "attitude_skipped")
 
-    def __init__(self, *, outputs: int = 8, read_cycles: int = 1) -> None:
-        if not 1 <= outputs <= 16:
-            raise ValueError(f"outputs must be 1 to 16, not {outputs!r}")
+    def __init__(self, *, read_cycles: int = 1) -> None:
         self.read_cycles = read_cycles
-        #: Bits of the number of an output.
-        self.bits = 3 if outputs <= 8 else 4
         super().__init__(
             {
                 "updated": In(1),
                 "last_output": In(4),
                 "on": In(1),
+                "record": In(1),
                 "divider": In(10),
                 "flags": In(8),
                 "port": Out(ResultPort(word=32)),
@@ -87,25 +86,41 @@ class AttitudeOutput(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Start of a transmission; place in the frame; its byte.
+        """Start of a transmission; place in the frame, byte within word of the results; its byte.
 
-        Places of a frame are 0 to 7, then those of the outputs, so that high bits say which word.
+        Of the counts the highest three bytes are sent, of the numbers of a line two.
         """
         m = Module()
         state = Signal(_State)
-        place = Signal(3 + self.bits)
+        place = Signal(2 + INDEX_BITS)
+        following = Signal.like(place)
         code = Signal.like(place)
         byte = Signal(8)
         last = Signal(4)
+        record = Signal()
         ends = Signal()
-        start, flags = self._begin(m, last, (state == _State.PUT) & self.o.ready & ends)
+        start, flags = self._begin(m, last, record, (state == _State.PUT) & self.o.ready & ends)
 
         value = self.port.value
-        index, is_output = place[2 : 2 + self.bits], place[2 + self.bits]
-        m.d.comb += self.port.index.eq(Cat(index, Const(0, 4 - self.bits), is_output))
+        of_outputs = Signal()  # the last byte of the outputs
+        is_count = place[-2:].all()
+        m.d.comb += [
+            self.port.index.eq(place[2:]),
+            of_outputs.eq(place == Cat(Const(3, 2), last, Const(Place.OUTPUTS >> 4, 2))),
+            following.eq(place + 1),
+        ]
+        with m.If(is_count & (place[:2] == 3)):
+            m.d.comb += following[:2].eq(Mux(place[5], 2, 1))
+        for at_end, place_after in (
+            (place == (Place.STAMP << 2 | 3), Place.OUTPUTS << 2),
+            (of_outputs, Place.RAWS << 2 | 1),
+            (place == (Place.RAWS + 5 << 2 | 3), Place.LINE << 2 | 2),
+        ):
+            with m.If(at_end):
+                m.d.comb += following.eq(place_after)
         m.d.sync += [
             code.eq(place),
-            ends.eq(place == Cat(Const(3, 2), last[: self.bits], Const(1))),
+            ends.eq(Mux(record, place == (Place.LINE + 2 << 2 | 3), of_outputs)),
             byte.eq(value.word_select(code[:2], 8)),
         ]
         with m.If(code == 3):  # the header's upper byte
@@ -116,7 +131,7 @@ class AttitudeOutput(wiring.Component):
             with m.Case(_State.IDLE):
                 m.d.sync += [
                     place.eq(0),
-                    self.o.payload.data.eq(Kind.ATTITUDE),
+                    self.o.payload.data.eq(Kind.ATTITUDE | self.record),
                     self.o.payload.last.eq(0),
                 ]
                 with m.If(start):
@@ -140,13 +155,10 @@ class AttitudeOutput(wiring.Component):
                     state.eq(_State.PUT),
                 ]
             with m.Case(_State.PUT), m.If(self.o.ready):
-                m.d.sync += [
-                    place.eq(Mux(place == 7, 4 << self.bits, place + 1)),
-                    state.eq(Mux(ends, _State.IDLE, _State.FETCH)),
-                ]
+                m.d.sync += [place.eq(following), state.eq(Mux(ends, _State.IDLE, _State.FETCH))]
         return m
 
-    def _begin(self, m: Module, last: Signal, done: Any) -> tuple[Signal, Signal]:
+    def _begin(self, m: Module, last: Signal, record: Signal, done: Any) -> tuple[Signal, Signal]:
         """Select the updates to send, and store their data."""
         left = Signal(10)  # updates until the next one that is sent
         due = Signal()
@@ -169,5 +181,5 @@ class AttitudeOutput(wiring.Component):
         with m.Elif(self.updated & later):
             m.d.sync += left.eq(left - 1)
         with m.If(idle):  # up to ``start``
-            m.d.sync += [flags.eq(self.flags), last.eq(self.last_output)]
+            m.d.sync += [flags.eq(self.flags), last.eq(self.last_output), record.eq(self.record)]
         return start, flags

@@ -111,7 +111,7 @@ class AttitudeSystem(wiring.Component):
         self._bridge = Bridge(
             clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS, read_cycles=reads
         )
-        self._output = AttitudeOutput(outputs=max(self.plan.outputs), read_cycles=reads)
+        self._output = AttitudeOutput(read_cycles=reads)
         self.title = "attitude system"
         self.lines = _LINES
         #: Counted events, by their bits: source and name.
@@ -288,6 +288,7 @@ class AttitudeSystem(wiring.Component):
             attitude.filter.eq(bus.filter),
             attitude.source.eq(bus.magnetic_source),
             attitude.restart.eq(orders.restart_filter),
+            attitude.load_states.eq(orders.initial_states),
         ]
         if self.plan.feed.registers:
             m.d.comb += [
@@ -303,7 +304,8 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [
             output.updated.eq(attitude.updated),
             output.last_output.eq(attitude.last_output),
-            output.on.eq(bus.output_mode),
+            output.on.eq(bus.output_mode.any()),
+            output.record.eq(bus.output_mode[1]),
             output.divider.eq(bus.output_divider),
             output.flags.eq(
                 packed(
@@ -315,6 +317,7 @@ class AttitudeSystem(wiring.Component):
                         "overrun": inertial.overrun,
                         "compass_stale": compass.stale,
                         "compass_fault": compass.paused,
+                        "initial_states": attitude.from_initial,
                     },
                     first=FRAME_FLAGS[0].bit,
                 )

@@ -86,12 +86,16 @@ class Conductor(wiring.Component):
         Samples are used.
     restart : In(1)
         The next update restarts the filter.
+    load_states : In(1)
+        The update after the next restarts it from its initial states, if it is of the same filter.
     choice : Out
         Number of the program that the core is told to run.
     updated : Out(1)
         New results can be taken in this cycle.
     number : Out(16)
         Number of the update that was begun last.
+    from_initial : Out(1)
+        The update of ``updated`` began from the filter's initial states.
     last_output : Out(4)
         Number of the last output word of the update of ``updated``.
     ports : In(ResultPort(word=W)) array
@@ -144,9 +148,11 @@ class Conductor(wiring.Component):
                 "source": In(2),
                 "run": In(1),
                 "restart": In(1),
+                "load_states": In(1),
                 "choice": Out(range(len(plan.names)), init=plan.inertial),
                 "updated": Out(1),
                 "number": Out(16),
+                "from_initial": Out(1),
                 "last_output": Out(4),
                 "ports": In(ResultPort(word=word)).array(readers),
                 "events": Out(len(self.EVENTS)),
@@ -186,6 +192,12 @@ class Conductor(wiring.Component):
             machine=self.core.machine, image=self.core.image, selector=True
         )
         i = self._to_core(m, s, engine)
+        # While the filter ends, since it is still selected: its next update loads its states.
+        m.d.comb += engine.restart.eq(s.load & (s.job == Job.FILTER) & (s.state == State.COLLECT))
+        with m.If(engine.restarting & (s.job == Job.FILTER)):
+            m.d.sync += s.initial.eq(1)
+        with m.Elif(self.updated):
+            m.d.sync += s.initial.eq(0)
         self._bus(m, engine)
         fire = s.offer & i.ready
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
@@ -271,6 +283,10 @@ class Conductor(wiring.Component):
             m.d.sync += s.waiting.eq(0)
         with m.If(self.restart | ~self.run):
             m.d.sync += s.restart_next.eq(1)
+        with m.If(s.complete & s.load):
+            m.d.sync += s.restart_next.eq(1)
+        with m.If(self.load_states):
+            m.d.sync += s.load_next.eq(1)
         late = self._watch(m, (s.state == State.IDLE) | s.complete)
         pulses = {
             "update": self.updated,
@@ -302,6 +318,9 @@ class Conductor(wiring.Component):
                 s.running.eq(wanted),
                 s.restart_next.eq(self.restart),
                 s.restarting.eq(s.restart_next | (wanted != s.running)),
+                s.asked.eq(s.restart_next | (wanted != s.running)),
+                s.load.eq(s.load_next),
+                s.load_next.eq(self.load_states),
                 s.fresh.eq(0),
                 s.use_field.eq(s.fresh & Mux(s.field_counts, self.source[0], self.source[1])),
             ]
@@ -421,10 +440,10 @@ class Conductor(wiring.Component):
             wiring.connect(m, wiring.flipped(mine), theirs)
         words.remember(m)
         m.d.comb += [
-            results.begin.eq(s.begin),
             results.complete.eq(s.complete),
             self.index.eq(s.count),
             self.last_output.eq(table(s.running, [n - 1 for n in plan.outputs])),
+            self.from_initial.eq(s.initial),
             payload.last.eq(s.ends),
             payload.data.eq(words.offered(m)),
         ]
@@ -437,6 +456,7 @@ class Conductor(wiring.Component):
                 "field_counts": s.field_counts & s.use_field,
                 "restart": s.restarting,
                 "saturated": saturated,
+                "restart_asked": s.asked,
             },
         )
         words.put_away(m, results, header)

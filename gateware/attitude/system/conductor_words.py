@@ -67,6 +67,10 @@ class Step:
         self.use_field = Signal()  # the update at work has a fresh field
         self.restarting = Signal()  # ... a negative time step
         self.restart_next = Signal(init=1)
+        self.asked = Signal()  # for the restart, whatever the time step
+        self.load_next = Signal()  # an order to load the initial states waits for an update
+        self.load = Signal()  # the update at work ends with it
+        self.initial = Signal(init=1)  # the update at work began from them
         self.waiting = Signal()  # a sample
         self.line_waits = Signal()  # a line of the compass, not yet at work
         self.line_counts = Signal()  # ... with counts
@@ -252,7 +256,7 @@ class Words:
         with m.Switch(taking):
             with m.Case(State.FEED):
                 m.d.comb += [
-                    results.w_en.eq(i.valid & i.ready & ~s.job[1]),
+                    results.w_en.eq(i.valid & i.ready),
                     region.eq(Mux(is_filter, Place.INPUTS >> 4, Place.RAWS >> 4)),
                 ]
             with m.Case(State.COLLECT):
@@ -266,7 +270,7 @@ class Words:
                 Mux(
                     (region == Place.RAWS >> 4) & (count == RAW.index("stamp")),
                     Place.STAMP,
-                    Cat(count, region),
+                    Cat(count, region) | (s.job[1] << Place.LINE.bit_length() - 3),
                 )
             ),
             results.w_data.eq(

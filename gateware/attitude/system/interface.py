@@ -25,7 +25,7 @@ from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 
 #: "BORE", and the version of this map, changed with an address or a meaning.
-IDENTIFICATION, VERSION = 0x424F_5245, 1
+IDENTIFICATION, VERSION = 0x424F_5245, 2
 
 _READ, _WRITE = Access.READ_ONLY, Access.WRITE_ONLY
 
@@ -34,7 +34,7 @@ class Place(IntEnum):
     """Places in the result memory of an update.
 
     The header; beside it the time stamp; the filter's output record; the input record that it had;
-    the raw words that this came from.
+    the inertial counts that this came from, and the line of the compass if a field was used.
     """
 
     HEADER = 0x00
@@ -42,10 +42,12 @@ class Place(IntEnum):
     OUTPUTS = 0x10
     INPUTS = 0x20
     RAWS = 0x30
+    LINE = 0x38
 
 
 #: Word 0 of the results. ``number`` is 1 for the first update; one that was never completed leaves
-#: a gap. ``restart``: the time step was negative.
+#: a gap. ``restart``: the time step was negative, also after a gap; ``restart_asked``: by
+#: `CalibrateInertial`'s input, whatever the gap.
 HEADER = (
     BitField("number", 0, "number of the update, modulo 2^16", width=16),
     BitField("filter", 16, "number of the filter", width=3),
@@ -53,6 +55,7 @@ HEADER = (
     BitField("field_counts", 20, "made of magnetometer counts, not of a heading"),
     BitField("restart", 21, "the filter was restarted"),
     BitField("saturated", 22, "a value of the filter was clamped"),
+    BitField("restart_asked", 23, "the restart was asked for, or is that of another filter"),
 )
 #: Additional flags in the header of a frame to the host.
 FRAME_FLAGS = (
@@ -62,16 +65,22 @@ FRAME_FLAGS = (
     BitField("overrun", 27, "a sample of the inertial sensor was skipped"),
     BitField("compass_stale", 28, "no good line of the compass for a while"),
     BitField("compass_fault", 29, "the compass does not answer as it should"),
+    BitField("initial_states", 30, "the update began from the filter's initial states"),
+)
+#: The next update but one restarts the filter from its initial states: a record begins there.
+INITIAL_STATES = BitField(
+    "initial_states", 3, "restart from the initial states, with the update after the next"
 )
 #: Orders of a write of register ``order``.
 ORDERS = (
     BitField("restart_filter", 0, "the next update restarts the filter"),
     BitField("restart_inertial", 1, "reset the inertial sensor and set it up again"),
     BitField("clear_counters", 2, "all counters to 0"),
+    INITIAL_STATES,
 )
 #: Additional order of a system with input registers.
 TAKE_FEED = BitField(
-    "take_feed", 3, "the feed registers' words, all together, from the next update on"
+    "take_feed", 4, "the feed registers' words, all together, from the next update on"
 )
 
 

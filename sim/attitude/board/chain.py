@@ -24,14 +24,14 @@ from boresight.gateware.attitude.system.plan import (
     feed_of,
     reset_word,
 )
-from boresight.model.arrays import BoolArray
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.attitude.front.inertial import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.sim.levels.segments import interpret
 
-__all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "run_chain"]
+__all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "calibrated", "run_chain"]
 
 #: Kinds of lines of the compass.
 NO_LINE, COUNTS, HEADING = 0, 1, 2
@@ -45,10 +45,8 @@ class Samples:
     ----------
     stamp : int (n,)
         Clock cycle of each sample, modulo 2^32.
-    counts : int (n, 6)
-        Gyro x, y, z, accelerometer x, y, z.
-    halvings : int
-        How often the gyro's range of +-300 deg/s is halved (`adis16385_device.RANGE_SHIFTS`).
+    counts : float (n, 6)
+        Gyro x, y, z, in its range of +-300 deg/s, accelerometer x, y, z: multiples of 1/4.
     line : int (n,)
         `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
     values : int (n, 3)
@@ -64,14 +62,13 @@ class Samples:
     """
 
     stamp: IntArray
-    counts: IntArray
+    counts: FloatArray | IntArray
     line: IntArray
     values: IntArray
     restart: BoolArray
     filter: IntArray
     feed: Mapping[str, int] = field(default_factory=dict)
     new_feed: int = 0
-    halvings: int = 0
 
     def __len__(self) -> int:
         """Count the updates."""
@@ -159,26 +156,37 @@ class _Memory:
         return out
 
 
-def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
+def calibrated(front: Sequence[Program], samples: Samples) -> tuple[IntArray, IntArray]:
+    """Output words of `calibrate_inertial` (n, 7), and of the field (n, 3), 0 without a line.
+
+    Parameters
+    ----------
+    front : sequence of Program
+        The programs before the estimators (`FRONT_NAMES`).
+    """
     inertial, field_program, compass = front
     word, n = inertial.arithmetic.word, len(samples)
     stamps = wrap(samples.stamp, STAMP_BITS) >> (STAMP_BITS - word)
     changed = np.diff(samples.filter, prepend=samples.filter[:1]) != 0
     restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
-    frac = inertial.format(inertial.inputs[0]).frac
-    shifts = np.array([frac - samples.halvings] * 3 + [frac] * 3)
-    raw = np.column_stack([samples.counts << shifts, stamps, restart])
-    calibrated = interpret(inertial, raw)[0]
+    counts = samples.counts * 2.0 ** inertial.format(inertial.inputs[0]).frac
+    raw = np.column_stack([counts.astype(np.int64), stamps, restart])
     field_words = np.zeros((n, len(FIELD)), dtype=np.int64)
     for kind, program in ((COUNTS, field_program), (HEADING, compass)):
         rows = np.flatnonzero(samples.line == kind)
         if len(rows):
             lines = samples.values[rows] << program.format(program.inputs[0]).frac
             field_words[rows] = Interpreter(program, len(rows)).update(lines.T)[0].T
+    return interpret(inertial, raw)[0], field_words
+
+
+def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
+    inertial, n = front[0], len(samples)
+    sensed, field_words = calibrated(front, samples)
     # The words of the last line; zeros before the first one.
     last = np.maximum.accumulate(np.where(samples.line != NO_LINE, np.arange(n), -1))
     latest = np.where(last[:, None] >= 0, field_words[last], 0)
-    words = {PLACES[name]: calibrated[:, k] for k, name in enumerate(inertial.output_names)}
+    words = {PLACES[name]: sensed[:, k] for k, name in enumerate(inertial.output_names)}
     words |= {address: latest[:, k] for k, address in enumerate(FIELD)}
     words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
     words[ZERO] = np.zeros(n, dtype=np.int64)
@@ -186,5 +194,5 @@ def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
         words[REGISTERS + k] = column = np.full(n, reset_word(value))
         column[samples.new_feed :] = samples.feed.get(name, reset_word(value))
     new_set = (np.arange(n) == samples.new_feed) & bool(samples.feed)
-    dt = calibrated[:, inertial.output_names.index("dt")]
+    dt = sensed[:, inertial.output_names.index("dt")]
     return _Memory(words, dt, samples.line != NO_LINE, new_set)

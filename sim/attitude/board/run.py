@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import WORDS
+from boresight.gateware.attitude.system.attitude_frame import SENSED_WORDS, WORDS
 from boresight.gateware.attitude.system.interface import HEADER, TAKE_FEED
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.model.errors import InputError
@@ -154,7 +154,12 @@ class BoardRun:
 def frames_of(data: bytes) -> tuple[IntArray, int]:
     """Frames (n, words) of one estimator in a stream of bytes, and the number of damaged ones."""
     decoder = Decoder(word=32)
-    words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
+    sent = decoder.feed(data)
+    words = [
+        w[:-SENSED_WORDS] if kind is Kind.SENSED else w
+        for kind, w in sent
+        if kind in (Kind.ATTITUDE, Kind.SENSED)
+    ]
     width = len(words[0]) if words else len(WORDS)
     complete = [w for w in words if len(w) == width]
     frames = np.array(complete, dtype=np.int64).reshape(-1, width)
@@ -168,6 +173,7 @@ def run_board(
     updates: int,
     settings: Mapping[str, int],
     faults: Mapping[str, str] | None = None,
+    orders: Mapping[int, int] | None = None,
     max_cycles: int | None = None,
 ) -> BoardRun:
     """Run the compiled bench until so many updates are done.
@@ -178,8 +184,12 @@ def run_board(
         Registers that the host writes first, by name.
     faults : mapping, optional
         Texts of the devices' fault files: "adis", "hmr".
+    orders : mapping, optional
+        Words that the host writes to register ``order`` later, by the cycle.
     """
     files, arguments = files_and_arguments(board, stimulus, updates, settings, faults or {})
+    for cycle, word in (orders or {}).items():
+        files["host.txt"] += writes(board, {"order": word}, start=cycle)
     limit = max_cycles or cycles_limit(board, updates)
     bench = build("bench", board_sources(board), parameters=board_parameters(board.setup))
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
@@ -301,15 +311,15 @@ def judge(
             kinds[update], values[update] = kind, expected
     restart = np.zeros(n, dtype=np.bool_)
     restart[0] = True
+    scale = 2.0 ** -np.array([stimulus.halvings] * 3 + [0] * 3)
     samples = Samples(
         ready[:, 0] % (1 << 32),
-        stimulus.counts[np.minimum(ready[:, 1] - 1, len(stimulus.counts) - 1)],
+        stimulus.counts[np.minimum(ready[:, 1] - 1, len(stimulus.counts) - 1)] * scale,
         kinds,
         values,
         restart,
         np.full(n, filter),
         feed or {},
-        halvings=stimulus.halvings,
     )
     chain = run_chain([part.program for part in board.core.parts], samples)
     lost = int(edge[-1] - edge[0]) + 1 - n
@@ -381,7 +391,7 @@ def frame_ends(trace: Trace) -> IntArray:
     """Cycles of the last byte of every attitude frame."""
     decoder, out = Decoder(word=32), []
     for cycle, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
-        out += [cycle for kind, _ in decoder.feed(bytes([byte])) if kind is Kind.ATTITUDE]
+        out += [cycle for kind, _ in decoder.feed(bytes([byte])) if kind >= Kind.ATTITUDE]
     return np.array(out, dtype=np.int64)
 
 

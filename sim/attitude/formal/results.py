@@ -24,22 +24,18 @@ class ResultsHarness(InductiveHarness[Results]):
         """The word in the update that is written, the newest, and each reader's."""
         inside = self.inside
         word = dut.word
-        begin, complete, w_en = (unknown(m, 1, n) for n in ("begin", "complete", "w_en"))
+        complete, w_en = (unknown(m, 1, n) for n in ("complete", "w_en"))
         w_index, w_data = unknown(m, INDEX_BITS, "w_index"), unknown(m, word, "w_data")
         m.d.comb += [
-            dut.begin.eq(begin),
             dut.complete.eq(complete),
             dut.w_en.eq(w_en),
             dut.w_index.eq(w_index),
             dut.w_data.eq(w_data),
         ]
-        # Words are written in an update that has begun, which ends with `complete`.
-        writing = Signal()
-        with m.If(begin):
-            m.d.sync += writing.eq(1)
-        with m.Elif(complete):
-            m.d.sync += writing.eq(0)
-        m.d.comb += [Assume(~(w_en | complete) | writing), Assume(~(begin & (complete | w_en)))]
+        # No word is written, and no update complete, in the cycle after `complete`.
+        writing = Signal(init=1)
+        m.d.sync += writing.eq(~complete)
+        m.d.comb += Assume(~(w_en | complete) | writing)
 
         index = fixed(m, INDEX_BITS, "index")
         # Each is the word, and whether the update has written it.
@@ -50,10 +46,8 @@ class ResultsHarness(InductiveHarness[Results]):
         with m.If(hit):
             m.d.comb += next_word.eq(Cat(w_data, 1))
         m.d.sync += now.eq(next_word)
-        with m.If(begin):
-            m.d.sync += now.eq(0)
         with m.If(complete):
-            m.d.sync += newest.eq(next_word)
+            m.d.sync += [newest.eq(next_word), now.eq(0)]
         write, bank_newest = inside["write"], inside["newest"]
         m.d.comb += [
             Assert(~writing | (write != bank_newest)),

@@ -7,17 +7,19 @@ import stat
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from boresight.gateware.attitude.system.attitude_frame import (
     FORMATS,
     OUTPUTS,
+    SENSED_WORDS,
     WORDS,
     Update,
     attitude_of,
     filter_of,
+    sensed_of,
     values_of,
 )
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
@@ -88,14 +90,22 @@ class Listener:
 
     def _frame(self, piece: bytes) -> Update | Reply | None:
         for kind, words in Decoder(word=32).feed(piece):
+            if kind is Kind.SENSED and len(words) > SENSED_WORDS:
+                update = self._update(words[:-SENSED_WORDS])
+                return None if update is None else replace(update, sensed=sensed_of(words))
             if kind is Kind.ATTITUDE and words:
-                outputs = self.other_outputs.get(filter_of(words[0] >> 16))
-                if outputs is not None and len(words) == 2 + len(outputs):
-                    return values_of(words, outputs)
-                if outputs is None and len(words) == len(WORDS):
-                    return attitude_of(words, self.formats)
+                return self._update(words)
             if kind in (Kind.READ, Kind.WRITE) and len(words) == 1:
                 return Reply(kind, words[0])
+        return None
+
+    def _update(self, words: Sequence[int]) -> Update | None:
+        """The update of header, stamp and outputs; None if there are not as many as it has."""
+        outputs = self.other_outputs.get(filter_of(words[0] >> 16))
+        if outputs is not None and len(words) == 2 + len(outputs):
+            return values_of(words, outputs)
+        if outputs is None and len(words) == len(WORDS):
+            return attitude_of(words, self.formats)
         return None
 
 
@@ -114,11 +124,12 @@ class RegisterTable:
 
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = path
+        self.described: Description | None = None
         self.programs: tuple[Records, ...] = ()
         registers: tuple[Register, ...] = ()
         if path is not None:
             try:
-                described = Description.from_json(read_json(path, _WANTED))
+                self.described = described = Description.from_json(read_json(path, _WANTED))
                 registers, self.programs = described.registers, described.programs
                 if self._clock_of(registers) < 1:
                     raise Malformed(", clock_hz", 0)

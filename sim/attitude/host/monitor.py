@@ -9,18 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from boresight.gateware.attitude.system.attitude_frame import Attitude, Update, Values
+from boresight.gateware.attitude.system.interface import INITIAL_STATES
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError, require
 from boresight.model.tools.files import OutputFile, require_distinct
 from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
 from boresight.sim.attitude.host.plot import plot_image
+from boresight.sim.attitude.host.record import log_of
+from boresight.sim.records.files import check_written, content_of
 from boresight.sim.result import Result
 
 __all__ = ["RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
 
 #: Most bits per second.
 _BAUD_MOST = 100_000_000
+#: Writes that begin a record.
+_RECORDING = ("output_divider=1", "output_mode=record", f"order={INITIAL_STATES.mask}")
 _COLUMNS = (
     "number",
     "time_s",
@@ -236,6 +241,7 @@ def monitor(
     baud: int = 921_600,
     count: int | None = None,
     csv: str | Path | None = None,
+    log: str | Path | None = None,
     plot: str | Path | None = None,
     reads: Sequence[str] = (),
     writes: Sequence[str] = (),
@@ -245,8 +251,10 @@ def monitor(
 ) -> Result:
     """Listen to a board; first write, then read registers.
 
-    With ``reads`` or ``writes`` and without ``count``, ``csv`` and ``plot`` that is all. A port is
-    listened to until ``count`` attitudes have come, or for ever; Ctrl-C ends it in good order.
+    With ``reads`` or ``writes`` and without ``count``, ``csv``, ``log`` and ``plot`` that is all. A
+    port is listened to until ``count`` attitudes have come, or for ever; Ctrl-C ends it in good
+    order. For ``log`` a port is told to send every update with its counts, from the filter's
+    initial states on, and attitudes alone afterwards.
 
     The parameters are those of `boresight.monitor`.
     """
@@ -259,22 +267,31 @@ def monitor(
             found=str(plot),
             fix="give such a name",
         )
-    require_distinct(csv=csv, plot=plot)
+    require_distinct(csv=csv, log=log, plot=plot)
     inputs = [source] if register_map is None else [source, register_map]
-    table_file, picture_file = (
+    table_file, log_file, picture_file = (
         None if path is None else OutputFile(path, inputs=inputs, option=option)
-        for path, option in ((csv, "--output"), (plot, "--output"))
+        for path, option in ((csv, "--output"), (log, "--log"), (plot, "--output"))
     )
+    if log is not None:
+        check_written(log)
     table = RegisterTable(register_map)
     words = _words(table, writes)
     to_read = _readable(table, reads)
-    accesses_only = bool(reads or writes) and count is None and csv is None and plot is None
+    outputs = [path for path in (csv, log, plot) if path is not None]
+    accesses_only = bool(reads or writes) and count is None and not outputs
     listener = Listener(table.formats, table.other_outputs)
     with BoardLine(source, baud=baud, listener=listener) as line:
         for register, word in words:
             line.access(Kind.WRITE, [register.address, word])
         registers = {register.name: _read(line, register) for register in to_read}
+        if log is not None and line.is_port:
+            for register, word in _words(table, _RECORDING):
+                line.access(Kind.WRITE, [register.address, word])
         attitudes = [] if accesses_only else _attitudes(line, count, silence_s, each)
+        if log is not None and line.is_port:
+            ((register, word),) = _words(table, ["output_mode=binary"])
+            line.access(Kind.WRITE, [register.address, word])
         bad = line.listener.error_count
         if not line.is_port and not attitudes:
             raise _nothing(source, bad)
@@ -286,6 +303,10 @@ def monitor(
             raise _nothing(source, bad)
         picture_file.write(_picture(track, Path(plot).suffix[1:]))
     written = {r.name: word & 0xFFFF_FFFF for r, word in words}
+    notes: list[str] = []
+    if log_file is not None and log is not None:
+        record, notes = log_of(source, attitudes, track.number, table.described, written)
+        log_file.write(content_of(log, record))
     data = {
         "attitudes": attitudes,
         "missing": track.missing,
@@ -294,4 +315,4 @@ def monitor(
         "registers": registers,
     }
     lines = _lines(written, registers, len(attitudes), track.missing, bad)
-    return Result(data, summary="\n".join(lines))
+    return Result(data, summary="\n".join(lines), notes=notes)

@@ -5,7 +5,7 @@ The bench (``conductor_bench.sv``) takes one command a cycle::
     w N                  wait N cycles
     s STAMP W0 .. W5     a sample (hexadecimal)
     l C V0 V1 V2         a line of the compass, C 1: counts (values hexadecimal)
-    f N, o N, u N, r     filter, source, run, restart
+    f N, o N, u N, r, i  filter, source, run, restart, initial states
     b ADDRESS WORD       write on the bus, until it is acknowledged (word hexadecimal)
     d ADDRESS            read on the bus
     e K WORD, k          input register K (word hexadecimal); take the set

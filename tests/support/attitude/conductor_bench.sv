@@ -1,6 +1,6 @@
 // Plays a script (script.txt) to the attitude core and prints what it does; see conductor_bench.py.
 module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
-    reg sample, line, is_counts, run, restart, take1, w_stb, feed_en, feed_take;
+    reg sample, line, is_counts, run, restart, load, take1, w_stb, feed_en, feed_take;
     reg [4:0] feed_index;
     wire feed_busy;
     reg [31:0] stamp, cycle;
@@ -20,7 +20,8 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     attitude_core dut (
         .clk(clk), .rst(rst), .\time (cycle), .sample(sample), .stamp(stamp), .index(index),
         .word({words[index], 2'b00}), .line(line), .is_counts(is_counts), .values(values),
-        .filter(filter), .source(source), .run(run), .restart(restart), .updated(updated),
+        .filter(filter), .source(source), .run(run), .restart(restart), .load_states(load),
+        .updated(updated),
         .number(number), .events(events), .ports__0__take(updated), .ports__0__index(index0),
         .ports__0__value(value0), .ports__1__take(take1), .ports__1__index(index1),
         .ports__1__value(value1), .bus__addr(addr), .bus__w_data(w_data), .bus__w_stb(w_stb),
@@ -41,7 +42,7 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
 
     initial begin
         file = $fopen("script.txt", "r");
-        {sample, line, is_counts, run, restart, take1, w_stb, feed_en, feed_take, feed_index} = 0;
+        {sample, line, is_counts, run, restart, load, take1, w_stb, feed_en, feed_take, feed_index} = 0;
         {stamp, cycle, values, filter, source, index0, index1, addr, w_data} = 0;
         {left, updates, wanted, dump0, dump1, reading} = 0;
         upset = 0;
@@ -51,7 +52,7 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     always @(posedge clk) begin
         cycle <= cycle + 1;
         if (!rst) begin
-            {sample, line, restart, take1, upset, feed_take} <= 0;
+            {sample, line, restart, load, take1, upset, feed_take} <= 0;
             if (sample) $display("S %0d", cycle);
             if (events[6:1] != 0) $display("E %0d %0d", cycle, events);
             // The newest update is read by the first port at once, index by index.
@@ -99,6 +100,7 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
                     "o": begin scanned = $fscanf(file, "%d\n", a); source <= a; end
                     "u": begin scanned = $fscanf(file, "%d\n", a); run <= a; end
                     "r": begin scanned = $fscanf(file, "\n"); restart <= 1; end
+                    "i": begin scanned = $fscanf(file, "\n"); load <= 1; end
                     "b": begin
                         scanned = $fscanf(file, "%d %h\n", a, b);
                         addr <= a; w_data <= b; w_stb <= 1;

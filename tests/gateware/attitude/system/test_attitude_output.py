@@ -12,11 +12,13 @@ from boresight.gateware.attitude.system.attitude_frame import (
     FORMATS,
     OUTPUTS,
     Attitude,
+    Sensed,
     attitude_of,
+    sensed_of,
 )
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.interface import Place
-from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.model.attitude import FILTERS, estimator
 from tests.support import clock
 from tests.support.bench import at_edges, pulse, run_bench
@@ -43,7 +45,6 @@ class Bench:
     async def update(self, ctx, words: list[int], pause: int = 0) -> None:
         """Write an update, a word a cycle; ``words`` in the order of a frame."""
         results = self.results
-        await pulse(ctx, results.begin)
         first = Place.OUTPUTS
         places = (Place.HEADER, Place.STAMP, *range(first, first - 2 + len(words)))
         for k, (place, word) in enumerate(zip(places, words, strict=True)):
@@ -125,7 +126,7 @@ def test_frames(stalls: float, reads: int) -> None:
 @pytest.mark.parametrize("most", [8, 9, 16])
 def test_frames_of_any_length(most: int) -> None:
     """As long as the update that is sent has outputs, whatever comes meanwhile."""
-    bench, rng, wanted = Bench(AttitudeOutput(outputs=most)), random.Random(4), []
+    bench, rng, wanted = Bench(AttitudeOutput()), random.Random(4), []
 
     async def test(ctx):
         ctx.set(bench.dut.on, 1)
@@ -138,6 +139,40 @@ def test_frames_of_any_length(most: int) -> None:
 
     bench.run(test)
     assert bench.bodies == wanted
+
+
+@pytest.mark.parametrize("outputs", [1, 8, 16])
+def test_frames_with_the_counts_of_the_sensors(outputs: int) -> None:
+    """Of a count its sign, 15 bits and 8 of the fraction; of the line whole numbers."""
+    bench, rng = Bench(AttitudeOutput()), random.Random(5)
+    counts = [rng.randrange(-(1 << 23), 1 << 23) for _ in range(6)]
+    line = [rng.randrange(-(1 << 15), 1 << 15) for _ in range(3)]
+    words = random_update(rng, 2 + outputs)
+
+    async def test(ctx):
+        ctx.set(bench.dut.on, 1)
+        ctx.set(bench.dut.record, 1)
+        raws = [(Place.RAWS + k, c << 8) for k, c in enumerate(counts)]
+        raws += [(Place.LINE + k, n << 16) for k, n in enumerate(line)]
+        ctx.set(bench.results.w_en, 1)
+        for place, word in raws:
+            ctx.set(bench.results.w_index, place)
+            ctx.set(bench.results.w_data, word & 0xFFFF_FFFF)
+            await ctx.tick()
+        await bench.update(ctx, words, pause=400)
+
+    bench.run(test)
+    (body,) = bench.bodies
+    ((kind, sent),) = Decoder(word=32).feed(encode(body[0], words_in(body), word=32))
+    assert kind is Kind.SENSED and len(sent) == 2 + outputs + 6
+    assert sent[: 2 + outputs] == with_flags(words, 0)
+    assert sensed_of(sent) == Sensed(
+        outputs=tuple(words[2:]), counts=tuple(c / 256 for c in counts), line=tuple(line)
+    )
+
+
+def words_in(body: bytes) -> list[int]:
+    return [int.from_bytes(body[k : k + 4], "little") for k in range(1, len(body), 4)]
 
 
 def test_a_slow_line_never_mixes_updates() -> None:

@@ -58,14 +58,17 @@ def check_words(core: Core, stimulus: Samples, played: Played) -> None:
     assert (played.words(Place.OUTPUTS, 8) == chain.outputs).all()
     assert (played.words(Place.STAMP, 1)[:, 0] == wrapped(stimulus.stamp)).all()
     assert (played.words(Place.RAWS, 6) >> 16 == stimulus.counts).all()
+    used = stimulus.line != NO_LINE
+    assert (played.words(Place.LINE, 3)[used] >> 16 == stimulus.values[used]).all()
     header = played.words(Place.HEADER, 1)[:, 0]
     wanted = {
         "number": np.arange(1, len(stimulus) + 1),
         "filter": stimulus.filter,
-        "field_used": stimulus.line != NO_LINE,
+        "field_used": used,
         "field_counts": stimulus.line == COUNTS,
         "restart": chain.restart,
         "saturated": chain.saturated,
+        "restart_asked": stimulus.restart | (np.diff(stimulus.filter, prepend=-1) != 0),
     }
     for field in HEADER:
         assert (field.of(header) == wanted[field.name]).all(), field.name
@@ -112,6 +115,22 @@ def test_filters_gaps_and_restarts_by_turns(cores) -> None:
     )
     stimulus.restart[0] = True
     check_words(core, stimulus, play(core, script_of(stimulus)))
+
+
+def test_initial_states_on_order(cores) -> None:
+    """The update after the next is as the first after power-up, bias and all."""
+    core, number, at = cores["small"], FILTERS.index("complementary"), 40
+    stimulus = samples(HEADING, number)
+    script = script_of(stimulus)
+    orders = [k for k, command in enumerate(script) if command.startswith("s ")]
+    script.insert(orders[at - 1], "i")
+    stimulus.restart[at] = True
+    played = play(core, script)
+    later = samples(HEADING, number, STEPS - at, at)
+    later.line[:] = stimulus.line[at:]
+    outputs = played.words(Place.OUTPUTS, 8)
+    assert (outputs[at:] == run_chain(programs(core), later).outputs).all()
+    assert (outputs[at:] != run_chain(programs(core), stimulus).outputs[at:]).any()
 
 
 def test_the_host_writes_and_reads_meanwhile(cores) -> None:

@@ -71,12 +71,11 @@ def test_capture_of_the_hardware(tmp_path, capsys) -> None:
         ctx.set(output.last_output, len(OUTPUTS) - 1)
         for words in updates:
             sent.append(bytearray())
-            for k, word in enumerate([None, *words]):
-                ctx.set(results.begin, k == 0)
-                ctx.set(results.w_en, k > 0)
-                ctx.set(results.w_index, k - 1 if k < 3 else 13 + k)
-                ctx.set(results.w_data, (word or 0) & 0xFFFF_FFFF)
-                ctx.set(results.complete, k == 10)
+            for k, word in enumerate(words):
+                ctx.set(results.w_en, 1)
+                ctx.set(results.w_index, k if k < 2 else 14 + k)
+                ctx.set(results.w_data, word & 0xFFFF_FFFF)
+                ctx.set(results.complete, k == 9)
                 await ctx.tick()
             ctx.set(results.complete, 0)
             ctx.set(output.updated, 1)

@@ -1,0 +1,188 @@
+"""A board's record as a log: the inputs of its filter, its outputs, and the raw counts.
+
+`update_log` makes from frames of kind SENSED the words that the filter had, by the integer models
+of the programs before it. A level that computes bit by bit then has the board's outputs, which are
+the columns ``NAME_true``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from boresight.gateware.attitude.system.attitude_frame import Update
+from boresight.gateware.attitude.system.interface import FRAME_FLAGS, HEADER
+from boresight.gateware.attitude.system.plan import FRONT_NAMES
+from boresight.gateware.description import Description
+from boresight.model.arrays import BoolArray, FloatArray, IntArray
+from boresight.model.attitude.front import FRONT
+from boresight.model.errors import InputError
+from boresight.model.estimator import with_params
+from boresight.model.words.program import Program
+from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, calibrated
+from boresight.sim.records.record import TRUTH, Column, Record
+
+__all__ = ["log_of", "static_noise"]
+
+_RAW = tuple(f"{s}{a}_counts" for s in "ga" for a in "xyz")
+_LINE = ("line_x", "line_y", "line_z")
+_FLAGS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
+
+
+def _flag(updates: Sequence[Update], name: str) -> BoolArray:
+    return np.array([bool(_FLAGS[name].of(u.flags << 16)) for u in updates])
+
+
+def log_of(
+    source: str,
+    updates: Sequence[Update],
+    numbers: Sequence[int],
+    described: Description | None,
+    written: Mapping[str, int],
+) -> tuple[Record, list[str]]:
+    """Return the log of one filter's updates from its initial states on, and notes.
+
+    ``t`` [s] from the first row on; the inputs of the filter; its outputs as ``NAME_true``;
+    ``number``, ``stamp`` [cycles] and ``flags`` of the frame; the counts of the ADIS16385 (of
+    +-300 deg/s) and the three numbers of the compass's line, empty without a new one. Numbers are
+    exact.
+
+    Parameters
+    ----------
+    source : str
+        Port or file, for messages.
+    updates : sequence of Update
+        What came, with the ``numbers`` of `track_of`.
+    written : mapping of str to int
+        Words of parameters that the host has written, by register.
+
+    Raises
+    ------
+    InputError
+        No frame of kind SENSED, none that begins from initial states, no register map, or a filter
+        with inputs from registers.
+    """
+    if described is None or not described.parameters_of(FRONT_NAMES[0]):
+        raise InputError.at(
+            "--log",
+            wanted="the register map of the complete system",
+            found="none" if described is None else f"that of a {described.title}",
+            fix="add --map registers.json",
+        )
+    has_counts = np.array([u.sensed is not None for u in updates])
+    begins = _flag(updates, "initial_states") & has_counts if len(updates) else has_counts
+    if not begins.any():
+        count, raw = len(updates), int(has_counts.sum())
+        raise InputError.at(
+            source,
+            wanted="updates with counts, from the filter's initial states on",
+            found=f"{raw} of {count} updates with counts, none of them from initial states",
+            fix="record from the port, or write output_mode=record, then order=8",
+        )
+    first = int(np.argmax(begins))
+    filter = np.array([u.filter for u in updates])
+    ends = ~has_counts | (filter != filter[first]) | begins
+    ends[: first + 1] = False
+    last = int(np.argmax(ends)) if ends.any() else len(updates)
+    rows, number = updates[first:last], np.asarray(numbers[first:last])
+    notes = []
+    if last < len(updates):
+        notes.append(f"the record ends after {last - first} rows, where the filter starts anew")
+    gaps = np.flatnonzero(np.diff(number) != 1)
+    if len(gaps):
+        notes.append(f"an update is missing after row {gaps[0] + 1}: replay is exact up to there")
+    return _record(source, rows, number, described, int(filter[first]), written), notes
+
+
+def _record(
+    source: str,
+    rows: Sequence[Update],
+    number: IntArray,
+    described: Description,
+    filter: int,
+    written: Mapping[str, int],
+) -> Record:
+    program, names = described.programs[filter], {r.name for r in described.registers}
+    if registers := [w.name for w in program.inputs if f"feed_{w.name}" in names]:
+        raise InputError.at(
+            f"--log, {program.program}",
+            wanted="a filter whose inputs all come from the sensors",
+            found=f"input registers {', '.join(registers)}",
+            fix="record another filter",
+        )
+    sensed = [u.sensed for u in rows if u.sensed is not None]
+    stamp = np.array([u.stamp for u in rows], dtype=np.int64)
+    counts, line, words = (
+        np.array([getattr(s, name) for s in sensed]) for name in ("counts", "line", "outputs")
+    )
+    used, is_counts = _flag(rows, "field_used"), _flag(rows, "field_counts")
+    samples = Samples(
+        stamp,
+        counts,
+        np.where(used, np.where(is_counts, COUNTS, HEADING), NO_LINE),
+        line,
+        _flag(rows, "restart_asked"),
+        np.full(len(rows), filter),
+    )
+    front = _front(described, written)
+    inputs, field = calibrated(front, samples)
+    ticks = np.cumsum(np.diff(stamp, prepend=stamp[0]) % 2**32)
+    seconds = ticks * described.parameters_of(front[0].name, written)["tick_s"]
+    columns = {"t": Column(seconds, "s"), **_columns(front[0], inputs)}
+    for name, column in _columns(front[1], field).items():
+        columns[name] = Column(np.where(used, column.values, np.nan), column.unit)
+    for k, out in enumerate(program.outputs):
+        columns[f"{out.name}{TRUTH}"] = Column(words[:, k] * 2.0**-out.frac, out.unit)
+    flags = np.array([u.flags for u in rows])
+    raw = {"number": number, "stamp": stamp, "flags": flags}
+    raw |= dict(zip(_RAW, counts.T, strict=True))
+    raw |= dict(zip(_LINE, np.where(used, line.T, np.nan), strict=True))
+    return Record(source, {**columns, **{n: Column(v.astype(float)) for n, v in raw.items()}})
+
+
+def _columns(program: Program, words: IntArray) -> dict[str, Column]:
+    """Outputs of a program, by name."""
+    outputs = zip(FRONT[program.name].outputs, program.outputs, words.T, strict=True)
+    return {o.name: Column(program.format(k).real(w), o.unit) for o, k, w in outputs}
+
+
+def _front(described: Description, written: Mapping[str, int]) -> list[Program]:
+    """The programs before the estimators, with the parameters of the map and those written."""
+    programs = []
+    for name in FRONT_NAMES:
+        estimator = FRONT[name]()
+        values = described.parameters_of(name, written)
+        programs.append(with_params(estimator.compile(word=32), estimator, values))
+    return programs
+
+
+def static_noise(record: Record) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Mean and variance of the sensors at rest, as in Table 2 of Ma Long et al. (2014).
+
+    Parameters
+    ----------
+    record : Record
+        Of a board that stands still: rates ``g`` [rad/s], specific forces ``a`` [m/s^2] and fields
+        ``m`` [uT], in body axes. A straight line over time is taken off before the variance, so
+        that warming does not count.
+
+    Returns
+    -------
+    dict
+        For "gyro", "accelerometer" and "magnetometer": mean (3,), and variance (3,) in the square
+        of that unit; the mean of the gyro is its bias, as long as the turn of the Earth is small
+        beside it. NaN with fewer than 3 samples.
+    """
+    out = {}
+    for letter, name in (("g", "gyro"), ("a", "accelerometer"), ("m", "magnetometer")):
+        values = np.column_stack([record.numbers(f"{letter}{a}") for a in "xyz"])
+        new = np.isfinite(values).all(axis=1)
+        at, x = record.numbers("t")[new], values[new]
+        if len(x) < 3:
+            out[name] = (np.full(3, np.nan), np.full(3, np.nan))
+            continue
+        line = np.column_stack([np.ones(len(x)), at - at.mean()])
+        fit, *_ = np.linalg.lstsq(line, x, rcond=None)
+        out[name] = (fit[0], np.square(x - line @ fit).sum(axis=0) / (len(x) - 2))
+    return out
