@@ -109,7 +109,7 @@ def test_words_that_saturate_are_told() -> None:
 
     rows = {"z": np.ones(20), "sum_true": np.arange(1.0, 21.0)}
     result = boresight.tune(Sum, rows, rounds=0, jobs=1)
-    assert result["saturated_updates"] == 5 and "SATURATED: total" in result.notes[0]
+    assert result["saturated_updates"] == 5 and "SATURATED: state total" in result.notes[0]
 
 
 @pytest.mark.parametrize("start", [(4.0, 0.0), (0.5, -3.0)])
