@@ -37,6 +37,8 @@ __all__ = [
 
 #: List of the files that Boresight wrote into a folder.
 MANIFEST = ".boresight.json"
+#: Suffixes that say that a file was meant, where a folder is written.
+_OF_FILES = {".html", ".json", ".v", ".csv"}
 
 StrPath = str | os.PathLike[str]
 #: By name, relative to the folder: the verb that wrote the file, and the SHA-256 of its contents.
@@ -165,6 +167,9 @@ def output_folder(
         with _refusing(path, option):
             _require_name(path, option)
             folder = Path(os.path.realpath(path))
+            if (suffix := folder.suffix) in _OF_FILES and not folder.is_dir():
+                fix = f"leave {suffix} out"
+                raise InputError.at(option, wanted="a folder", found=str(path), fix=fix)
             known = _listed(folder)
             for name in files:
                 refuse_inputs(folder / name, inputs, option)

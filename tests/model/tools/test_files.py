@@ -25,6 +25,13 @@ def test_an_error_in_the_work_leaves_the_earlier_files(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 2
 
 
+def test_a_folder_is_not_called_like_a_file(tmp_path: Path) -> None:
+    wanted = r"-o: wanted a folder, found .*page\.html; leave \.html out"
+    with pytest.raises(InputError, match=wanted), output_folder(tmp_path / "page.html", "verb"):
+        pass
+    assert not [*tmp_path.iterdir()]
+
+
 def test_a_file_that_appears_during_the_work_is_not_overwritten(tmp_path: Path) -> None:
     file = OutputFile(tmp_path / "a")
     (tmp_path / "a").write_text("user")
