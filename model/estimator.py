@@ -72,7 +72,7 @@ class SecondForm:
     faults : sequence of (str, str)
         Faults of the model that the run shows, each with its kind (`WAIVED`): `check` fails unless
         the estimator waives the kind.
-    time_steps : mapping of str to float
+    time_steps : mapping of str to tuple of float
         Constant time steps that the model has, in s, by what has them: `check` compares them with
         that of the log.
     as_built : callable, optional
@@ -83,7 +83,7 @@ class SecondForm:
     outputs: Mapping[str, FloatArray]
     remarks: Sequence[str] = ()
     faults: Sequence[tuple[str, str]] = ()
-    time_steps: Mapping[str, float] = field(default_factory=dict)
+    time_steps: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     as_built: Callable[[], Mapping[str, FloatArray]] | None = None
 
 

@@ -39,6 +39,7 @@ __all__ = [
     "clip",
     "exp",
     "flip",
+    "inverse",
     "log",
     "maximum",
     "minimum",
@@ -46,6 +47,7 @@ __all__ = [
     "rsqrt",
     "saturated",
     "sincos_ht",
+    "solve",
     "sqrt",
     "tanh",
     "where",
@@ -292,6 +294,74 @@ def atan2_ht(y: Any, x: Any) -> Any:
     return _call("atan2", y, x)
 
 
+def inverse(matrix: Any, least: float | None = None) -> Any:
+    """Inverse (n, n) of a symmetric positive definite matrix; see `solve`."""
+    return solve(matrix, np.eye(len(matrix)), least)
+
+
+def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
+    """X of ``matrix`` X = ``right``, of a symmetric positive definite matrix.
+
+    By Cholesky's factor, S = L L^T, L U = B, L^T X = U, whose divisions are products with inverse
+    roots: their exponents stay free. Of S = H P H^T + R, as in K^T = S^-1 H P, no pivot is below
+    the variance in R.
+
+    Parameters
+    ----------
+    matrix : (n, n)
+        Only the lower triangle is read.
+    right : (n,) or (n, m)
+    least : float, optional
+        Least pivot, such as the least eigenvalue; by default the least value of each element of
+        the diagonal, which is right for a sum of a covariance and a diagonal matrix. It is a claim,
+        which `check` tests.
+
+    Returns
+    -------
+    (n,) or (n, m)
+        In a word, a result has the last bit of its largest value, right / least: bound it closer.
+
+    Raises
+    ------
+    InputError
+        The matrix is not square, the sizes differ, or no least pivot above 0 is known.
+    """
+    s, b = np.asarray(matrix, dtype=object), np.asarray(right, dtype=object)
+    square = s.ndim == 2 and s.shape[0] == s.shape[1] == len(b)
+    require(square, author_line, "a square matrix and as many rows at its right", s.shape)
+    n, lower = len(s), np.zeros(s.shape, dtype=object)
+
+    def claimed(x: Any, low: float, high: float, reason: str) -> Any:
+        return bounded(x, low, high, reason) if isinstance(x, Scalar) else x
+
+    u, weights = b.copy(), list[Any]()
+    for i in range(n):
+        low, high = _interval(s[i, i])
+        pivot = low if least is None else least
+        fix = "give least=, such as the smallest variance in R"
+        positive = pivot > 0.0 or not isinstance(s[i, i], Scalar)
+        require(positive, author_line, "a matrix whose diagonal is above 0", (low, high), fix)
+        edge = math.sqrt(abs(high))
+        for k in range(i):
+            value = (s[i, k] - lower[i, :k] @ lower[k, :k]) * weights[k]
+            lower[i, k] = claimed(value, -edge, edge, "Cholesky's factor")
+        value = s[i, i] - lower[i, :i] @ lower[i, :i]
+        weights.append(rsqrt(claimed(value, pivot, high, "a pivot") if i or low < pivot else value))
+        u[i] = (b[i] - lower[i, :i] @ u[:i]) * weights[i]
+    for i in reversed(range(n)):
+        u[i] = (u[i] - lower[i + 1 :, i] @ u[i + 1 :]) * weights[i]
+    return u
+
+
+def _interval(x: Any) -> tuple[float, float]:
+    """Least and largest value of a recorded value, or of numbers."""
+    if isinstance(x, Scalar):
+        from boresight.model.kalman.slopes import Intervals  # which imports this
+
+        return Intervals(x.tracer)(x)
+    return float(np.min(x)), float(np.max(x))
+
+
 def _wrapped(x: Any) -> Any:
     """Half turns in [-1, 1)."""
     return (x + 1.0) % 2.0 - 1.0
@@ -407,8 +477,21 @@ OPERATIONS = {
     "tanh": Operation(np.tanh, PRECISE.tanh, "tanhf({})", (lambda e, x: 1.0 - e * e,)),
 }
 
-#: numpy's functions of more than one number: numpy calls them for recorded values.
+
+def _sincos(x: Any) -> tuple[Any, Any]:
+    return sincos_ht(x * (1.0 / math.pi))  # of rad
+
+
+#: numpy's functions, which numpy calls for recorded values.
 Scalar.functions.update(
+    sqrt=sqrt,
+    exp=exp,
+    log=log,
+    tanh=tanh,
+    sin=lambda x: _sincos(x)[0],
+    cos=lambda x: _sincos(x)[1],
+    square=lambda x: x * x,
+    arctan=lambda x: math.pi * atan2_ht(x, 1.0),
     arctan2=lambda y, x: math.pi * atan2_ht(y, x),
     hypot=lambda x, y: sqrt(x * x + y * y),
     clip=clip,

@@ -30,9 +30,8 @@ _REMEDIES = (
     ),
     (
         r"casting rule",
-        "numpy.linalg takes no traced value: the inverse of [[a, b], [b, c]] is np.array([[c, -b], "
-        '[-b, a]]) / ops.bounded(a * c - b * b, LOW, HIGH, "determinant"), LOW above 0; one scalar '
-        "update for each measurement needs none",
+        "numpy.linalg takes no traced value: write ops.inverse(S, least) or ops.solve(S, B, least) "
+        "of boresight for a covariance S, with the smallest variance in R as least",
     ),
     (r"not supported between|unsupported operand", "use + - * / ** and comparisons of numbers"),
     (

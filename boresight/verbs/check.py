@@ -1,6 +1,7 @@
 """Compare integer model, C and RTL on logs, bit by bit, and with float64.
 
 boresight check my_filter.py log.csv  # all forms
+boresight check my_filter.py my_world.py:World  # on the records of a world
 boresight check my_filter.py first.csv folder -o build  # several logs; a page and its JSON
 boresight check my_filter.py log.csv --levels fixed,c --word 24  # without RTL, in narrow words
 boresight check my_filter.py log.csv --levels fixed,netlist --target ecp5-25k  # the netlist
@@ -51,10 +52,14 @@ from boresight.sim.compare.check import ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
 from boresight.sim.levels.synthesised import NetlistSimulated
 from boresight.sim.records.files import Log, log_files, logs_of
+from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 from boresight.sim.rtl.netlist import SIMULATED
+from boresight.sim.worlds.loop import close_loop
+from boresight.sim.worlds.world import is_world, world_of
 from boresight.waves import WAVE_FOLDER, write_waves
 
 __all__ = ["GROUPS", "JUDGED", "check", "typed"]
@@ -106,8 +111,9 @@ def check(
         Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. The folder
         that compile wrote: its Verilog and C run, if no file has changed. A reproducer.json alone
         runs a difference again.
-    logs : paths, or data in memory (`Record.of`)
-        Logs, or folders of logs; with several estimators NAME=LOG gives each its own.
+    logs : paths, worlds, or data in memory (`Record.of`)
+        Logs, folders of logs, or worlds, whose loop with the float64 form is the log; with several
+        estimators NAME=LOG gives each its own.
     steps : int, optional
         Use at most so many samples of each log.
     levels : sequence of str
@@ -166,6 +172,7 @@ def check(
         simulator=simulator,
         progress=lambda text: tell("".join((*messages, text))),
     )
+    logs = tuple(_recorded(log, build, steps) if is_world(log) else log for log in logs)
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
     if own:
@@ -231,6 +238,17 @@ def _build(
     estimators = [find_estimator(n) for n in names]
     make = partial(Build, *estimators, word=word, params=params_of_each(names, params), target=part)
     return build_for(lambda name: make(config=name), config, part)
+
+
+def _recorded(world: Any, build: Build, steps: int | None) -> Record:
+    """The log of a world in a loop with the float64 form."""
+    if len(build.estimators) > 1:
+        found, fix = "a world", "record it: run ESTIMATOR WORLD -o log.csv"
+        raise InputError.at("logs", wanted="logs of several estimators", found=found, fix=fix)
+    source = world_of(world)
+    with make_level("float", build) as level:
+        loop = close_loop(source, level, steps=steps)
+    return loop.record(build.estimators[0], source.name)
 
 
 def _part(target: str | None, levels: Sequence[str]) -> str:

@@ -57,15 +57,16 @@ class TextbookRun:
     faults : list of (str, str)
         Measurements whose gate nothing passes, and those that are taken without a new sample; each
         with its kind.
-    time_steps : dict of str to float
-        Of a model without an input ``dt``: derivative of a state by its rate, s.
+    time_steps : dict of str to (float, float)
+        Of a model without an input ``dt``: derivative of a state by its rate, and the root of the
+        squares of all derivatives by this rate, s.
     """
 
     outputs: dict[str, FloatArray]
     covariances: FloatArray
     remarks: list[str]
     faults: list[tuple[str, str]]
-    time_steps: dict[str, float]
+    time_steps: dict[str, tuple[float, ...]]
 
 
 def _inputs_of(*values: Any) -> set[str]:
@@ -152,8 +153,9 @@ class Textbook:
         #: noise in all updates.
         self._held = np.zeros(len(kalman.largest_sd), dtype=int)
         self._noise_sum = np.zeros(len(kalman.largest_sd))
-        #: Derivatives of states by their rates, in all updates.
-        self._rates = {pair: 0.0 for pair in _rates_of(kalman)}
+        #: Derivatives of states by their rates, and of all that the rate moves (a speed along a
+        #: heading moves two) the root of their squares; in all updates.
+        self._rates = {pair: np.zeros(2) for pair in _rates_of(kalman)}
         self._observability = _Observability(np.array(kalman.largest_sd))
 
     # -- what the author wrote, as functions ----------------------------------------------------
@@ -198,7 +200,7 @@ class Textbook:
         """
         k = self.kalman
         self._valid[:] = self._repeated[:] = self._held[:] = self._noise_sum[:] = 0
-        self._rates = dict.fromkeys(self._rates, 0.0)
+        self._rates = {pair: np.zeros(2) for pair in self._rates}
         self._observability = _Observability(np.array(k.largest_sd))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
@@ -217,7 +219,7 @@ class Textbook:
         columns = np.array(rows).T
         outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
         steps = {
-            f"{k.errors[i]} by {k.errors[j]}": total / len(inputs)
+            f"{k.errors[i]} by {k.errors[j]}": tuple(total / len(inputs))
             for (i, j), total in self._rates.items()
         }
         return TextbookRun(
@@ -339,7 +341,8 @@ class Textbook:
             q[i, j] = q[j, i] = value
         self._noise_sum += np.diag(q)
         for states in self._rates:
-            self._rates[states] += float(slope[states])
+            moved = [i for i, rate in self._rates if rate == states[1]]
+            self._rates[states] += slope[states], np.linalg.norm(slope[moved, states[1]])
         q += np.diag(k.noise_floor) * self.floor
         self._observability.move(f)
         is_held = np.diag(cov) > np.array(k.variance_limits)

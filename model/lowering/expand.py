@@ -30,6 +30,8 @@ _BINADES = 31
 _SLACK = 2e-8
 #: Largest over least squared length up to which the inverse root of a sum of squares is exact.
 _LENGTHS = 32.0
+#: When a result leaves the range that follows from its argument's.
+_ARGUMENT = "its argument leaves its range"
 #: Words whose functions take the widest ranges.
 _WIDEST = Arithmetic()
 
@@ -202,7 +204,7 @@ class Expansion(Graph):
             shifted = self._scaled(y, 2.0 ** -(2**j))
             y = self.select(self.less(odd, self.const(0.0)), shifted, y)
         whole = self._scaled(y, math.ldexp(1.0, k))
-        return self.bounded(whole, ops.exp(a.low), ops.exp(a.high), "exp")
+        return self.bounded(whole, ops.exp(a.low), ops.exp(a.high), "exp", _ARGUMENT)
 
     def log(self, a: Node) -> Node:
         """Natural logarithm of a > 0.
@@ -232,7 +234,7 @@ class Expansion(Graph):
         total = self.add(self._polynomial(centred, polynomials.log()), rest)
         low, high = ops.log(a.low), ops.log(a.high)
         slack = _SLACK * max(1.0, abs(low), abs(high))
-        return self.bounded(total, low - slack, high + slack, "log")
+        return self.bounded(total, low - slack, high + slack, "log", _ARGUMENT)
 
     def tanh(self, a: Node) -> Node:
         """Hyperbolic tangent: (1 - t) / (1 + t), t = e^(-2 |a|), with the sign of a."""

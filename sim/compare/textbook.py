@@ -89,8 +89,8 @@ def beside_textbook(
                 f"{abs(own):.4g} s, the log has one of {step:.4g} s; take dt as an input, or the "
                 "log's rate",
             )
-            for name, own in book.time_steps.items()
-            if own and not 1.0 / _STEPS < abs(own) / step < _STEPS
+            for name, (own, *others) in book.time_steps.items()
+            if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))
         ]
     waived = [text for kind, text in faults if kind in estimator.waived]
     found = tuple(differences(estimator.outputs, outputs, book.outputs))

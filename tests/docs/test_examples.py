@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import re
-
 import ahrs
 import numpy as np
 import pytest
 from scipy import signal
 
 import boresight
-from boresight.model.resolve import estimator_of
 from boresight.sim.compare.difference import differences
-from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import angle_between
-from tests.support.pages import ROOT
 from tests.support.strangers import EXAMPLES, STRANGERS, program
 
 #: Examples with a log.
@@ -68,17 +63,6 @@ def test_pendulum_is_the_extended_filter_as_matrices() -> None:
         assert abs(result["angle"][k] - x[0]) < 1e-6 and abs(result["rate"][k] - x[1]) < 1e-5
 
 
-def test_bearing_in_words_of_26_bits() -> None:
-    t = 0.1 * np.arange(600)
-    px, py, oy = 300.0 + 2.0 * t, 100.0 - 2.0 * t, 90.0 * np.sin(0.2 * t)
-    z = np.arctan2(py - oy, px) + np.random.default_rng(3).normal(0.0, 0.01, 600)
-    log = {"z": z, "oy": oy}
-    assert boresight.check(program("bearing.py"), log, levels=("fixed", "c"), word=26).good
-    outputs = boresight.run(program("bearing.py"), log, levels="fixed")["outputs"]
-    errors = [outputs[n][300:] - v[300:] for n, v in (("px", px), ("py", py))]
-    assert max(np.sqrt(np.mean(e**2)) for e in errors) < 5.0
-
-
 def gradient(q: np.ndarray, acc: np.ndarray) -> np.ndarray:
     """Madgwick (2010), equations 25 to 28."""
     w, x, y, z = q
@@ -126,13 +110,3 @@ def test_attitude_is_the_truth_within_degrees() -> None:
     outputs = {name: values[:2000] for name, values in checked.floating.outputs.items()}
     near = differences(estimator.outputs, outputs, book)
     assert checked.good and all(d.largest < 1e-9 for d in near)
-
-
-@pytest.mark.parametrize("name", [*LOGGED, "pi"])
-def test_the_cycles_on_the_page(name: str) -> None:
-    page = (ROOT / "docs" / "learn" / "examples.md").read_text(encoding="utf-8")
-    (row,) = re.findall(rf"\| `{name}\.py` \| ([\d, ]+) \|", page)
-    (file,) = (file for file in STRANGERS if file.startswith(f"{name}."))
-    schedule = Build(estimator_of(program(file))).core.schedule
-    latencies = sorted(schedule.latencies)
-    assert [int(n) for n in row.split(",")] == sorted({latencies[0], latencies[-1]})

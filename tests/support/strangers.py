@@ -27,6 +27,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 _PROGRAMS = Path(__file__).parents[1] / "strangers" / "programs"
 #: The files of all programs, by name.
 PROGRAMS = {path.name: path for folder in (EXAMPLES, _PROGRAMS) for path in folder.glob("*.py")}
+del PROGRAMS["gallery.py"]
 
 
 def program(name: str) -> str:

@@ -13,7 +13,7 @@ class Pll(Estimator):
         Param("kp", 0.06, 0.0, 0.5, "", "half turns per half turn of error"),
         Param("ki", 1.0, 0.0, 16.0, "1/s", "how fast the frequency follows"),
     )
-    states = (State("phase", -1.0, 1.0, "ht"), State("frequency", -200.0, 200.0, "Hz"))
+    states = (State("phase", -1.0, 1.0, "ht"), State("frequency", -200.0, 200.0, "Hz", 30.0))
     outputs = (
         Output("phase", "ht", tolerance=1e-5),
         Output("frequency", "Hz", tolerance=1e-4),
