@@ -55,6 +55,7 @@ __all__ = [
 
 AXES, NAVIGATION = "xyz", "enu"
 STEP_TURN = 2.0**-7  #: rad, full scale of an increment.
+MATRIX = 2.0**-9  #: largest element of the calibration matrices beside the diagonal.
 STEP_FORCE = 2.0**-2  #: m/s, the same.
 VELOCITY = 4.0  #: m/s, largest velocity.
 FULL_SCALE = 1.0 - 2.0**-16  #: share of it from which on an increment counts as beyond.
@@ -80,20 +81,43 @@ OUTPUTS = (
 
 
 def states(start: Vector) -> tuple[State, ...]:
-    """Attitude in two words, velocity, last increments over 12."""
+    """Attitude in two words, velocity, what `sampled` keeps of the last increments."""
     return (
         *(State(f"q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
         *(State(f"rest_{a}", -(2.0**-15), 2.0**-15 * BELOW) for a in "wxyz"),
         *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
-        *(State(f"last_turn_{a}", -STEP_TURN, STEP_TURN * BELOW) for a in AXES),
+        *(
+            State(f"coning_{r}{c}", -2.0 * MATRIX, 2.0 * MATRIX * BELOW)
+            for r in AXES
+            for c in AXES
+            if r != c
+        ),
         *(State(f"last_force_{a}", -STEP_FORCE, STEP_FORCE * BELOW) for a in AXES),
     )
 
 
 def params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
-    """Site, latitude [half turns] and height [m], and attitude after a restart."""
+    """Calibration of the instruments, site [half turns, m], attitude after a restart.
+
+    Increments become matrix (increments) - bias dt. The square of the angle is of the gyro as it
+    came: at full scale the turn is off by 1e-5 of (matrix - 1).
+    """
     edge = 89.0 / 180.0
+    kinds = ("gyro", 2.0**-14, "rad/s"), ("force", 2.0**-3, "m/s^2")
     return (
+        *(
+            Param(f"{name}_{r}{c}", 1.0, 1.0 - MATRIX, 1.0 + MATRIX, "", f"scale, {name} {r}")
+            if r == c
+            else Param(f"{name}_{r}{c}", 0.0, -MATRIX, MATRIX, "", f"{name} {r} from sensor {c}")
+            for name, _, _ in kinds
+            for r in AXES
+            for c in AXES
+        ),
+        *(
+            Param(f"{name}_bias_{a}", 0.0, -high, high, unit, "subtracted after the matrix")
+            for name, high, unit in kinds
+            for a in AXES
+        ),
         Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
         Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
         *(
@@ -120,22 +144,34 @@ class Sample:
     last: dict[str, Any]
 
 
-def sampled(x: Any, u: Any) -> Sample:
-    """Attitude after the increments of ``u``."""
+def sampled(x: Any, u: Any, p: Any) -> Sample:
+    """Attitude after the increments of ``u``, times the matrices of ``p``; biases remain.
+
+    The state ``coning`` is the gyros' matrix beside its diagonal, and a_1 x of the sample before,
+    so that both take one product.
+    """
     a = [getattr(u, f"dtheta_{k}") for k in AXES]
     d = [getattr(u, f"dv_{k}") for k in AXES]
-    a1 = [getattr(x, f"last_turn_{k}") for k in AXES]  # over 12, as d1
+    d = [dot([getattr(p, f"force_{r}{k}") for k in AXES], d) for r in AXES]
+    d = [ops.saturated(c, STEP_FORCE) for c in d]
+    a1 = [getattr(x, f"coning_{r}") - getattr(p, f"gyro_{r}") for r in ("zy", "xz", "yx")]
     d1 = [getattr(x, f"last_force_{k}") for k in AXES]
-    turned = [ops.saturated(c + e, STEP_TURN) for c, e in zip(a, cross(a1, a), strict=True)]
+    rows = [
+        [getattr(p if r == k else x, f"{'gyro' if r == k else 'coning'}_{r}{k}") for k in AXES]
+        for r in AXES
+    ]
+    turned = [ops.saturated(dot(row, a), STEP_TURN) for row in rows]
     q = [getattr(x, f"q{k}") for k in "wxyz"]
     # coning changes the square of the angle by 1e-9 of the angle at most
     after, step = small_turn(q, turned, STEP_TURN, nearly=a)
-    bent = [0.5 * c + (1.0 / 6.0) * e for c, e in zip(d, cross(a, d), strict=True)]
+    bent = [0.5 * c + (1.0 / 6.0) * e for c, e in zip(d, cross(turned, d), strict=True)]
     force = [
         ops.saturated(c + e + f + g, 2.0 * STEP_FORCE)
-        for c, e, f, g in zip(d, cross(a, bent), cross(a1, d), cross(d1, a), strict=True)
+        for c, e, f, g in zip(d, cross(turned, bent), cross(a1, d), cross(d1, a), strict=True)
     ]
-    last = {f"last_turn_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, a, strict=True)}
+    x12, y12, z12 = ((1.0 / 12.0) * c for c in a)
+    coning = {"xy": -z12, "xz": y12, "yx": z12, "yz": -x12, "zx": -y12, "zy": x12}
+    last = {f"coning_{k}": getattr(p, f"gyro_{k}") + c for k, c in coning.items()}
     last |= {f"last_force_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, d, strict=True)}
     return Sample(after, step, turned, force, last)
 

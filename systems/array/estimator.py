@@ -4,6 +4,7 @@ Wang Wenzhe et al., Modern Radar 38(9), 2016, with what its equations lost put b
 (`docs/systems/array.md`): axes east, north, up; body x right, y the array's normal, z up,
 C = Rz(heading) Rx(pitch) Ry(roll), heading counter-clockwise.
 
+* At rest after a restart: `alignment`; then the attitude is known, and the filter begins.
 * Every sample: `strapdown`, less gyro biases eps, and along up the scale factor dku.
 * Every second, or at an index: P is propagated (`error_filter`); in the three samples after it each
   velocity is measured as zero, closed loop. So each sample has at most one scalar update.
@@ -34,8 +35,8 @@ from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
+from boresight.systems.array import alignment, index, interface
 from boresight.systems.array import error_filter as errors
-from boresight.systems.array import index, interface
 from boresight.systems.array.interface import KINDS, UNITS
 
 __all__ = ["ArrayAttitude"]
@@ -56,13 +57,16 @@ class ArrayAttitude(Estimator):
     height : float
         Of the site, above the ellipsoid [m].
     attitude : (pitch, roll, heading)
-        Before the first sample [deg].
+        Before the first sample [deg]. With ``align`` any will do; tilt off by more than 2 deg takes
+        a 16th of the time more.
     reading : str
         "heading" or "literal": measurement at an index.
     rate : float
         Records a second.
+    align : float
+        Seconds at rest in which the attitude is found, 30 to 200, or 0: ``attitude`` is right.
     aided : bool
-        False: strapdown alone.
+        False: strapdown alone, from ``attitude``.
 
     Raises
     ------
@@ -83,6 +87,7 @@ class ArrayAttitude(Estimator):
         attitude: Sequence[float] = (1.0, 2.0, 90.0),
         reading: str = "heading",
         rate: float = 100.0,
+        align: float = 150.0,
         *,
         aided: bool = True,
     ) -> None:
@@ -93,6 +98,9 @@ class ArrayAttitude(Estimator):
         require(len(attitude) == 3, "array_attitude, attitude", ", ".join(names), attitude)
         for name, value in zip(names, attitude, strict=True):
             _check(name, value, -360.0, 360.0)
+        known = align == 0.0 or 30.0 <= align <= 200.0
+        require(known, "array_attitude, align", "30 to 200, or 0", align)
+        self.align = round(align * rate) if aided else 0
         readings = " or ".join(READINGS)
         require(reading in READINGS, "array_attitude, reading", readings, reading, "choose one")
         self.rate, self.dt = rate, 1.0 / rate
@@ -103,65 +111,92 @@ class ArrayAttitude(Estimator):
         self.states = sd.states(sd.ahead(start, place))
         self.outputs = sd.OUTPUTS
         if aided:
-            self.params += interface.filter_params()
+            self.params += interface.filter_params(self.align)
             first = errors.first_variances(SimpleNamespace(**self.param_values()))
             self.states += interface.filter_states(
-                start, [first[k] for k in KINDS], rate, self.literal
+                start, [first[k] for k in KINDS], rate, self.align, self.literal
             )
             self.outputs += interface.OUTPUTS
+        if self.align:
+            self.states += alignment.states(self.align, self.dt)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
         restart = u.phase < -0.5
-        sample = sd.sampled(x, u)
+        sample = sd.sampled(x, u, p)
         seen = sd.angles(sample.q)
         place = site(p.latitude, p.height, self.dt)
         c = matrix([getattr(x, f"q{k}") for k in "wxyz"], unit=False)
         start = [getattr(p, f"start_q{k}") for k in "wxyz"]
         base = [ops.where(restart, s, q) for s, q in zip(start, sample.q, strict=True)]
-        force, filtered = sample.force, None
+        eps = [getattr(p, f"gyro_bias_{a}") for a in AXES]
+        nabla = [getattr(p, f"force_bias_{a}") for a in AXES]
         if self.aided:
-            nabla = [self.dt * getattr(x, f"nabla_{a}") for a in AXES]
-            force = [f - n for f, n in zip(force, nabla, strict=True)]
+            eps = [b + getattr(x, f"eps_{a}") for a, b in zip(AXES, eps, strict=True)]
+            nabla = [b + getattr(x, f"nabla_{a}") for a, b in zip(AXES, nabla, strict=True)]
+        force = [f - self.dt * n for f, n in zip(sample.force, nabla, strict=True)]
         v, axes = sd.velocity(x, c, force, place)
+        hold, begin, rest, filtered = restart, restart, None, None
+        if self.align:
+            rest = alignment.aligned(x, u.phase, sample.q, turn(c, force), self.align, self.dt)
+            hold, begin = restart | rest.running, restart | rest.found
+            base = [ops.where(rest.found, f, q) for f, q in zip(rest.q, base, strict=True)]
+            inertial = rest.running & ~rest.found
+            axes = [ops.where(inertial, 0.0, a) for a in axes]
+        drift = turn(c, [self.dt * e for e in eps])
+        axes = [a + e for a, e in zip(axes, drift, strict=True)]
         correction: Vector = (0.0, 0.0, 0.0)
         if self.aided:
             up = ops.saturated(dot(c[2], sample.turn), 2.0 * STEP_TURN)
-            eps = turn(c, [self.dt * getattr(x, f"eps_{a}") for a in AXES])
-            axes = [axes[0] + eps[0], axes[1] + eps[1], axes[2] + eps[2] + x.scale_up * up]
-            filtered = self._filtered(x, u, p, _Now(restart, sample, seen, place, v, up))
+            axes[2] = axes[2] + x.scale_up * up
+            filtered = self._filtered(x, u, p, _Now(hold, sample, seen, place, v, up))
             v = [a - m for a, m in zip(v, filtered.moves[:3], strict=True)]
             correction = [filtered.moves[k] for k in errors.PHI]
-        v = [ops.saturated(ops.where(restart, 0.0, a), sd.VELOCITY) for a in v]
+        if rest is not None:
+            # To the end of the sample: the Earth has turned since half way.
+            turned = [0.0, *(-rest.behind * w for w in place.earth)]
+            correction = [
+                m + ops.where(rest.found, w, 0.0) for m, w in zip(correction, turned, strict=True)
+            ]
+        v = [ops.saturated(ops.where(hold, 0.0, a), sd.VELOCITY) for a in v]
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
         after = velocities | sample.last
-        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, restart)
+        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, begin)
         outputs = (
             seen.outputs | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
         )
         if filtered is None:
             return after, outputs
+        after |= filtered.states
+        old = {f"from_q{a}": getattr(x, f"from_q{a}") for a in "wxyz"}
+        if rest is not None:
+            sums = {f"from_q{a}": s for a, s in zip(AXES, rest.up, strict=True)}
+            old |= {n: ops.where(rest.running, s, old[n]) for n, s in sums.items()}
+            count = ops.where(rest.running, rest.count, after["count"])
+            after |= rest.states | {"count": ops.where(restart, -1.0 - self.align, count)}
         for a in "wxyz":
-            old = getattr(x, f"from_q{a}")
-            after[f"from_q{a}"] = ops.where(filtered.propagated | restart, after[f"q{a}"], old)
-        return after | filtered.states, outputs | filtered.outputs
+            moved = filtered.propagated | begin
+            after[f"from_q{a}"] = ops.where(moved, after[f"q{a}"], old[f"from_q{a}"])
+        return after, outputs | filtered.outputs
 
     def _filtered(self, x: Any, u: Any, p: Any, now: _Now) -> _Filtered:
         """The filter's part of a sample."""
-        restart, working, arrived = now.restart, u.phase > 1.5, u.index > 0.5
+        hold, working, arrived = now.hold, u.phase > 1.5, u.index > 0.5
         erecting = (u.phase > 0.5) & ~working
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
         turned = ops.bounded(turned, -4.0, 4.0 * BELOW, "saturated")
         angle = ops.absolute(turned)
         # Four samples after an index are the velocities' and the cut's; those after a second wait.
-        accepted = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (angle >= p.index_turn)
+        accepted = (
+            working & ~hold & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (angle >= p.index_turn)
+        )
         due = (x.count > self.rate - 1.5) | accepted
         count = x.count + 1.0
         samples = ops.where(due, count, 0.0)
         earth = (samples * now.place.earth[0], samples * now.place.earth[1])
         ends = ([getattr(x, f"from_q{k}") for k in "wxyz"], now.sample.q)
         prior = errors.propagated(covariance_of(x, 13), *ends, self.dt * samples, earth)
-        running, keep_force = ~restart, ~(restart | (erecting & due))
+        running, keep_force = ~hold, ~(hold | (erecting & due))
         prior = kept(prior, lambda i, j: keep_force if {i, j} & {*errors.FORCE} else running)
 
         full = x.p66 >= errors.LIMITS["heading"]
@@ -175,20 +210,20 @@ class ArrayAttitude(Estimator):
         heading = errors.PHI[2]
         growth[heading] = ops.where(update.beyond & ~full, REFUSED, growth[heading])
         first = errors.first_variances(p)
-        growth = [ops.where(restart, first[k], m) for k, m in zip(KINDS, growth, strict=True)]
+        growth = [ops.where(hold, first[k], m) for k, m in zip(KINDS, growth, strict=True)]
         p_after = lowered(prior, update, growth)
         moves = errors.moves(update)
         learnt = {
-            name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limit)
+            name: ops.saturated(ops.where(hold, 0.0, getattr(x, name) + moves[k]), limit)
             for k, (name, limit) in interface.LEARNT.items()
         }
         used = accepted & ~update.beyond
         states = {
             **learnt,
             **{name: p_after[i][j] for name, i, j in element_names(13)},
-            "count": ops.where(restart | due, 0.0, ops.minimum(count, self.rate)),
+            "count": ops.where(hold | due, 0.0, ops.minimum(count, self.rate)),
             "late": ops.where(due, ops.where(accepted, 1.0, 0.0), x.late),
-            "turned": ops.where(restart, 4.0 * BELOW, ops.where(used, 0.0, turned)),
+            "turned": ops.where(hold, 4.0 * BELOW, ops.where(used, 0.0, turned)),
         }
         if self.literal:
             before = ops.where(used, off, x.last_off)
@@ -202,15 +237,19 @@ class ArrayAttitude(Estimator):
             5: full,
             6: used,
             7: angle >= 3.0,
+            8: hold,
         }
         return _Filtered(states, learnt | {"status": status_word(flags)}, moves, due)
 
 
 @dataclass(frozen=True)
 class _Now:
-    """Results of a sample's strapdown; ``up``: the turn about up [rad]."""
+    """Results of a sample's strapdown; ``up``: the turn about up [rad].
 
-    restart: Any
+    ``hold``: a restart, or the attitude is not known yet: the filter waits in its first state.
+    """
+
+    hold: Any
     sample: sd.Sample
     seen: sd.Angles
     place: Site

@@ -57,6 +57,7 @@ STATUS_BITS = {
     5: "variance of the heading at its limit",
     6: "an index was used",
     7: "no index for one turn and a half, or none yet",
+    8: "the attitude is not known yet: the array must rest",
 }
 
 INPUTS = (
@@ -68,13 +69,14 @@ INPUTS = (
 )
 
 
-def filter_params() -> tuple[Param, ...]:
-    """First covariance, noises, gates."""
+def filter_params(align: int) -> tuple[Param, ...]:
+    """First covariance, noises, gates; ``align``: samples of the alignment."""
+    first = FIRST | ({"heading": (100.0 * ARCSEC, "rad")} if align else {})
     meaning = "error at first: large follows the first measurements"
     return (
         *(
             Param(f"p0_{k}", value, 0.0, WIDEST * UNITS[k], unit, f"{k} {meaning}")
-            for k, (value, unit) in FIRST.items()
+            for k, (value, unit) in first.items()
         ),
         Param("erected_force", 150.0 * MICRO_G, 0.0, 5e-3, "m/s^2", "bias after the erection"),
         Param("gyro_noise", 1.5e-7, 0.0, 3e-5, "rad/sqrt(s)", "angle walk: small trusts the gyro"),
@@ -89,16 +91,16 @@ def filter_params() -> tuple[Param, ...]:
 
 
 def filter_states(
-    start: list[float], first: list[float], rate: float, literal: bool
+    start: list[float], first: list[float], rate: float, align: int, literal: bool
 ) -> tuple[State, ...]:
     """Instrument errors, covariance, and what the filter remembers from one second to the next.
 
-    ``first``: variances, scaled, of the 13 states.
+    ``first``: variances, scaled, of the 13 states; ``align``: samples of the alignment.
     """
     return (
         *(State(name, -limit, limit * BELOW, unit) for name, limit, unit in _LEARNT),
         *covariance_states(13, lambda i: first[i]),
-        State("count", 0.0, rate),
+        State("count", -1.0 - align, rate, "", -1.0 - align if align else 0.0),
         State("late", 0.0, 1.0),  # P was last propagated at an index
         *(State(f"from_q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
         State("turned", -4.0, 4.0 * BELOW, "", 4.0 * BELOW),

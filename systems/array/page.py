@@ -17,13 +17,13 @@ from boresight.systems.array.world import ANGLES, DT
 __all__ = ["render"]
 
 _INTRO = (
-    "A radar array is aligned at rest for 300 s, erected to a pitch of 66 deg, and turned about "
-    "the vertical for hours. Gyros and accelerometers on it tell its attitude, a mark on the "
-    "turntable its azimuth once a turn. Wang Wenzhe et al. (2016) print errors after each hour. "
-    "Here the integer program of the core runs through every sample, in C.",
+    "A radar array rests for 300 s, in which its attitude is found from gyros and accelerometers. "
+    "It is erected to a pitch of 66 deg, and turned about the vertical for hours. A mark on the "
+    "turntable tells its azimuth once a turn. Wang Wenzhe et al. (2016) print errors after each "
+    "hour. Here the integer program of the core runs through every sample, in C.",
     "Sensor errors are the paper's (gyro 0.003 deg/h, 1e-5, 20e-6; accelerometer 20 ug, 1e-4, "
-    "20e-6), their signs drawn in every run, the start off by 5 arcsec of tilt and 20 of heading. "
-    "As in the paper there is no noise, unless a case says so. Errors count while it turns.",
+    "20e-6), their signs drawn in every run. As in the paper there is no noise, unless a case says "
+    "so. Errors count while it turns.",
 )
 _OVER = (
     "First run, least and most of each 240th of the time. The heading is worst before the filter "
@@ -38,6 +38,8 @@ _WORDS = (
 _CASES = "Over all runs of each; arcsec unless stated otherwise."
 _COLUMNS = {
     **{f"{a} rms, most": (f"{a}_rms", f"{a}_max") for a in ANGLES},
+    **{"heading: after the rest, rms": ("heading_rested_rms",)},
+    **{"second turn on, rms, most": ("heading_later_rms", "heading_later_max")},
     **{"1 sigma of the hours": tuple(f"{a}_sigma" for a in ANGLES)},
     **{"scale of the up gyro, ppm": ("scale_up_ppm",)},
     **{"indices used, refused": ("used_sum", "refused_sum")},

@@ -19,7 +19,7 @@ from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import drive
 from boresight.systems.array.cases import Case
 from boresight.systems.array.estimator import ArrayAttitude
-from boresight.systems.array.world import ANGLES, DT, ERECTED, TurningArray
+from boresight.systems.array.world import ALIGNED, ANGLES, DT, ERECTED, TurningArray
 
 __all__ = ["EVERY", "Turned", "errors_of", "figures_of", "run_array", "turned"]
 
@@ -41,6 +41,8 @@ class Turned:
         Of the last of each `EVERY` records that turn, in the outputs' units.
     error : float64 (n, 3)
         Of pitch, roll, heading there [arcsec].
+    rested : float64 (3,)
+        The same at the end of the rest.
     square, largest : dict of str to float
         By angle that was compared: mean square, and largest, of its difference from float64 [ht].
     least_eigenvalue : float
@@ -51,6 +53,7 @@ class Turned:
 
     outputs: Mapping[str, FloatArray]
     error: FloatArray
+    rested: FloatArray
     square: Mapping[str, float]
     largest: Mapping[str, float]
     least_eigenvalue: float
@@ -78,7 +81,7 @@ def turned(
     covariance = covariance_of(estimator) if watched else None
     square, largest = dict.fromkeys(ANGLES * compared, 0.0), dict.fromkeys(ANGLES * compared, 0.0)
     counts: Counter[str] = Counter()
-    smallest, errors = math.inf, []
+    smallest, errors, rested = math.inf, [], np.full(3, np.nan)
     for part in drive(world, level):
         run, n = part.run, len(part.inputs)
         if covariance is not None and run.states is not None:
@@ -95,6 +98,10 @@ def turned(
             counts["refused"] += int(np.count_nonzero(status >> 3 & 1))
             counts["used"] += int(np.count_nonzero(status >> 6 & 1))
         counts["saturated"] += run.n_saturated
+        last = ALIGNED - counts["records"]
+        if 0 <= last < n:
+            outputs = {name: values[last : last + 1] for name, values in run.outputs.items()}
+            rested = errors_of(world, outputs, ALIGNED - 1, ALIGNED)[0]
         # The record after the restart is sample 0; kept are the last of each `EVERY` that turn.
         first = ERECTED + EVERY - counts["records"]
         selection = slice(first if first >= 0 else first % EVERY, None, EVERY)
@@ -102,35 +109,60 @@ def turned(
         counts["records"] += n
     outputs = {name: np.concatenate([part[name] for part in errors]) for name in errors[0]}
     square = {name: total / counts["records"] for name, total in square.items()}
-    error = errors_of(world, outputs)
-    return Turned(outputs, error, square, largest, smallest, **{n: counts[n] for n in _COUNTED})
+    error = errors_of(world, outputs, ERECTED, world.samples, EVERY)
+    sums = {n: counts[n] for n in _COUNTED}
+    return Turned(outputs, error, rested, square, largest, smallest, **sums)
 
 
-def errors_of(world: TurningArray, outputs: Mapping[str, FloatArray]) -> FloatArray:
-    """Errors of pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
-    truth = world.truth(ERECTED, world.samples, EVERY) / math.pi
+def errors_of(
+    world: TurningArray, outputs: Mapping[str, FloatArray], first: int, last: int, every: int = 1
+) -> FloatArray:
+    """Errors of pitch, roll, heading (n, 3) [arcsec] of `World.truth` of these samples."""
+    truth = world.truth(first, last, every) / math.pi
     angles = np.stack([outputs[n] for n in ANGLES], axis=1)
     return ARCSEC * wrapped(angles - truth, 2.0)
 
 
+def calibration(world: TurningArray) -> dict[str, float]:
+    """Registers of instruments that are known exactly."""
+    registers: dict[str, float] = {}
+    for name, (bias, matrix) in zip(("gyro", "force"), world.constant, strict=True):
+        inverse = np.linalg.inv(matrix)
+        registers |= {
+            f"{name}_{r}{c}": inverse[i, k]
+            for i, r in enumerate("xyz")
+            for k, c in enumerate("xyz")
+        }
+        registers |= dict(zip((f"{name}_bias_{a}" for a in "xyz"), inverse @ bias, strict=True))
+    return registers
+
+
 def run_array(case: Case, seeds: range) -> Runs:
     """Figures of a case; see `figures_of`."""
-    build = Build(ArrayAttitude(**case.options))
-    worlds = (
-        TurningArray(case.deg_s, seed, hours=case.hours, truths=False, **case.world)
-        for seed in seeds
-    )
-    return figures_of([turned(w, build, compared=case.compared, watched=True) for w in worlds])
+    runs = []
+    for seed in seeds:
+        world = TurningArray(case.deg_s, seed, hours=case.hours, truths=False, **case.world)
+        registers = calibration(world) if case.calibrated else None
+        build = Build(ArrayAttitude(**case.options), params=[registers])
+        runs.append(turned(world, build, compared=case.compared, watched=True))
+    return figures_of(runs, case.deg_s)
 
 
-def figures_of(runs: Sequence[Turned]) -> Runs:
-    """Figures of each run while it turns, in arcsec; kept of each: `Turned`."""
+def figures_of(runs: Sequence[Turned], deg_s: float) -> Runs:
+    """Figures of each run while it turns, in arcsec; kept of each: `Turned`.
+
+    ``later``: from a second after the first turn on.
+    """
+    later = math.ceil((360.0 / deg_s + 1.0) / DT / EVERY)
     figures: dict[str, list[float]] = defaultdict(list)
     for result in runs:
         hourly = statistics(result.hourly)
         for k, axis in enumerate(ANGLES):
             figures[f"{axis}_rms"].append(math.sqrt(np.mean(result.error[:, k] ** 2)))
             figures[f"{axis}_max"].append(np.abs(result.error[:, k]).max())
+            figures[f"{axis}_later_rms"].append(math.sqrt(np.mean(result.error[later:, k] ** 2)))
+            figures[f"{axis}_later_max"].append(np.abs(result.error[later:, k]).max())
+            figures[f"{axis}_rested_rms"].append(abs(result.rested[k]))
             figures[f"{axis}_sigma"].append(hourly["sigma"][k])
         figures["fixed_float_rms"].append(
             ARCSEC * math.sqrt(max(result.square.values(), default=0))

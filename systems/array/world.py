@@ -10,12 +10,7 @@ import numpy.typing as npt
 
 from boresight import World
 from boresight.model.errors import require
-from boresight.sim.rotations.rotation import (
-    euler_to_matrix,
-    matrix_to_euler,
-    quaternion_to_matrix,
-    rotation_vector_to_quaternion,
-)
+from boresight.sim.rotations.rotation import euler_to_matrix, matrix_to_euler
 from boresight.sim.rotations.zyx import wrapped
 from boresight.systems.worlds import sensors
 from boresight.systems.worlds.turning import Turn, Turning, drawn, earth_rate, normal_gravity
@@ -50,14 +45,15 @@ class TurningArray(World):
         Factor on the paper's errors: gyro 0.003 deg/h, 1e-5, 20e-6; accelerometer 20 ug, 1e-4,
         20e-6.
     plus : bool
-        All of them positive and the start exact. Else signs are drawn, and the start is off by 5"
-        of tilt about each axis and by 20" of heading, either way.
+        All of them positive. Else signs are drawn.
     noise : float
         Factor on the noise of a fibre-optic gyro and an accelerometer beside it, which the paper
         does not have (`sensors.FIBRE_OPTIC`).
     nods_arcsec : float
         Vibration, root mean square: the array nods about its hinge at 3 to 12 Hz, 1 m below the
         unit.
+    tilt_deg : float
+        Pitch and roll at the start differ from `START_DEG` by this, and the heading is any.
     counts_bits : int
         Increments are counts of 2^-7 rad and 2^-2 m/s over 2^(counts_bits - 1).
     mark_deg, index, missed, doubled, wrong
@@ -68,7 +64,7 @@ class TurningArray(World):
     Raises
     ------
     InputError
-        A rate of 0 or more than 44 deg/s, no time, a size below 0.
+        A rate of 0 or more than 44 deg/s, no time, a size below 0, a tilt above 20 deg.
     """
 
     name = "turning_array"
@@ -83,6 +79,7 @@ class TurningArray(World):
         plus: bool = False,
         noise: float = 0.0,
         nods_arcsec: float = 0.0,
+        tilt_deg: float = 0.0,
         counts_bits: int = 32,
         mark_deg: float = START_DEG[2],
         index: str = "hall",
@@ -97,11 +94,12 @@ class TurningArray(World):
             (errors >= 0.0, "errors", "0 or more", errors),
             (noise >= 0.0, "noise", "0 or more", noise),
             (nods_arcsec >= 0.0, "nods_arcsec", "0 or more", nods_arcsec),
+            (0.0 <= tilt_deg <= 20.0, "tilt_deg", "0 to 20", tilt_deg),
             (16 <= counts_bits <= 48, "counts_bits", "16 to 48", counts_bits),
         ):
             require(valid, f"turning_array, {where}", wanted, found)
         self.deg_s, self.errors, self.plus, self.nods_arcsec = deg_s, errors, plus, nods_arcsec
-        self.truths = truths
+        self.truths, self.tilt_deg = truths, tilt_deg
         self.mark = Mark(mark_deg, index, missed, doubled, wrong)
         full = (2.0**-7, 2.0**-2)
         self.noise = [
@@ -114,12 +112,12 @@ class TurningArray(World):
     def draw(self, seed: int) -> None:
         """See `World`."""
         self.seed, plus = seed, self.plus
-        signs, shakes, luck = (np.random.default_rng([seed, k]) for k in range(3))
-        start = euler_to_matrix(np.radians(START_DEG))
-        if not plus:
-            off = ARCSEC * np.array([5.0, 5.0, 20.0]) * signs.choice([-1.0, 1.0], 3)
-            start = quaternion_to_matrix(rotation_vector_to_quaternion(off)) @ start
-        roll, rate = math.radians(START_DEG[1]), math.radians(self.deg_s)
+        signs, shakes, luck, tilts = (np.random.default_rng([seed, k]) for k in range(4))
+        off = np.ones(3) if plus else signs.choice([-1.0, 1.0], 3)
+        turn = 180.0 * tilts.random() if self.tilt_deg else 0.0
+        angles = START_DEG + off * (self.tilt_deg, self.tilt_deg, turn)
+        start = euler_to_matrix(np.radians(angles))
+        roll, rate = math.radians(angles[1]), math.radians(self.deg_s)
         hinge = np.array([math.cos(roll), 0.0, math.sin(roll)])
         east, north, up = (math.radians(5.0) * start @ hinge).tolist()
         lengths = np.diff((0, ALIGNED, ERECTED, self.samples)).tolist()

@@ -84,6 +84,7 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("attitude", (1.0, 2.0), "attitude: wanted"),
         ("reading", "none", "reading: wanted heading or literal, found 'none'"),
         ("rate", 10.0, "rate: wanted 50 to 1000"),
+        ("align", 10.0, "align: wanted 30 to 200, or 0"),
     ],
     # worlds, what they are made of, an experiment
     (Landing, ""): [
@@ -117,6 +118,7 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("errors", -1.0, "errors: wanted 0 or more"),
         ("noise", -1.0, "noise: wanted 0 or more"),
         ("nods_arcsec", -1.0, "nods_arcsec: wanted 0 or more"),
+        ("tilt_deg", 21.0, "tilt_deg: wanted 0 to 20"),
         ("counts_bits", 12, "counts_bits: wanted 16 to 48"),
     ],
     (Array, "experiment array, "): [
@@ -205,8 +207,8 @@ CYCLES = [
     ("mekf", "fast", 408, 373),
     ("vqf", "small", 1017, 514),
     ("vqf", "fast", 571, 472),
-    ("array_attitude", "small", 1663, 138),
-    ("array_attitude", "fast", 836, 112),
+    ("array_attitude", "small", 1917, 138),
+    ("array_attitude", "fast", 985, 112),
     ("array_phases", "small", 132, 132),
     ("array_phases", "fast", 101, 101),
     ("battery", "small", 275, 275),
@@ -258,7 +260,8 @@ STATUS = {
     "mls_attitude": "0:aligning 1:magnetometer",
     "satcom": "0:acceleration 1:tracking 2:gate 3:covariance",
     "registration": "0:sample 1:track 2:horizon 3:gate 4:limit 5:corrected",
-    "array_attitude": "0:aligning 1:erection 2:before 3:beyond 4:scale 5:variance 6:used 7:turn",
+    "array_attitude": "0:aligning 1:erection 2:before 3:beyond 4:scale 5:variance 6:used 7:turn"
+    " 8:known",
 }
 
 

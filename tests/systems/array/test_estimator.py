@@ -1,6 +1,6 @@
 """`array_attitude` against a matrix filter in SI units; index, alignment, restart, bad input."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ GYRO = (MISALIGNED + 1e-5 * np.eye(3), np.array([1.0, -1.0, 1.0]) * 0.003 * ARCS
 FORCE = (MISALIGNED - 1e-4 * np.eye(3), np.array([1.0, 1.0, -1.0]) * 1.96e-4)
 START = (1.0 + 5.0 / 3600.0, 2.0 - 5.0 / 3600.0, 90.0 + 20.0 / 3600.0)
 MOTION = turning(RATE, STILL, ERECTION)
+#: The filter whose attitude before the first sample is right.
+known = partial(ArrayAttitude, attitude=START, align=0.0)
 
 
 @lru_cache(maxsize=4)
@@ -45,14 +47,14 @@ def records(seconds: float, index: bool = True) -> Any:
 
 @lru_cache(maxsize=4)
 def made(name: str, reading: str) -> Any:
-    return make_level(name, Build(ArrayAttitude(attitude=START, reading=reading)))
+    return make_level(name, Build(known(reading=reading)))
 
 
 def level(name: str, reading: str = "heading") -> Any:
     """From a reset, with the parameters of all tests."""
     level_object = made(name, reading)
     if name == "c":
-        level_object.set_params(ArrayAttitude(attitude=START).param_values({}))
+        level_object.set_params(known().param_values({}))
     level_object.reset()
     return level_object
 
@@ -60,7 +62,7 @@ def level(name: str, reading: str = "heading") -> Any:
 def run(u: Any, name: str = "float", reading: str = "heading", **params: float) -> Any:
     level_object = level(name, reading)
     if params:
-        level_object.set_params(ArrayAttitude(attitude=START).param_values(params))
+        level_object.set_params(known().param_values(params))
     return level_object.run(u)
 
 
@@ -94,7 +96,7 @@ class Textbook:
     """Strapdown and filter as matrices in SI units, Joseph updates, attitude by scipy."""
 
     def __init__(self) -> None:
-        p = ArrayAttitude().param_values()
+        p = known().param_values()
         self.param, self.c = p, body(np.radians([START]))[0]
         self.v, self.eps, self.nabla, self.dku = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
         self.P = np.diag([p[f"p0_{k}"] for k in KINDS]) ** 2
@@ -220,6 +222,31 @@ def test_a_restart_is_a_start() -> None:
     program = level("c").program
     p, wanted = (covariances(program, s) for s in (second.states[4001:], first.states))
     assert np.abs(p - wanted).max() < 1e-7
+
+
+def test_calibration_undoes_the_errors_of_the_instruments() -> None:
+    """Errors a hundred times the paper's, in registers; the index and the filter have no part."""
+    n = round(100.0 * (STILL + ERECTION + 20.0))
+    clean, rng, registers = exact(MOTION, n), np.random.default_rng(1), {}
+    u = np.zeros((n, 10))
+    for k, (name, bias) in enumerate((("gyro", 2e-6), ("force", 0.02))):
+        matrix, drift = np.eye(3) + rng.uniform(-1e-3, 1e-3, (3, 3)), rng.uniform(-bias, bias, 3)
+        columns = slice(3 * k, 3 * k + 3)
+        u[:, columns] = (clean[:, columns] + 0.01 * drift) @ np.linalg.inv(matrix).T
+        cells = [(r, c) for r in range(3) for c in range(3)]
+        registers |= {f"{name}_{'xyz'[r]}{'xyz'[c]}": matrix[r, c] for r, c in cells}
+        registers |= {f"{name}_bias_{a}": drift[i] for i, a in enumerate("xyz")}
+    estimator, perfect = ArrayAttitude(aided=False), u.copy()
+    perfect[:, :6] = clean
+    for name in ("float", "c"):
+        form, both = make_level(name, Build(estimator)), []
+        for record, values in ((perfect, {}), (u, registers)):
+            form.set_params(estimator.param_values(values))
+            both.append(form.run_anew(record).outputs)
+        difference = {n: both[1][n] - both[0][n] for n in both[0]}
+        for angle in ("pitch", "roll", "heading"):
+            assert np.abs(648000.0 * difference[angle]).max() < 0.05, (name, angle)
+        assert max(np.abs(difference[f"v{a}"]).max() for a in "enu") < 5e-4, name
 
 
 def test_full_scale_is_flagged_and_bounded() -> None:
