@@ -30,7 +30,7 @@ def is_folder(name: Any) -> TypeGuard[str | Path]:
     installed = names_of_entry_points(ESTIMATOR_GROUP)
     if not isinstance(name, str | Path) or name in installed:
         return False
-    return any((Path(name) / file).is_file() for file in (MANIFEST, _REPORT))
+    return any(os.path.isfile(os.path.join(name, file)) for file in (MANIFEST, _REPORT))
 
 
 def made_of(names: Sequence[Named], build: Build, target: str, folder: Path) -> Any:

@@ -10,6 +10,7 @@ import ast
 import hashlib
 import importlib.util
 import inspect
+import os
 import re
 import sys
 import traceback
@@ -198,9 +199,9 @@ def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
             return _loaded(point, base, f"{kind} {name}")
     names = {*names_of_entry_points(group)}
     fix = "boresight info shows them all"
-    if Path(f"{name}.py").is_file():
+    if os.path.isfile(f"{name}.py"):
         fix = f"write {name}.py, the file that is here"
-    elif Path(name).exists():
+    elif os.path.exists(name):
         fix = f"the {kind} comes first, logs after it"
     raise InputError.at(
         kind,

@@ -210,7 +210,10 @@ def check(
 
 
 def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
-    """Write differences to a file."""
+    """Write differences to a file; an option that repeats its default is one, too."""
+    chosen = [name for name in ("config", "word", "target", "params") if name in options]
+    if chosen and is_folder(words[0]):
+        raise _of_folder(words[0], ", ".join(f"--{name.removesuffix('s')}" for name in chosen))
     if str(words[0]).endswith(".json"):
         return {}
     with suppress(InputError):  # a file of the user, or a folder that cannot be written
@@ -219,18 +222,22 @@ def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[
     return {}
 
 
+def _of_folder(folder: str | Path, found: str) -> InputError:
+    return InputError.at(
+        str(folder),
+        wanted="no --config, --word, --target or --param: the folder has them",
+        found=found,
+        fix="leave it out",
+    )
+
+
 def _build(
     estimator: Any, config: str, word: int, part: str, params: Any
 ) -> tuple[Build, object | None]:
     """The core of estimators, or of a compiled folder; and the choice of its depth."""
     if is_folder(estimator):
         if (config, word, part, params) != ("small", 32, "xc6slx9", None):
-            raise InputError.at(
-                str(estimator),
-                wanted="no --config, --word, --target or --param: the folder has them",
-                found="one of them",
-                fix="leave it out",
-            )
+            raise _of_folder(estimator, "one of them")
         return build_in(Path(estimator)), None
     from boresight.depths import build_for  # it imports the gateware
 

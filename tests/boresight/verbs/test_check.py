@@ -42,7 +42,8 @@ def test_the_files_of_a_folder_are_what_runs(here: Path, data, said, refused, mo
     assert result["good"] and result["results"][0]["identity"] == identity
     assert boresight.check(Path("core"), "mine.csv", levels="c").good  # type: ignore[arg-type]
     assert "W = 32, core " + identity in said("check mine.py mine.csv --param alpha=0.25 -q")
-    assert "wanted no --config" in refused(f"{line} --word 24")
+    for option in ("--word 24", "--word 32", "--config small", "--target xc6slx9"):
+        assert "wanted no --config" in refused(f"{line} {option}")
     files = [path for path in Path("core").rglob("*") if path.is_file()]
     for path in files:
         good = path.read_bytes()
@@ -73,6 +74,10 @@ def test_beyond_the_tolerance(here: Path, data, said) -> None:
     assert [o["tolerance"] for o in given["outputs"]] == [0.5, 9.0]
     assert [o["max"] for o in given["outputs"]] == [o["max"] for o in declared]
     assert said(f"{line} -q", 1).splitlines()[-1].startswith("FAILED: vel max ")
+
+
+def test_a_name_longer_than_a_path_is_a_name(refused) -> None:
+    assert "estimator: wanted file.py:Class" in refused(f"check {'a' * 300} log.csv")
 
 
 def test_several_estimators_share_a_core(tmp_path: Path, data, refused) -> None:
