@@ -23,6 +23,10 @@ the small rotation e about north, east, down and the bias: 6 x 6, and the same f
 in axes turned by the heading the Jacobians are unit vectors, each a scalar update::
 
     cos(theta) dphi = d_1    dtheta = d_2    cos(theta) dpsi = cos(theta) d_3 + sin(theta) d_1
+
+**Scale.** P is held times (scale finer / 2)^2, with ``finer`` a power of two that follows the
+trace: 1 at a restart, up to 32 once P is small. Rows and moves are over ``finer``, which makes
+them those of a state so much larger.
 """
 
 from __future__ import annotations
@@ -44,7 +48,6 @@ from boresight.model.algebra.covariance import (
 )
 from boresight.model.algebra.quaternion import dot, increment, matrix, multiply, right_matrix, turn
 from boresight.model.algebra.quaternion_filter import (
-    FLOOR_NOISE,
     TRACE_LIMIT,
     normalised,
     status_word,
@@ -54,16 +57,18 @@ from boresight.model.algebra.quaternion_filter import (
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require, require_choice
 from boresight.systems.satcom import interface
-from boresight.systems.satcom.interface import BIAS_UNIT, P0_LIMIT
+from boresight.systems.satcom.interface import BIAS_UNIT, FINEST, P0_LIMIT
 
 __all__ = ["INNOVATIONS", "Satcom"]
 
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 ADAPT_LIMIT = 1024.0  #: largest `adapt` times scale / 2.
-STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
+STEP_LIMIT = 0.125  #: largest root of a process noise, as held.
+LEAST_NOISE = 2.0**-31  #: least process noise of a record, as held: less is no word of P.
 BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
 CORRECTION_LIMIT = 0.5  #: largest component of v in a correction (1, v): 53 degrees.
 DRIFT_LIMIT = 0.125  #: half turns a second, largest drift of the heading loop.
+SMALL, LARGE = 2.0**-6, 0.125  #: traces between which the covariance keeps its scale.
 CUT_NOISE = 0.5  #: variance with which a heading at its limit is cut, scaled.
 FAR = 1.0 / 90.0  #: half turns; an unknown tilt further off is corrected and still unknown.
 VARIANTS = ("corrected", "printed")
@@ -157,8 +162,13 @@ class Satcom(Estimator):
 
         # External acceleration, unless the tilt is not known itself.
         half_scale = 0.5 * p.scale
-        a = self._predicted(covariance_of(x, 6), c_nb, dt, p, half_scale)
-        known_sd = ops.saturated(p.tilt_known_sd * half_scale, 1.0)
+        held = covariance_of(x, 6)
+        traces = [sum_of(held[k][k] for k in block) for block in (range(3), range(3, 6))]
+        full, bias_full = (trace >= TRACE_LIMIT for trace in traces)
+        fine_scale = half_scale * x.finer
+        roots = p.gyro_sd * fine_scale, (2.0 * BIAS_UNIT) * p.bias_density * fine_scale
+        a = self._predicted(held, c_nb, dt, roots, full, bias_full)
+        known_sd = ops.saturated(p.tilt_known_sd * fine_scale, 1.0)
         tilt_known = a[0][0] + a[1][1] < known_sd * known_sd
         force = turn(c_nb, (u.ax, u.ay, u.az))
         down = force[2] - GRAVITY if self.printed_detector else force[2] + GRAVITY
@@ -197,11 +207,11 @@ class Satcom(Estimator):
 
         # Scalar updates: roll, pitch, heading. Without tracking a covariance at its limit is cut
         # along the heading, without innovation, so that the gains of the tilt live on.
-        full = a[0][0] + a[1][1] + a[2][2] >= TRACE_LIMIT
+        east, north, level = (x.coarser * c for c in (sin_psi, cos_psi, cos_theta))
         rows = (
-            {0: cos_psi, 1: sin_psi},
-            {0: -sin_psi, 1: cos_psi},
-            {0: -c_nb[2][0] * cos_psi, 1: -c_nb[2][0] * sin_psi, 2: cos_theta},
+            {0: north, 1: east},
+            {0: -east, 1: north},
+            {0: -c_nb[2][0] * north, 1: -c_nb[2][0] * east, 2: level},
         )
         cut = full & ~used
         gains: list[list[Any]] = []
@@ -213,7 +223,8 @@ class Satcom(Estimator):
         update_along(a, gains, moves, rows[2], r_heading, nu, used, used | full)
 
         # Correction, normalisation, restart.
-        turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
+        pulls = [x.coarser * m for m in moves]
+        turns = [sum_of(g[k] * m for g, m in zip(gains, pulls, strict=True)) for k in range(6)]
         half = [ops.saturated(t, CORRECTION_LIMIT) for t in turns[:3]]
         q_new, _ = normalised(multiply([1.0, *half], q), 2.0)
         bias = [
@@ -223,8 +234,11 @@ class Satcom(Estimator):
         # (1, v)/|(1, v)|^2, with 1/(1 + y) = 1 - y + y^2 within y^3.
         y = ops.saturated(dot(half, half), 0.5)
         inverse = ops.bounded(1.0 - y + y * y, 0.75, 1.0, "inverse of one and more")
-        correction = [inverse, *(ops.bounded(v * inverse, -0.5, 0.5, "part") for v in half)]
-        after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)
+        factor, scale = self._rescaled(x, traces, roots, restart)
+        inverse = factor * inverse
+        correction = [inverse, *(ops.bounded(v * inverse, -1.0, 1.0, "part") for v in half)]
+        a = downdated(a, gains, far)
+        after = self._turned(a, correction, factor, restart, p, half_scale)
         start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
         first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)
         roll, pitch, heading = roll_pitch_heading_ht(matrix(q_new))
@@ -232,6 +246,7 @@ class Satcom(Estimator):
             **{f"q{axis}": ops.where(restart, s, c) for axis, s, c in first},
             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
             **{name: after[i][j] for name, i, j in element_names(6)},
+            **scale,
             "heading_pi": ops.where(restart, p.start_heading, loop["heading_pi"]),
             "drift": ops.where(restart, 0.0, loop["drift"]),
             "since": ops.where(restart, 0.0, loop["since"]),
@@ -273,29 +288,58 @@ class Satcom(Estimator):
         }
 
     @staticmethod
-    def _predicted(p0: Symmetric, c_nb: Any, dt: Any, p: Any, half_scale: Any) -> Symmetric:
+    def _predicted(
+        p0: Symmetric, c_nb: Any, dt: Any, roots: tuple[Any, Any], full: Any, bias_full: Any
+    ) -> Symmetric:
         """P a step later; where its trace is at the limit it does not grow."""
-        full = p0[0][0] + p0[1][1] + p0[2][2] >= TRACE_LIMIT
-        bias_full = p0[3][3] + p0[4][4] + p0[5][5] >= TRACE_LIMIT
-        step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * dt), 2.0**-4)
+        dt_p = ops.where(full, 0.0, dt)
+        step = ops.saturated((0.5 / BIAS_UNIT) * dt_p, 2.0**-4)
         g = [
             [ops.bounded(step * c, -(2.0**-4), 2.0**-4, "half a step") for c in row] for row in c_nb
         ]
-        white = ops.saturated(ops.where(full, 0.0, p.gyro_sd * half_scale * dt), STEP_LIMIT)
-        walk = ops.saturated((2.0 * BIAS_UNIT) * p.bias_density * half_scale, STEP_LIMIT)
-        # A word of noise keeps rounding small where the declared noise is smaller.
-        white_noise = ops.where(full, 0.0, ops.maximum(white * white, FLOOR_NOISE))
-        walk_noise = ops.where(bias_full, 0.0, ops.maximum(walk * walk * dt, FLOOR_NOISE))
+        white = ops.saturated(roots[0] * dt_p, STEP_LIMIT)
+        walk = ops.saturated(roots[1], STEP_LIMIT)
+        white_noise = ops.maximum(white * white, LEAST_NOISE)
+        walk_noise = ops.where(bias_full, 0.0, ops.maximum(walk * walk * dt, LEAST_NOISE))
         return drifted(p0, g, white_noise, walk_noise)
 
     @staticmethod
-    def _turned(a: Symmetric, c: list[Any], restart: Any, p: Any, half_scale: Any) -> Symmetric:
-        """P in the basis of the corrected quaternion, its norm taken off; P0 at a restart."""
+    def _rescaled(
+        x: Any, traces: list[Any], roots: tuple[Any, Any], restart: Any
+    ) -> tuple[Any, dict[str, Any]]:
+        """(root of what P is multiplied by, 0 at a restart; ``finer`` and its inverse).
+
+        ``finer`` doubles while P is small, unless a record of 0.25 s would then clamp a process
+        noise; it halves where P is large.
+        """
+        trace = traces[0] + traces[1]
+        # Each term is below SMALL: the trace, then the noises at twice the scale, FINEST.
+        room = roots[0] * (0.5 * SMALL / STEP_LIMIT) + roots[1] * (2.0 * SMALL / STEP_LIMIT)
+        grow = trace + room + (SMALL / FINEST) * x.finer < SMALL
+        shrink = trace - trace * x.coarser > LARGE
+        factor = ops.where(shrink, 0.5, ops.where(grow, 2.0, 1.0))
+        inverse = factor * factor - 3.5 * factor + 3.5  # of 2, 1 and 1/2
+        return ops.where(restart, 0.0, factor), {
+            "finer": ops.where(restart, 1.0, factor * x.finer),
+            "coarser": ops.where(restart, 1.0, inverse * x.coarser),
+        }
+
+    @staticmethod
+    def _turned(
+        a: Symmetric, c: list[Any], factor: Any, restart: Any, p: Any, half_scale: Any
+    ) -> Symmetric:
+        """P in the basis of the corrected quaternion, its norm taken off; P0 at a restart.
+
+        ``c`` is multiplied by ``factor`` already.
+        """
         wanted = (p.p0_sd * half_scale, (2.0 * BIAS_UNIT) * p.bias_p0_sd * half_scale)
         roots = [ops.saturated(root, P0_LIMIT) for root in wanted]
 
         def element(i: int, j: int, value: Any) -> Any:
-            first = roots[i // 3] * roots[i // 3] if i == j else 0.0
-            return bounded_element(ops.where(restart, first, value), i, j)
+            if j >= 3:
+                value = (factor if i < 3 else factor * factor) * bounded_element(value, i, j)
+            if i == j:
+                value = ops.where(restart, roots[i // 3] * roots[i // 3], value)
+            return bounded_element(value, i, j)
 
         return partly_turned([row[1:] for row in right_matrix(c)[1:]], a, element)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from boresight import Input, Output, Param, State
 from boresight.model.algebra.covariance import covariance_states
 
-__all__ = ["BIAS_UNIT", "INPUTS", "OUTPUTS", "P0_LIMIT", "PARAMS", "STATES", "STATUS_BITS"]
+__all__ = [
+    *("BIAS_UNIT", "FINEST", "INPUTS", "OUTPUTS", "P0_LIMIT", "PARAMS", "STATES", "STATUS_BITS")
+]
 
 BIAS_UNIT = 4.0  #: s; the bias state of the covariance is bias times this.
 P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
+FINEST = 32.0  #: most by which the scale of the covariance grows.
 BELOW = 1.0 - 2.0**-31
 _DEG = 0.017453292519943295
 
@@ -42,7 +45,7 @@ INPUTS = (
 )
 
 PARAMS = (
-    Param("scale", 8.0, 1.0, 64.0, "", "covariances are held times its square; see `ekf_bias`"),
+    Param("scale", 8.0, 1.0, 64.0, "", "of the covariance at first: small allows large p0_sd, R"),
     Param("start_heading", 0.0, -1.0, 0.9999, "ht", "heading at a restart, of a found satellite"),
     Param("p0_sd", 0.063, 1e-4, 1.0, "rad", "attitude at first: large follows the first samples"),
     Param("bias_p0_sd", 0.015, 1e-5, 0.1, "rad/s", "bias at first; times 4 scale at most 0.5"),
@@ -66,6 +69,8 @@ STATES = (
     *(State(f"q{axis}", -1.0, BELOW) for axis in "xyz"),
     *(State(f"bias_{axis}", -0.125, 0.125 * BELOW, "rad/s") for axis in "xyz"),
     *covariance_states(6, lambda i: 0.063504 if i < 3 else 0.2304),
+    State("finer", 1.0, FINEST, "", 1.0),
+    State("coarser", 1.0 / FINEST, 1.0, "", 1.0),
     State("heading_pi", -1.0, BELOW, "ht"),
     State("drift", -0.125, 0.125 * BELOW, "ht/s"),
     State("since", 0.0, 1.0, "s"),
