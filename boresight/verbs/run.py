@@ -405,7 +405,7 @@ def _on_log(
         is_pipe = isinstance(log, str | Path) and Path(log).is_fifo()
         if summary.saturated and not is_pipe:  # which gives its rows once
             read = feeds(estimator, _read(log, steps, rows))
-            saturated = saturations(machine, (columns.inputs for columns in read))
+            saturated = saturations(machine, (s for columns in read for s in columns.spans(False)))
     return _of_log(summary, level, saturated, output)
 
 

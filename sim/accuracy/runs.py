@@ -153,7 +153,7 @@ class LogRuns:
             if len(loops) > 1:
                 comparison.add(loops[0].outputs, loops[1].outputs)
         near = tuple(comparison.result()) if len(levels) > 1 else ()
-        inputs = (part.inputs for part in columns.parts())
+        inputs = (s for k, part in enumerate(columns.parts()) for s in part.spans(not k))
         values = saturations(levels[0], inputs, params) if saturated else {}
         return [
             Scores(

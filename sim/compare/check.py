@@ -174,6 +174,8 @@ class _Case:
             return
         self.truth = self.truth or Differences(self.outputs, block.truth, judged=False)
         self.clamped, self.told = block.clamped, block.warnings
+        if block.restarts.any():
+            self.warnings["column restart: check runs on, run begins anew there"] = None
         if keep_all or not self.feeds:
             self.feeds.append(block)
 

@@ -138,7 +138,9 @@ def saturated_text(updates: int, values: Mapping[str, int]) -> str:
 
 
 def saturations(
-    level: Level, pieces: Iterable[FloatArray], params: Mapping[str, float] | None = None
+    level: Level,
+    pieces: Iterable[tuple[FloatArray, bool]],
+    params: Mapping[str, float] | None = None,
 ) -> dict[str, int]:
     """Updates by the name of the value that saturated, as `Accuracy.saturated`.
 
@@ -146,8 +148,8 @@ def saturations(
     ----------
     level : Level
         Its build is run again, in C.
-    pieces : iterable of float64 (n, n_inputs)
-        Records in their units, from a reset on.
+    pieces : iterable of (float64 (n, n_inputs), bool)
+        Records in their units, and whether they begin from the initial states.
     params : mapping, optional
         Parameter values, where they are not those of the build.
     """
@@ -156,7 +158,9 @@ def saturations(
     with Emitted(level.build, level.number) as again:
         if params is not None:
             again.set_params(params)
-        for records in pieces:
+        for records, anew in pieces:
+            if anew:
+                again.reset()
             counts += again.observe(records).saturations
     return _by_name(program, nodes, counts)
 

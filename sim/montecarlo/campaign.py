@@ -199,7 +199,7 @@ def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
         "freedom": freedom,
         "nis": [float(positive.sum()), len(positive)],
         "saturated": run.n_saturated,
-        "saturations": saturations(level, [loop.inputs]) if run.n_saturated else {},
+        "saturations": saturations(level, [(loop.inputs, True)]) if run.n_saturated else {},
     }
 
 

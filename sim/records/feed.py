@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
-from itertools import islice
+from itertools import islice, pairwise
 
 import numpy as np
 
@@ -53,6 +53,9 @@ class Feed:
         True values by output name, in its unit; NaN where the record has none.
     counts : bool (n,)
         Samples that count in an error against truth: where a column ``mov`` is not 0, or all.
+    restarts : bool (n,)
+        Samples that begin from the initial states: where a column ``restart``, which is no input of
+        the estimator, is above 0.
     warnings : tuple of str
         Warnings about times and implausible values, in this piece and those before.
     """
@@ -64,6 +67,7 @@ class Feed:
     clamped: dict[str, int]
     truth: dict[str, FloatArray]
     counts: BoolArray
+    restarts: BoolArray
     warnings: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -80,6 +84,7 @@ class Feed:
             new=self.new[span],
             truth={n: v[span] for n, v in self.truth.items()},
             counts=self.counts[span],
+            restarts=self.restarts[span],
         )
 
     @classmethod
@@ -97,6 +102,7 @@ class Feed:
             last.clamped,
             {n: np.concatenate([part.truth[n] for part in parts]) for n in first.truth},
             np.concatenate([part.counts for part in parts]),
+            np.concatenate([part.restarts for part in parts]),
             last.warnings,
         )
 
@@ -104,6 +110,19 @@ class Feed:
         """The rows, `ROWS` at a time."""
         for start in range(0, len(self), ROWS):
             yield self.rows(start, min(start + ROWS, len(self)))
+
+    def spans(self, anew: bool) -> Iterator[tuple[FloatArray, bool]]:
+        """Inputs from one restart to the next, and whether they begin from the initial states.
+
+        Parameters
+        ----------
+        anew : bool
+            Whether the first row does.
+        """
+        starts = sorted({0, *np.flatnonzero(self.restarts).tolist()})
+        for start, stop in pairwise([*starts, len(self)]):
+            first = bool(self.restarts[start]) if start < len(self) else False
+            yield self.inputs[start:stop], first or (anew and not start)
 
     def words(self, program: Program) -> IntArray:
         """Input words (n, n_inputs)."""
@@ -213,6 +232,9 @@ class Feeder:
             record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
+            record.numbers("restart") > 0.0
+            if "restart" in record.columns and all(i.name != "restart" for i in estimator.inputs)
+            else np.zeros(len(record), dtype=bool),
             self._warnings(record, inputs, new, truth),
         )
 

@@ -174,7 +174,12 @@ def drive(
         yield from _world(source, level, steps, keep)
         return
     start = time.perf_counter()
-    run = level.run_anew(source.inputs) if anew else level.advance(source.inputs)
+    run = Run.joined(
+        [
+            level.run_anew(inputs) if begins else level.advance(inputs)
+            for inputs, begins in source.spans(anew)
+        ]
+    )
     seconds = time.perf_counter() - start
     yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped, seconds)
 

@@ -73,6 +73,21 @@ def test_pieces_of_any_length_give_the_same_bytes(name: str, level: str, here: P
         assert pieces["rows"] == 2500 and not pieces["outputs"]
 
 
+@pytest.mark.parametrize("level", ["float", "numpy", "fixed", "c", "rtl"])
+def test_a_row_of_a_log_begins_anew(hand: None, level: str) -> None:
+    log = {"dt": np.full(9, 0.5), "z": np.linspace(-3.0, 3.0, 9)}
+    log["restart"] = np.isin(np.arange(9), (0, 3, 4, 8)).astype(float)
+    parts = [
+        boresight.run("hand.py", {n: v[a:b] for n, v in log.items()}, levels=level)["outputs"]["x"]
+        for a, b in ((0, 3), (3, 4), (4, 8), (8, 9))
+    ]
+    whole = boresight.run("hand.py", log, levels=level)["outputs"]["x"]
+    assert whole.tolist() == np.concatenate(parts).tolist() and whole[8] == 2.0
+    if level != "rtl":
+        pieces = boresight.run("hand.py", log, levels=level, rows=2, output="out.csv")
+        assert pieces["rows"] == 9 and read_record("out.csv").columns["x"].values[8] == 2.0
+
+
 def test_data_in_memory() -> None:
     class Mine(Estimator):
         inputs = (Input("z", -4.0, 4.0, "m"),)
