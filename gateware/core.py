@@ -16,7 +16,6 @@ from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.scheduler import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
-from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.model.words.program import Kind, Program
 
 
@@ -236,3 +235,34 @@ def _digest(programs: Sequence[Program]) -> str:
         return programs[0].digest
     text = " ".join(p.digest for p in programs)
     return hashlib.sha256(text.encode()).hexdigest()[: len(programs[0].digest)]
+
+
+def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[int, ...]]:
+    """For each program, the maximum number of states in each bank.
+
+    Each program gets an even share of the lanes for its states, and a part of the remaining
+    registers in proportion to its number of states.
+
+    Raises
+    ------
+    ScheduleError
+        The programs have more states than the machine.
+    """
+    lanes, slots = machine.lanes, machine.state_slots
+    counts = [len(p.states) for p in programs]
+    total = sum(counts)
+    if total > lanes * slots:
+        counted = [f"{p.name} {n}" for p, n in zip(programs, counts, strict=True)]
+        raise ScheduleError(
+            f"{', '.join(counted) if len(counted) > 1 else programs[0].name}: {total} states, the "
+            f"{machine.name} machine has room for {lanes * slots}"
+            f"{machine.remedy(total, lanes * slots)}"
+        )
+    spare = slots - -(-total // lanes)
+    quotas, first = [], 0
+    for count in counts:
+        # The k-th state of all is in lane k modulo lanes.
+        shares = [len(range((lane - first) % lanes, count, lanes)) for lane in range(lanes)]
+        quotas.append(tuple(n + (spare * count // total if total else 0) for n in shares))
+        first += count
+    return quotas

@@ -9,12 +9,15 @@ boresight accuracy mekf flight.ulg --align heading  # without a constant offset 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from typing import Any
 
-from boresight.filters import chosen, params_by_estimator
-from boresight.model.errors import require_choice, require_whole
-from boresight.model.resolve import estimator_of
+from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.estimator import Estimator
+from boresight.model.nine_axis import INPUTS
+from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.options import (
@@ -28,11 +31,13 @@ from boresight.options import (
     Progress,
     Word,
 )
+from boresight.parameters import params_of_each
 from boresight.regression import Baseline
 from boresight.sim.accuracy.benchmark import JUDGED, benchmark, require_attitudes
-from boresight.sim.accuracy.page import render_page
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import read_trials
+from boresight.sim.pages import Section, Verdict, page_of, section_of
+from boresight.sim.plotting import dots
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import ALIGNMENTS
 
@@ -124,3 +129,95 @@ def accuracy(
         (folder / "accuracy.html").write_text(render_page(result), encoding="utf-8")
     summary = f"{result.summary}\n{output}/accuracy.html".strip()
     return replace(result, summary=summary)
+
+
+def render_page(result: Result) -> str:
+    """The page's text, which needs no other file."""
+    rows = [row for row in result["estimators"] if row["level"] != "float"]
+    logs = [log["trial"] for log in result["logs"]]
+    errors: dict[str, str] = {name: unit for row in rows for name, unit in row["units"].items()}
+    sections = [section_of(title, table) for title, table in result.tables.items()]
+    for name, unit in errors.items():
+        series = {
+            row["estimator"]: _on_logs(row, "error", name) for row in rows if name in row["units"]
+        }
+        label = f"error: {name} {unit}".rstrip()
+        sections.append(
+            Section(title=f"Error on each log: {name}", figures=[("", dots(logs, series, label))])
+        )
+    near = {
+        f"{row['estimator']}, {d['output']} {d['unit']}".rstrip(): _on_logs(
+            row, "vs_float", d["output"]
+        )
+        for row in rows
+        for d in row["vs_float"]
+        if d["tolerance"] is not None
+    }
+    if near:
+        label = "largest difference between fixed point and float64"
+        sections.append(Section(title="Fixed point", figures=[("", dots(logs, near, label))]))
+    intro: list[str | Verdict] = [result["source"] + "."]
+    intro += [Verdict(text, good=False) for text in result.failures]
+    return page_of("Accuracy", intro, sections)
+
+
+def _on_logs(row: Mapping[str, Any], key: str, name: str) -> list[float | None]:
+    return [trial[key].get(name) for trial in row["trials"]]
+
+
+def groups() -> dict[str, list[str]]:
+    """Words for several names; "ours" are estimators with the inputs of the published filters."""
+    installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
+    ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
+    return {"ours": ours, "published": list(PEERS), "all": [*ours, *PEERS]}
+
+
+def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
+    """Split names into estimators and published filters.
+
+    A text holds one or several names with commas, or words of `groups`.
+
+    Raises
+    ------
+    InputError
+        A name twice, or none.
+    """
+    words = groups()
+    members: list[Named] = []
+    for name in [names] if isinstance(names, str | Estimator | type) else names:
+        for text in split_names(name) if isinstance(name, str) else [name]:
+            members += words.get(text, [text]) if isinstance(text, str) else [text]
+    duplicates = [n for k, n in enumerate(members) if isinstance(n, str) and n in members[:k]]
+    if duplicates or not members:
+        raise InputError.at(
+            "estimators",
+            wanted="at least one, each once",
+            found=f"{duplicates[0]} twice" if duplicates else "none",
+            fix=f"name some, or one of {', '.join(words)}",
+        )
+    published = [n for n in members if isinstance(n, str) and n in PEERS]
+    return [n for n in members if n not in published], published
+
+
+def params_by_estimator(
+    names: Sequence[Named], params: Mapping[str, Any] | Sequence[str] | None
+) -> dict[str, Mapping[str, float]]:
+    """Parameter values by estimator: from Python by estimator, or texts of the command line.
+
+    Raises
+    ------
+    InputError
+        Values whose estimator is unknown or not among ``names``.
+    """
+    if params and not names:
+        raise InputError.at(
+            "parameters",
+            wanted="an estimator with parameters",
+            found="published filters only",
+            fix="name an estimator, or leave the values out",
+        )
+    own = [estimator_of(name).name for name in names]
+    if isinstance(params, Mapping) and len(own) == 1 and own[0] in params:
+        params = params[own[0]]
+    values = params_of_each(names, params)
+    return {name: some for name, some in zip(own, values, strict=True) if some}

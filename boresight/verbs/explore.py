@@ -43,11 +43,19 @@ from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.explore.cases import Case, Exploration, arguments_of, cases_of
 from boresight.sim.explore.measure import digest_of, measured, planned
-from boresight.sim.explore.page import render_page
-from boresight.sim.explore.table import OF_AREA, demands_of, quantities, quantity_of, result_of
+from boresight.sim.explore.table import (
+    ESTIMATED,
+    OF_AREA,
+    demands_of,
+    quantities,
+    quantity_of,
+    result_of,
+)
+from boresight.sim.pages import Section, Verdict, page_of, section_of
+from boresight.sim.plotting import PALETTE, figure_and_axes, legend, settings, svg
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import logs_of
-from boresight.sim.result import Result
+from boresight.sim.result import Result, Row
 
 __all__ = ["GROUPS", "explore"]
 
@@ -241,3 +249,61 @@ def _check_numbers(
     require_whole("steps", steps, 1)
     require_whole("jobs", jobs, 1)
     require_whole("seeds", seeds, 1)
+
+
+#: Costs, the first known of which is across.
+_COSTS = ("lut", "cycles")
+
+
+def render_page(title: str, result: Result) -> str:
+    """The page's text, which needs no other file."""
+    rows = result["rows"]
+    (name, shown), *_ = result.tables.items()
+    error = list(shown[0])[1]
+    intro: list[str | Verdict] = [
+        *result.summary.splitlines(),
+        *(Verdict(text, good=False) for text in result.failures),
+    ]
+    cost = next((c for c in _COSTS if any(row.get(c) for row in rows)), None)
+    figures = [] if cost is None or not error else [("", _plot(rows, error, cost))]
+    commands: list[tuple[str, str]] = [
+        (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
+    ]
+    return page_of(
+        f"Exploration of {title}",
+        [text for text in intro if text != ESTIMATED],
+        [
+            replace(section_of(name, shown), figures=figures),
+            Section(title="Commands", columns=("combination", "command"), rows=commands),
+        ],
+        note=ESTIMATED if ESTIMATED in result.summary else "",
+    )
+
+
+def _plot(rows: list[Row], error: str, cost: str) -> str:
+    """SVG of the error over the cost, a curve for each machine; hollow where check fails."""
+    series: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.get(cost) is not None and (row.get(error) or 0.0) > 0.0:
+            head = row["combination"].replace(f"{row['word']} bits, ", "")
+            series.setdefault(head, []).append(row)
+    with settings():
+        figure, axes = figure_and_axes(3.6)
+        for (head, of), colour in zip(series.items(), PALETTE * len(series), strict=False):
+            x, y = [row[cost] for row in of], [row[error] for row in of]
+            axes.plot(x, y, color=colour, linewidth=0.6, label=head)
+            for row in of:
+                face = colour if row["good"] else "white"
+                axes.plot(row[cost], row[error], "o", color=colour, markerfacecolor=face)
+                axes.annotate(
+                    str(row["word"]),
+                    (row[cost], row[error]),
+                    xytext=(5, 4),
+                    textcoords="offset points",
+                )
+        axes.set_yscale("log")
+        axes.set_xlabel(cost)
+        axes.set_ylabel(f"largest error: {error}")
+        if series:
+            legend(axes, 4)
+        return svg(figure, "explore")

@@ -1,5 +1,5 @@
 """Cycle, lane and registers of each operation of a program.
 
 `slots` < `arrange`, `captures`, `copies`, `priorities` < `problem`, `state`, `list_pass` <
-`scheduler`; `allocate` and `state_quotas` give registers.
+`scheduler`; `allocate` gives registers.
 """

@@ -20,8 +20,7 @@ from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import FoldedClaims, claim_results
 from boresight.sim.compare.difference import Differences
-from boresight.sim.compare.divergence import first_divergence, program_at
-from boresight.sim.compare.reproducer import write_reproducer
+from boresight.sim.compare.reproducer import first_divergence, program_at, write_reproducer
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook

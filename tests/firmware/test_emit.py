@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from boresight.firmware.body import Body
-from boresight.firmware.build import CModel, find_compiler
+from boresight.firmware.build import CModel, find_compiler, observe_source
 from boresight.firmware.emit import emit_c
 from boresight.firmware.many import ManyCModels
-from boresight.firmware.observe import observe_source
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import (

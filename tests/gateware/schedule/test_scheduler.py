@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from boresight.gateware.core import state_quotas
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.scheduler import ScheduleError, schedule
-from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Program, Term, Value

@@ -7,9 +7,8 @@ import pytest
 
 from boresight.gateware.synthesis import routed as module
 from boresight.gateware.synthesis.gowin.family import GW2A
-from boresight.gateware.synthesis.harness import enclosed
 from boresight.gateware.synthesis.nextpnr import command, find_program
-from boresight.gateware.synthesis.routed import Mapped
+from boresight.gateware.synthesis.routed import Mapped, enclosed
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import synthesise
 from boresight.model.errors import InputError

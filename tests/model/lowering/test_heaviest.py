@@ -6,7 +6,7 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.model.lowering.heaviest import heaviest, operations_by_line
+from boresight.sim.levels.build import heaviest, operations_by_line
 
 
 class Uneven(Estimator):

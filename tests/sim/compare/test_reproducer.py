@@ -10,8 +10,12 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.tools.files import OutputFile
-from boresight.sim.compare.divergence import program_at
-from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer, write_reproducer
+from boresight.sim.compare.reproducer import (
+    load_reproducer,
+    program_at,
+    replay_reproducer,
+    write_reproducer,
+)
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.simulators import SimulationFailed

@@ -12,11 +12,11 @@ from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.rtl import run_in_turns
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
-from boresight.sim.rtl.sharing import run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
 
