@@ -26,7 +26,7 @@ from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
 
-__all__ = ["DITHER", "Update", "checked_measurements", "moved", "noise_of"]
+__all__ = ["DITHER", "SPREAD", "Update", "checked_measurements", "moved", "noise_of"]
 
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
@@ -38,6 +38,8 @@ DITHER = "dither"
 _FACTOR, _ADDED = 69069.0, 1327217885.0 * 2.0**-31
 #: A sum with this number ends at the bit 2^-13 of a word of 32, and is exact in float64.
 _COARSE = 2.0**17
+#: Reason of the range of an innovation's variance.
+SPREAD = "h P h + r"
 #: When an element leaves the bounds that it has in a covariance.
 INDEFINITE = "rounding or nonlinearity make P indefinite"
 
@@ -290,9 +292,7 @@ class Update:
         variance = self._dot(row, (full_column if dots else column).__getitem__)
         variance = self._subtracted(variance, [a * a for a in dots]) + m.r
         if dots or not _is_unit(row):  # else its interval is as good
-            variance = ops.bounded(
-                variance, low, spread * spread + high, "h P h + r", unless=INDEFINITE
-            )
+            variance = ops.bounded(variance, low, spread * spread + high, SPREAD, unless=INDEFINITE)
         pairs = zip(dots, self.moves, strict=True)
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)

@@ -84,11 +84,22 @@ class _Walk:
                 span = self.nodes.get(value, declared)
                 line = self._line(value)
                 raise InputError.at(
-                    placed(line, f"{self.program.name}, value {declared.name}"),
+                    placed(line, f"{self.program.name}, {self._named(value)}"),
                     wanted=f"a last bit of at most {limit / share:.3g}, for {reason}",
                     found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
                     fix=self._remedy(value),
                 )
+
+    def _named(self, value: int) -> str:
+        """What its author calls a value, or the kind of expression."""
+        node = self.nodes.get(value)
+        if (
+            node is not None
+            and self.program.values[value].kind is Kind.OP
+            and not (node.name or node.title)
+        ):
+            return node.description
+        return f"value {declared_name(self.program, self.nodes, value)}"
 
     def _line(self, value: int) -> str:
         """Where its author wrote it, or what a part of a sum is added to."""

@@ -7,24 +7,28 @@ word was clamped, an argument lay below the floor of a function, or the float tw
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.declarations import PERIODS
+from boresight.model.kalman.update import SPREAD
 from boresight.model.lowering.expand import ASIN_LIMIT
 from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.compare.twin import KINDS, Twin, authors_name, twins
+from boresight.sim.compare.twin import KINDS, Twin, authors_name, parts_of, twins
 
-__all__ = ["Culprit", "find_culprit"]
+__all__ = ["Culprit", "find_culprit", "near_floor"]
 
 #: Share of the word below which an argument is too coarse to be normalised.
 _FEW = 0.375
 #: Functions that normalise their argument.
 _NORMALISED = ("rsqrt", "reciprocal")
+_CALLED = {"rsqrt": "root", "reciprocal": "division"}
+#: Multiple of the floor of a normalised argument below which it counts as near.
+_NEAR = 4.0
 
 
 @dataclass(frozen=True)
@@ -221,8 +225,43 @@ def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | 
     )
 
 
+def near_floor(
+    program: Program, nodes: Mapping[int, Node], least: Callable[[int], tuple[float, int]]
+) -> str:
+    """The root or reciprocal whose argument came nearest to its floor, within `_NEAR`; or empty.
+
+    Parameters
+    ----------
+    least : callable
+        Least magnitude of a value in a run, and its update.
+    """
+    value_of = {node.number: number for number, node in nodes.items()}
+    parts = (p for node in nodes.values() for p in parts_of(node, value_of))
+    bits, worst = program.arithmetic.norm_max, (_NEAR, "")
+    for part in parts:
+        held = value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
+        if held is None:
+            continue
+        size, step = least(held)
+        full = max(abs(part.args[0].low), abs(part.args[0].high))
+        share = math.ldexp(size / full, bits) if math.isfinite(full) and full else _NEAR
+        if 0.0 < share < worst[0]:
+            text = (
+                f"{part.line}: the argument of a {_CALLED[part.kind]}, {size:.3g} in step {step}, "
+                f"is only {share:.2g} times the least that {program.arithmetic.word} bits "
+                f"normalise; {_more_bits(part)}"
+            )
+            worst = share, text
+    return worst[1]
+
+
 def _more_bits(node: Node) -> str:
     """What gives the argument of a root or reciprocal more bits."""
     arg = node.args[0]
+    if arg.source.startswith(f"declared: {SPREAD}"):
+        return (
+            f"give this Measurement sd_max, the largest standard deviation of its h, for a "
+            f"narrower range of h P h + r than [{arg.low:.3g}, {arg.high:.3g}]"
+        )
     name = arg.name or f"the argument ({arg.line})"
     return f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]"

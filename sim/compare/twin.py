@@ -7,7 +7,7 @@ made at once: the states before each are known.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,7 @@ __all__ = [
     "function_arguments",
     "made_of",
     "outside",
+    "parts_of",
     "rounding_errors",
     "twins",
 ]
@@ -157,17 +158,19 @@ class Twin:
 
     def parts(self, node: Node) -> list[Node]:
         """The node and those that are computed as part of it, arguments first."""
-        out: list[Node] = []
-        for arg in node.args:
-            if arg.number not in self.value_of and arg.kind != "const":
-                out += self.parts(arg)
-        return [*out, node]
+        return parts_of(node, self.value_of)
 
     def _size(self, node: Node) -> FloatArray:
         """Magnitude of the terms of a sum, since they may cancel."""
         if node.kind != "sum":
             return np.zeros(1)
         return np.asarray(sum(np.abs(self.argument(a)) for a in node.args), dtype=np.float64)
+
+
+def parts_of(node: Node, values: Container[int]) -> list[Node]:
+    """A node and the nodes that are computed as part of it, which no value holds."""
+    inner = [a for a in node.args if a.number not in values and a.kind != "const"]
+    return [*(part for arg in inner for part in parts_of(arg, values)), node]
 
 
 def twins(

@@ -15,7 +15,7 @@ from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program, Value
-from boresight.sim.compare.culprit import find_culprit
+from boresight.sim.compare.culprit import find_culprit, near_floor
 from boresight.sim.compare.diagnosis import (
     NAMED,
     Wasted,
@@ -67,6 +67,8 @@ class Accuracy:
         Claims that a value broke; indices.
     ranges : WordRanges or None
         Extremes of every value, with their updates; None of floating point.
+    near_floor : str
+        The root or reciprocal that is nearest to its floor, if it is near; else empty.
     """
 
     differences: tuple[Difference, ...]
@@ -79,6 +81,7 @@ class Accuracy:
     reached: tuple[tuple[float, float] | None, ...] = ()
     broken: frozenset[int] = frozenset()
     ranges: WordRanges | None = None
+    near_floor: str = ""
 
     @property
     def good(self) -> bool:
@@ -125,7 +128,8 @@ class Accuracy:
         if self.clamped:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
-        return out + self.causes()
+        near = [f"warning: {self.near_floor}"] if self.near_floor and self.good else []
+        return out + near + self.causes()
 
 
 def saturated_text(updates: int, values: Mapping[str, int]) -> str:
@@ -282,7 +286,17 @@ class Judge:
             tuple(self._extremes(claim) for claim in self._claims),
             frozenset(broken),
             self._ranges,
+            near_floor(program, nodes, self._least),
         )
+
+    def _least(self, value: int) -> tuple[float, int]:
+        """Least magnitude of a value, and its update; 0 of one that had both signs."""
+        assert self._ranges is not None
+        r, real = self._ranges, self._program.format(value).real
+        low, high = float(real(r.low[value])), float(real(r.high[value]))
+        if low > 0.0:
+            return low, int(r.low_at[value])
+        return max(-high, 0.0), int(r.high_at[value])
 
     def _extremes(self, claim: Claim) -> tuple[float, float] | None:
         """Extremes of the value of a claim on the log."""

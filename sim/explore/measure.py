@@ -186,7 +186,12 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     failures = [failure for result in results for failure in result.failures]
     saturated = sum(result.accuracy.saturated_updates for result in results)
     values = sum((Counter(result.accuracy.saturated) for result in results), Counter[str]())
-    reasons = [*failures[:1], *([saturated_text(saturated, values)] if saturated else [])]
+    causes = [r.accuracy.culprit for r in results if r.failures and r.accuracy.culprit]
+    reasons = [
+        *failures[:1],
+        *causes[:1],
+        *([saturated_text(saturated, values)] if saturated else []),
+    ]
     return {
         **figures,
         **_truth(results),

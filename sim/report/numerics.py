@@ -6,6 +6,7 @@ from typing import Any
 
 from boresight.model.lowering.graph import declared_name
 from boresight.model.words.program import Kind, Overflow, Program, Value
+from boresight.sim.compare.twin import KINDS
 from boresight.sim.report.observed import Observed
 
 __all__ = ["numerics_section"]
@@ -75,9 +76,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
             mode = overflow.get(next_value.get(n, n))
             rows.append(
                 {
-                    "signal": value.name
-                    if observed is None
-                    else declared_name(program, observed.nodes, n),
+                    "signal": value.name if observed is None else _called(program, observed, n),
                     "kind": value.kind.value,
                     "output": ", ".join(outputs[n]) if n in outputs else None,
                     "unit": value.unit or units.get(n, ""),
@@ -93,6 +92,14 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
                 }
             )
     return rows
+
+
+def _called(program: Program, observed: Observed, n: int) -> str:
+    """What its author calls a value, or the kind of expression; its line stands beside it."""
+    node = observed.nodes.get(n)
+    if node is None or program.values[n].kind is not Kind.OP or node.name or node.title:
+        return declared_name(program, observed.nodes, n)
+    return KINDS.get(node.kind, node.kind)
 
 
 def _observations(

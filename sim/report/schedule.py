@@ -60,8 +60,11 @@ _LINES = 8
 
 
 def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
-    """Source lines with most slots; None: of no line."""
-    s = core.schedule
+    """Source lines with most slots; a part of a sum has the line of the sum, a copy has None."""
+    s, lines = core.schedule, dict(lines)
+    for op in reversed(core.program.ops):
+        for part in op.operands() if op.dest in lines else ():
+            lines.setdefault(part, lines[op.dest])
     line_of = {v.name: lines.get(n) for n, v in enumerate(core.program.values)}
     ops = [line_of.get(s.program.values[op.dest].name) for op in s.program.ops]
     count = Counter(ops[x.op] for x in s.slots if x.op is not None)

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import boresight
+from boresight import Estimator, Input, Output, kalman, ops
 from boresight.cli import main
 
 BAD = Path(__file__).with_name("bad.py")
@@ -68,3 +70,40 @@ def test_a_state_within_its_range_is_not(tmp_path, capsys) -> None:
     path = log(tmp_path / "log.csv", {"rate": np.full(400, 9.0)})
     assert main(["check", f"{BAD}:Integrator", path, "--levels", "fixed,c", "-q"]) == 0
     assert "BEYOND its declared range" not in capsys.readouterr().out
+
+
+class Near(Estimator):
+    """A root whose argument comes near to the least that a word normalises."""
+
+    inputs = (Input("a", 0.0, 1.0),)
+    outputs = (Output("y", tolerance=1e-2),)
+
+    def step(self, x, u, p):
+        return {}, {"y": u.a * ops.rsqrt(ops.maximum(u.a, 2.0**-24))}
+
+
+class Spread(kalman.Kalman):
+    """A measurement whose h P h + r spans more than its word holds."""
+
+    inputs = (Input("z", -100.0, 100.0),)
+    states = (kalman.State("v", -100.0, 100.0, sd=50.0),)
+    outputs = (Output("v", tolerance=1e-3),)
+
+    def noise(self, x, u, p):
+        return {"v": 1e-6}
+
+    def measure(self, x, u, p):
+        return [kalman.Measurement(u.z, 0.5 * x.v, 1e-4)]
+
+
+def test_an_argument_near_its_floor_is_a_warning() -> None:
+    (result,) = boresight.check(Near, {"a": 0.5 ** _K[:22]}, levels=("fixed",))["results"]
+    assert result.good and any("warning: " in x and "the least" in x for x in result.lines())
+    (result,) = boresight.check(Near, {"a": 0.5 ** _K[:10]}, levels=("fixed",))["results"]
+    assert result.good and not any("warning: " in x for x in result.lines())
+
+
+def test_a_wide_variance_of_an_innovation_asks_for_sd_max() -> None:
+    log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N)}
+    (result,) = boresight.check(Spread, log, levels=("fixed",), word=24)["results"]
+    assert not result.good and "sd_max" in result.accuracy.culprit
