@@ -2,9 +2,10 @@
 
 Values come from Python as a mapping; from the command line as texts ``NAME=NUMBER`` or ``@FILE``.
 A file is one JSON object: values by name, or an object with those under ``parameters`` and the
-estimator's name under ``estimator``, as `boresight tune -o` writes it; or the ``registers.json`` of
-a core or board, for the values that it is compiled with. With several estimators a
-name has its estimator before it, as in ``mekf.gyro_noise=0.1``.
+estimator's name under ``estimator``, as `boresight tune -o` writes it, or values by estimator, as
+`boresight fit board` does; or the ``registers.json`` of a core or board, for the values that it is
+compiled with. With several estimators a name has its estimator before it, as in
+``mekf.gyro_noise=0.1``.
 """
 
 from __future__ import annotations
@@ -56,14 +57,18 @@ def params_of(
 
 
 def params_of_each(
-    names: Sequence[Named], params: Mapping[str, Any] | Sequence[str] | None
+    names: Sequence[Named],
+    params: Mapping[str, Any] | Sequence[str] | None,
+    besides: Sequence[Named] = (),
 ) -> list[Mapping[str, float] | None]:
-    """Parameter values of each estimator.
+    """Parameter values of each estimator of ``names``, then of ``besides``.
 
     Parameters
     ----------
     params : mapping, sequence of str or None
         For one estimator its values by name; for several, such a mapping by estimator; or texts.
+    besides : sequence of str, class or Estimator
+        Further programs of the core; names without an estimator are never theirs.
 
     Raises
     ------
@@ -72,6 +77,7 @@ def params_of_each(
     """
     estimators = {e.name: e for e in map(find_estimator, names)}
     only = next(iter(estimators)) if len(estimators) == 1 else ""
+    estimators |= {e.name: e for e in map(find_estimator, besides)}
     values: dict[str, dict[str, float]] = {}
     for where, owner, some in _given(params, only, estimators):
         if owner not in estimators or not isinstance(some, Mapping):
@@ -148,6 +154,16 @@ def _read(path: str | Path, names: Iterable[str]) -> Iterator[tuple[str | None, 
         return
     if isinstance(data, dict) and "parameters" in data:
         name, values = data.get("estimator"), data["parameters"]
+        if isinstance(values, dict) and any(isinstance(v, dict) for v in values.values()):
+            several = {n: v for n, v in values.items() if n in names} or values
+            for owner, some in several.items():
+                yield owner, _numbers(path, some)
+            return
+    yield name, _numbers(path, values, name)
+
+
+def _numbers(path: str | Path, values: Any, name: object = None) -> dict[str, float]:
+    """Values of an estimator by name; raises InputError for anything else."""
     if not isinstance(values, dict) or not (name is None or isinstance(name, str)):
         raise InputError.at(
             str(path),
@@ -160,4 +176,4 @@ def _read(path: str | Path, names: Iterable[str]) -> Iterator[tuple[str | None, 
             raise InputError.at(
                 f"{path}, {key}", wanted="a number", found=kind_of(value), fix="correct the file"
             )
-    yield name, values
+    return values

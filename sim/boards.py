@@ -1,7 +1,7 @@
 """Complete systems on boards, by entry point: sensors at the pins, a serial line to a computer.
 
 An installed package offers its system as an entry point of the group ``boresight.boards``, a class
-derived from `BoardSystem`. `boresight compile --board`, `simulate` and `monitor` use it.
+derived from `BoardSystem`. `boresight compile --board`, `run`, `fit` and `monitor` use it.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, load, names_of_entry_points
 
 __all__ = ["BOARD_GROUP", "BoardSystem", "board_system"]
@@ -27,9 +28,12 @@ class BoardSystem:
     ----------
     files : tuple of str
         Names of the files that `simulate` writes.
+    programs : tuple of types
+        Estimators that the system adds to every core.
     """
 
     files: tuple[str, ...]
+    programs: tuple[type[Estimator], ...] = ()
 
     def core(
         self,
@@ -54,6 +58,7 @@ class BoardSystem:
         log: Any,
         *,
         config: str,
+        params: Mapping[str, Mapping[str, float]],
         seconds: float,
         source: str,
         feed: Mapping[str, float] | None,
@@ -72,6 +77,12 @@ class BoardSystem:
         progress: Callable[[str], None] | None,
     ) -> Any:
         """Simulate faults of the sensors, each in a simulation of its own."""
+        raise NotImplementedError
+
+    def calibrate(
+        self, sources: Sequence[Any], settings: Mapping[str, Any], output: str | Path
+    ) -> Any:
+        """Fit the sensors' registers to records, and write them as a file of parameters."""
         raise NotImplementedError
 
     def monitor(self, source: str, **options: Any) -> Any:

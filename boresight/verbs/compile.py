@@ -147,7 +147,10 @@ def compile(
     own = [e.name for e in estimators]
     machine_named(config.removesuffix("-d7"))
     check_word(word)
-    chosen = params_of_each(names, params)
+    front = board_system().programs if board is not None and top == "sensors" else ()
+    chosen = params_of_each(names, params, front)
+    besides = {e.name: v for e, v in zip(front, chosen[len(names) :], strict=True) if v}
+    chosen = chosen[: len(names)]
     target = _target(target, board)
     make = partial(Build, *estimators, word=word, params=chosen)
     build, choice = build_for(lambda name: make(config=name), config, target)
@@ -183,7 +186,9 @@ def compile(
             if top == "records":
                 system = write_project(records_design(core), board, place, clock_hz=hz, **settings)
             else:
-                system = _write_sensors(place, board, build, hz, synth=synth, settings=settings)
+                system = _write_sensors(
+                    place, board, build, hz, besides=besides, synth=synth, settings=settings
+                )
         data = together(
             core,
             [
@@ -313,14 +318,19 @@ def _write_sensors(
     build: Build,
     clock_hz: int | None,
     *,
+    besides: Mapping[str, Mapping[str, float]],
     synth: bool,
     settings: Mapping[str, Any],
 ) -> Mapped | Routed | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
-    values = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
+    own = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
     hz = clock_hz or SYSTEM_CLOCK_HZ
     core = board_system().core(
-        build.estimators, config=build.config, word=build.word, clock_hz=hz, params=values
+        build.estimators,
+        config=build.config,
+        word=build.word,
+        clock_hz=hz,
+        params={**besides, **own},
     )
     system, routed = write_system(folder, board, core, clock_hz=hz, **settings)
     if routed is not None or not synth:

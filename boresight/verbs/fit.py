@@ -3,6 +3,7 @@
 boresight fit my_filter.py log.csv  # my_filter.fit.json, which every verb finds beside it
 boresight fit my_filter.py folder world.py:World  # from several logs and a closed loop
 boresight fit mekf log.csv -o mekf.fit.json  # for: check mekf log.csv --profile mekf.fit.json
+boresight fit "board(field_ut=(0, 27.9, -46.2))" rest.csv tumble.csv swing.csv sights.csv
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ from cyclopts import Parameter
 
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, require_whole
+from boresight.model.errors import InputError, require, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile
+from boresight.model.resolve import call_of, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.model.resolve import profile_place, profiles
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.options import (
@@ -41,6 +42,7 @@ from boresight.options import (
 )
 from boresight.parameters import params_of
 from boresight.sim.accuracy.covariance import initial_covariances
+from boresight.sim.boards import board_system
 from boresight.sim.compare.diagnosis import NAMED
 from boresight.sim.compare.difference import Difference
 from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
@@ -82,7 +84,9 @@ def fit(
     Parameters
     ----------
     estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS.
+        Name, FILE.py or FILE.py:CLASS. Or board, with settings: the calibration registers of the
+        complete system are fitted to records of raw counts, and written as a file of parameters
+        (docs/system.md, Calibration).
     sources : paths, data in memory (`Record.of`), worlds
         Logs, folders of logs, or worlds as FILE.py:CLASS; the estimator runs on them in float64.
     params : mapping, optional
@@ -105,6 +109,8 @@ def fit(
     InputError
         Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
     """
+    if isinstance(estimator, str) and estimator.partition("(")[0] == "board":
+        return _registers(estimator, sources, output, params=params, steps=steps)
     check_word(word)
     require_whole("steps", steps, 1)
     with profiles(()):
@@ -176,6 +182,17 @@ def fit(
     }
     failures = _failures(after.saturated_updates, negative)
     return Result(data, {"fixed point against float64": errors}, "\n".join(lines), (), failures)
+
+
+def _registers(
+    board: str, sources: Sequence[Any], output: str | Path | None, **unused: Any
+) -> Result:
+    """The calibration of a board."""
+    for name, value in unused.items():
+        require(value is None, name, "none for a board", value, "leave it out")
+    _, _, settings = call_of(board, board)
+    result: Result = board_system().calibrate(sources, settings, output or "calibration.json")
+    return result
 
 
 def _gain(

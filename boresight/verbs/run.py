@@ -42,7 +42,7 @@ from boresight.options import (
     Steps,
     Word,
 )
-from boresight.parameters import params_of
+from boresight.parameters import params_of, params_of_each
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.boards import board_system
 from boresight.sim.compare.difference import Difference, Differences, differences
@@ -143,7 +143,7 @@ def run(
     for level in levels:
         require_choice("levels", level, LEVELS)
     if isinstance(source, str) and source.partition("(")[0] == "board":
-        return _on_board(estimator, source, config, output, progress)
+        return _on_board(estimator, source, config, params, output, progress)
     found = find_estimator(estimator)
     build = Build(found, config=config, word=word, params=[params_of(estimator, params)])
     if is_world(source):
@@ -205,7 +205,12 @@ def _copied(log: Any, output: str | Path | None) -> Result:
 
 
 def _on_board(
-    estimator: Any, source: str, config: str, output: str | Path | None, progress: Progress
+    estimator: Any,
+    source: str,
+    config: str,
+    params: Params,
+    output: str | Path | None,
+    progress: Progress,
 ) -> Result:
     """The complete system with its sensors."""
     _, _, settings = call_of(source, source)
@@ -220,7 +225,17 @@ def _on_board(
         require_choice("board", name, allowed)
     settings = allowed | settings
     board = board_system()
+    names = [estimator, *board.programs]
+    values = params_of_each([estimator], params, board.programs)
+    given = {find_estimator(n).name: v for n, v in zip(names, values, strict=True) if v}
     if settings.pop("faults"):
+        if given:
+            raise InputError.at(
+                "param",
+                wanted="a board without faults",
+                found=", ".join(given),
+                fix="leave it out: faults are judged with the declared parameters",
+            )
         result: Result = board.simulate_faults(estimator, faults=None, jobs=None, progress=progress)
         return result
     say = progress or (lambda text: None)
@@ -229,7 +244,7 @@ def _on_board(
     folder = output or "build"
     with output_folder(folder, "run", files=board.files, inputs=inputs) as place:
         result = board.simulate(
-            place, estimator, log, config=config, core=None, say=say, **settings
+            place, estimator, log, config=config, params=given, core=None, say=say, **settings
         )
     return result
 

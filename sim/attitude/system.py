@@ -13,6 +13,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.description import Description
 from boresight.gateware.machine import machine_named
 from boresight.model.attitude import FILTERS
+from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
@@ -26,6 +27,7 @@ from boresight.sim.attitude.board.faults import (
     trial_log,
 )
 from boresight.sim.attitude.board.setup import REAL
+from boresight.sim.attitude.calibration.files import calibrate
 from boresight.sim.attitude.host.monitor import monitor
 from boresight.sim.attitude.host.simulation import (
     BOARD_FILES,
@@ -49,6 +51,7 @@ class AttitudeBoard(BoardSystem):
     """Inertial sensor and compass, calibration, attitude filters, frames."""
 
     files = BOARD_FILES
+    programs = tuple(FRONT.values())
 
     def core(
         self,
@@ -72,6 +75,7 @@ class AttitudeBoard(BoardSystem):
         log: Any,
         *,
         config: str,
+        params: Mapping[str, Mapping[str, float]],
         seconds: float,
         source: str,
         feed: Mapping[str, float] | None,
@@ -95,7 +99,7 @@ class AttitudeBoard(BoardSystem):
         if core is None:
             names = ", ".join(estimator_of(f).name for f in filters)
             say(f"core with {names} and the calibration, {config}")
-            core = system_core(filters, config=config)
+            core = system_core(filters, config=config, params=params)
         return write_board(
             folder, chosen.name, core, record, updates=updates, source=source, feed=feed, say=say
         )
@@ -125,6 +129,11 @@ class AttitudeBoard(BoardSystem):
 
         with ThreadPoolExecutor(processes(jobs)) as threads:
             return faults_result(name, tuple(threads.map(trial, faults or every)))
+
+    def calibrate(
+        self, sources: Sequence[Any], settings: Mapping[str, Any], output: str | Path
+    ) -> Result:
+        return calibrate(sources, settings, output)
 
     def monitor(self, source: str, **options: Any) -> Result:
         return monitor(source, **options)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable,
 from boresight.sim.attitude.host.plot import plot_image
 from boresight.sim.attitude.host.record import log_of
 from boresight.sim.records.files import check_written, content_of
+from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.result import Result
 
 __all__ = ["RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
@@ -182,6 +184,22 @@ def _assignment(text: str) -> tuple[str, str]:
     return name, value
 
 
+def _values(text: str) -> Iterator[tuple[str, str]]:
+    """Registers of an ``@FILE`` of parameters, by program."""
+    path = text[1:]
+    data = read_json(path, "a file of parameters")
+    programs = data.get("parameters") if isinstance(data, dict) else None
+    if not isinstance(programs, dict) or not all(isinstance(v, dict) for v in programs.values()):
+        raise InputError.at(
+            path,
+            wanted="parameters of programs, as boresight fit board writes them",
+            found=kind_of(data),
+            fix="give such a file",
+        )
+    for program, some in programs.items():
+        yield from ((f"{program}.{name}", repr(value)) for name, value in some.items())
+
+
 def _nothing(source: str, bad: int) -> InputError:
     return InputError.at(
         source,
@@ -193,7 +211,8 @@ def _nothing(source: str, bad: int) -> InputError:
 
 def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, int]]:
     """Registers to write, and what."""
-    to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
+    pairs = (_values(text) if text[:1] == "@" else [_assignment(text)] for text in writes)
+    to_write = [(table.find(name), value) for name, value in chain.from_iterable(pairs)]
     return [(register, word_of(register, value)) for register, value in to_write]
 
 

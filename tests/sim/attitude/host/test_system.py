@@ -21,7 +21,7 @@ def small(monkeypatch) -> None:
     filters = ("complementary", "ma2014_cf")
     monkeypatch.setattr(module, "FILTERS", filters)
     monkeypatch.setattr(
-        module, "system_core", lambda filters, config: system_core(filters, config=config)
+        module, "system_core", lambda filters, config, params: system_core(filters, config=config)
     )
 
 
@@ -49,6 +49,7 @@ def test_data_in_memory_is_read() -> None:
             "mekf",
             columns,
             config="small",
+            params={},
             seconds=0.05,
             source="heading",
             feed=None,

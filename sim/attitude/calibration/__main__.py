@@ -1,0 +1,74 @@
+"""``python -m boresight.sim.attitude.calibration``: calibrate simulated devices.
+
+``--records FOLDER`` writes the records of one device instead, and its registers in true.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.attitude.calibration.campaign import Trial, trial
+from boresight.sim.attitude.calibration.world import calibration_records, device
+from boresight.sim.records.files import content_of
+
+#: Uncertainties within which all registers of a device shall be, and the share of devices.
+_SIGMAS, _SHARE = 3.0, 0.95
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the figures; return 1 if too many devices have a register beyond 3 uncertainties."""
+    parser = argparse.ArgumentParser(prog="python -m boresight.sim.attitude.calibration")
+    parser.add_argument("--runs", type=int, default=100, help="devices (%(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="of the first (%(default)s)")
+    parser.add_argument("--records", type=Path, help="folder for the records of one device")
+    parser.add_argument("-o", "--output", type=Path, help="JSON file with every error")
+    given = parser.parse_args(arguments)
+    if given.records is not None:
+        _write(given.records, given.seed)
+        return 0
+    try:
+        trials = []
+        for seed in range(given.seed, given.seed + given.runs):
+            trials.append(trial(seed))
+            print(f"device {seed}: {_line(trials[-1])}", file=sys.stderr, flush=True)
+    except (InputError, ToolMissing) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    if given.output is not None:
+        given.output.write_text(json.dumps([asdict(t) for t in trials]) + "\n")
+    worst = np.array([max(map(abs, t.errors.values())) for t in trials])
+    share = float((worst <= _SIGMAS).mean())
+    names, every = len(trials[0].errors), np.array([[*t.errors.values()] for t in trials])
+    median = {
+        kind: float(np.median([t.attitude[kind] for t in trials])) for kind in trials[0].attitude
+    }
+    print(f"all {names} registers within {_SIGMAS:g} uncertainties: {share:.0%} of the devices")
+    print(f"errors in uncertainties: rms {np.sqrt((every**2).mean()):.2f}, worst {worst.max():.2f}")
+    print("attitude, median rms, deg: " + ", ".join(f"{k} {v:.3f}" for k, v in median.items()))
+    return int(share < _SHARE)
+
+
+def _line(one: Trial) -> str:
+    name, error = max(one.errors.items(), key=lambda item: abs(item[1]))
+    angles = ", ".join(f"{kind} {value:.3f}" for kind, value in one.attitude.items())
+    return f"worst register {name} {error:+.2f} uncertainties; attitude, deg: {angles}"
+
+
+def _write(folder: Path, seed: int) -> None:
+    drawn = device(seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    for record in calibration_records(drawn, seed):
+        (folder / f"{record.name}.csv").write_bytes(content_of("log.csv", record))
+    (folder / "true.json").write_text(json.dumps({"parameters": drawn.registers()}, indent=1))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,432 @@
+"""The calibration registers that explain all records best, and their uncertainties.
+
+Each sensor has ``y = M c - d`` in body axes, from its counts c. Unknown are M and d of gyro,
+accelerometer and magnetometer (36 numbers), and the attitude C (body to n) of every rest. Least
+squares of what follows, each divided by its standard deviation (w: the counts' own noise)::
+
+    rests     M_g c - d_g = w        M_a c - d_a = C^T (0, 0, g) + w      M_m c - d_m = C^T m + w
+    sights    C = C_sighted exp(w)
+    turns     C_k+1 = C_k prod exp((M_g c - d_g) dt) exp(w)
+    swing     |M_m c - d_m| = |m| + w
+
+The mounting that it begins with is the one of Ma Long et al. (2014), section 2.2: the matrix T from
+directions b in body axes to directions s in sensor axes, and the orthogonal matrix next to it::
+
+    T = S B^+        T0 = T (T^T T)^(-1/2)
+
+For three directions, sighted ten times each, ``S B^+`` is the mean of ten ``[s_x s_y s_z]
+[b_x b_y b_z]^-1``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from boresight.model.arrays import FloatArray
+from boresight.model.attitude.front import FRONT
+from boresight.model.attitude.front.affine import AXES
+from boresight.model.attitude.front.inertial import GYRO_SCALE
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
+from boresight.sim.attitude.calibration.records import Observed, Turn
+from boresight.sim.rotations.rotation import (
+    matrix_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_matrix,
+    quaternion_to_rotation_vector,
+    rotation_vector_to_quaternion,
+)
+
+__all__ = ["Misfit", "Solution", "mounting", "solve"]
+
+#: Sensors by their place among the unknowns: the registers' program, matrix and bias.
+_SENSORS = (
+    ("calibrate_inertial", "gyro", "gyro_bias"),
+    ("calibrate_inertial", "acc", "acc_bias"),
+    ("calibrate_field", "field", "field_bias"),
+)
+#: Unknowns of the sensors.
+_N = 36
+#: Fewest rests; passes of the fit, and most evaluations in each.
+_RESTS, _PASSES, _EVALUATIONS = 6, 3, 40
+#: Step of the differences: a part of one, rad/s, m/s^2, uT or rad.
+_STEP = 1e-7
+#: Smallest singular value, of the largest, of data that determine every unknown.
+_DETERMINED = 1e-7
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Residuals of one kind: how many, and their rms in stated standard deviations."""
+
+    kind: str
+    count: int
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Registers and what was found beside them.
+
+    Attributes
+    ----------
+    registers, sigma : mapping of str to mapping
+        Values and standard uncertainties by program and parameter, in the parameter's unit.
+    sensor_mounting, mounting : float64 (3, 3)
+        T and T0 of the accelerometer, from body axes to the sensor's.
+    variance : float64 (3, 3)
+        Noise of one sample at rest in body axes, for each sensor (rad/s, m/s^2, uT, squared).
+    misfits : sequence of Misfit
+    """
+
+    registers: dict[str, dict[str, float]]
+    sigma: dict[str, dict[str, float]]
+    sensor_mounting: FloatArray
+    mounting: FloatArray
+    variance: FloatArray
+    misfits: Sequence[Misfit]
+
+
+def mounting(s: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """T and T0 from directions (n, 3) in sensor axes and in body axes.
+
+    Raises
+    ------
+    InputError
+        Directions in one plane; a sensor that is a mirror image.
+    """
+    singular = np.linalg.svd(b, compute_uv=False)
+    if len(b) < 3 or singular[2] < 0.02 * singular[0]:
+        raise InputError.at(
+            "sights",
+            wanted="three or more sighted rests, with the vertical in three directions of the body",
+            found=f"{len(b)}, in one plane",
+            fix="sight it level, nose up and on its side",
+        )
+    t = np.linalg.lstsq(b, s, rcond=None)[0].T  # T = S B^+
+    u, _, v = np.linalg.svd(t)
+    t0 = np.asarray(u @ v)  # T (T^T T)^(-1/2)
+    if np.linalg.det(t0) < 0.0:
+        raise InputError.at(
+            "sights",
+            wanted="axes of a right-handed sensor",
+            found="its mirror image",
+            fix="check the signs of the sighted angles: heading is positive to the left, nose up "
+            "and right side down are positive",
+        )
+    return np.asarray(t), t0
+
+
+def solve(
+    data: Observed, *, field_ut: Sequence[float], gravity: float, sight_deg: float
+) -> Solution:
+    """Fit the registers.
+
+    Parameters
+    ----------
+    field_ut : three floats
+        The local field, east, north, up [uT]; the sights' headings are from the same north.
+    gravity : float
+        [m/s^2]
+    sight_deg : float
+        Standard uncertainty of a sighted attitude about each axis [deg].
+
+    Raises
+    ------
+    InputError
+        Too few rests or sights; records that leave a register open; a register beyond its range.
+    """
+    fit = _Fit(data, np.asarray(field_ut, dtype=np.float64), gravity, math.radians(sight_deg))
+    for _ in range(_PASSES):
+        fit.improve()
+    return fit.solution()
+
+
+class _Fit:
+    """The unknowns, and the residuals as a function of small changes of them."""
+
+    def __init__(self, data: Observed, field: FloatArray, gravity: float, sight_sd: float) -> None:
+        rests = data.rests
+        if len(rests) < _RESTS:
+            raise InputError.at(
+                "records",
+                wanted=f"{_RESTS} or more rests of more than 1.5 s with lines of the compass",
+                found=str(len(rests)),
+                fix="add a record of positions",
+            )
+        self.data, self.gravity, self.m_n, self.sight_sd = data, gravity, field, sight_sd
+        self.least_squares = optional("scipy.optimize").least_squares
+        seen = [(k, r.sight) for k, r in enumerate(rests) if r.sight is not None]
+        self.sighted = np.array([k for k, _ in seen], dtype=np.int64)
+        self.sights = np.array([sight for _, sight in seen]).reshape(-1, 4)
+        self.means = [
+            np.array([r.inertial[:3] for r in rests]),
+            np.array([r.inertial[3:] for r in rests]),
+            np.array([r.field for r in rests]),
+        ]
+        samples, lines = ([getattr(r, n) for r in rests] for n in ("samples", "lines"))
+        self.counted = [np.array(n, dtype=np.float64) for n in (samples, samples, lines)]
+        variance = data.variance.reshape(3, 3)
+        # What quantisation without enough noise leaves of a mean (Widrow), counts^2.
+        self.coarse = np.exp(-4.0 * np.pi**2 * variance) / 12.0
+        self.counts_variance = variance
+        self.scale: dict[str, float] = {}
+        self._begin()
+
+    def _begin(self) -> None:
+        """First values, from spheres and the mounting."""
+        c_bn = np.swapaxes(quaternion_to_matrix(self.sights), 1, 2)
+        up, m = np.array([0.0, 0.0, 1.0]), self.m_n / np.linalg.norm(self.m_n)
+        matrices, offsets = [], []
+        for k, (points, n, norm) in enumerate(
+            (
+                (self.means[1], up, self.gravity),
+                (np.vstack([self.data.swing, self.means[2]]), m, float(np.linalg.norm(self.m_n))),
+            )
+        ):
+            centre, radius = _sphere(points, ("positions", "swing")[k])
+            t, t0 = mounting((self.means[k + 1][self.sighted] - centre) / radius, c_bn @ n)
+            if k == 0:
+                self.t, self.t0 = t, t0
+            matrices.append(norm / radius * t0.T)
+            offsets.append(matrices[-1] @ centre)
+        gyro = GYRO_SCALE * self.t0.T
+        self.m = np.stack([gyro, *matrices])
+        self.d = np.stack([gyro @ np.average(self.means[0], axis=0), *offsets])
+        force, field = (self.means[k] @ self.m[k].T - self.d[k] for k in (1, 2))
+        nav = _triad(up[None], self.m_n[None])
+        self.q = matrix_to_quaternion(nav @ np.swapaxes(_triad(force, field), 1, 2))
+        self.q[self.sighted] = self.sights
+
+    def improve(self) -> None:
+        """One fit, about which the unknowns are then taken anew."""
+        self._linearise()
+        x = np.zeros(_N + 3 * len(self.q))
+        _factors(self.jacobian(x))
+        found = self.least_squares(
+            self.residuals, x, self.jacobian, method="lm", ftol=1e-6, max_nfev=_EVALUATIONS
+        )
+        if not found.success:
+            raise InputError.at(
+                "records",
+                wanted="counts, sights and a field that agree",
+                found="a fit that does not converge",
+                fix="check signs, order of axes and units: heading is positive to the left, "
+                "field_ut is east, north, up",
+            )
+        for k, part in enumerate(found.x[:_N].reshape(3, 12)):
+            self.m[k] = (np.eye(3) + part[:9].reshape(3, 3)) @ self.m[k]
+            self.d[k] = self.d[k] + part[9:]
+        self.q = quaternion_multiply(self.q, self._turned(found.x))
+        self._uncertainty(found.jac, found.fun)
+
+    def _linearise(self) -> None:
+        """Weights and turns about the unknowns as they are."""
+        self.weights = []
+        for k in range(3):
+            sd = np.sqrt(self.counts_variance[k] / self.counted[k][:, None] + self.coarse[k])
+            self.weights.append(np.linalg.inv(self.m[k]) / sd[:, :, None])
+        turns = [self._turn(turn) for turn in self.data.turns]
+        shapes = ((4,), (3, 9), (3, 3), (3, 3))
+        self.turns = [
+            np.array([turn[k] for turn in turns]).reshape(-1, *shape)
+            for k, shape in enumerate(shapes)
+        ]
+        # Noise of a line across the sphere, and how much further out than |m| it lies.
+        y = self.data.swing @ self.m[2].T - self.d[2]
+        out = y / np.linalg.norm(y, axis=1, keepdims=True)
+        covariance = self.m[2] * self.counts_variance[2] @ self.m[2].T
+        across = np.einsum("ni,ij,nj->n", out, covariance, out)
+        self.line_sd = np.sqrt(across)
+        self.further = (np.trace(covariance) - across) / (2.0 * np.linalg.norm(self.m_n))
+
+    def _turn(self, turn: Turn) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """A turn as quaternion, its change with E and with d, and its weight.
+
+        With ``M = (I + E) M_0``: the turn is ``turn_0 exp(a E - b d)``, by the sums of ``Q w^T dt``
+        and ``Q dt``, where Q is the matrix from the body at a step to the body at the end.
+        """
+        dt = np.diff(turn.t)[:, None]
+        mean = 0.5 * (turn.counts[1:] + turn.counts[:-1]) @ self.m[0].T
+        q = _running(rotation_vector_to_quaternion((mean - self.d[0]) * dt))
+        to_end = quaternion_to_matrix(quaternion_multiply(quaternion_conjugate(q[-1]), q))
+        by_matrix = np.einsum("nar,ns->ars", to_end * dt[:, :, None], mean).reshape(3, 9)
+        noise = to_end @ (self.m[0] * np.sqrt(self.counts_variance[0])) * dt[:, :, None]
+        covariance = np.einsum("nij,nkj->ik", noise, noise)
+        weight = np.linalg.inv(np.linalg.cholesky(covariance))
+        return q[-1], by_matrix, (to_end * dt[:, :, None]).sum(axis=0), weight
+
+    def _turned(self, x: FloatArray) -> FloatArray:
+        return rotation_vector_to_quaternion(x[_N:].reshape(-1, 3))
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """All residuals in their standard deviations."""
+        return np.concatenate([v.ravel() for v in self._parts(x).values()])
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Derivatives of the residuals by the unknowns.
+
+        Differences; no residual has two attitudes of even numbers, or two of odd ones, so those of
+        three axes take six of them.
+        """
+        base, count = self.residuals(x), len(self.q)
+        first = np.array([t.first for t in self.data.turns], dtype=np.int64)
+        numbers = [*[np.arange(count)] * 3, self.sighted, first]
+        rows = np.repeat(np.concatenate(numbers), 3)
+        others = np.repeat(np.concatenate([*numbers[:-1], first + 1]), 3)
+        out = np.zeros((len(base), len(x)))
+        steps = _STEP * np.eye(_N, len(x))
+        for column, step in enumerate(steps):
+            out[:, column] = (self.residuals(x + step) - base) / _STEP
+        for axis in range(3):
+            for parity in range(2):
+                step = np.zeros(len(x))
+                step[_N + 3 * np.arange(parity, count, 2) + axis] = _STEP
+                change = (self.residuals(x + step) - base) / _STEP
+                for attitudes in (rows, others):
+                    here = np.flatnonzero(attitudes % 2 == parity)
+                    out[here, _N + 3 * attitudes[here] + axis] = change[here]
+        return out
+
+    def _parts(self, x: FloatArray) -> dict[str, FloatArray]:
+        sensors = x[:_N].reshape(3, 12)
+        e, d = sensors[:, :9].reshape(3, 3, 3), sensors[:, 9:]
+        q = quaternion_multiply(self.q, self._turned(x))
+        c_nb = quaternion_to_matrix(q)
+        true = [np.zeros((len(q), 3)), self.gravity * c_nb[:, 2, :], self.m_n @ c_nb]
+        parts = {}
+        for k, (_, name, _) in enumerate(_SENSORS):
+            y = self.means[k] @ ((np.eye(3) + e[k]) @ self.m[k]).T - self.d[k] - d[k]
+            parts[f"{name} at rest"] = np.einsum("nij,nj->ni", self.weights[k], y - true[k])
+        parts["sights"] = _between(self.sights, q[self.sighted]) / self.sight_sd
+        turn, by_matrix, by_bias, weight = self.turns
+        first = np.array([t.first for t in self.data.turns], dtype=np.int64)
+        change = by_matrix @ e[0].ravel() - by_bias @ d[0]
+        moved = quaternion_multiply(q[first], turn)
+        moved = quaternion_multiply(moved, rotation_vector_to_quaternion(change))
+        parts["turns"] = np.einsum("nij,nj->ni", weight, _between(moved, q[first + 1]))
+        y = self.data.swing @ ((np.eye(3) + e[2]) @ self.m[2]).T - self.d[2] - d[2]
+        beyond = np.linalg.norm(y, axis=1) - np.linalg.norm(self.m_n) - self.further
+        parts["swing"] = beyond / self.line_sd
+        return {name: part / self.scale.get(name, 1.0) for name, part in parts.items()}
+
+    def _uncertainty(self, jacobian: FloatArray, residuals: FloatArray) -> None:
+        """Covariance of the sensors' unknowns; the scatter of each kind, which scales it from 1 on.
+
+        The expected square of a residual is one less its leverage.
+        """
+        scaled, size, s, v = _factors(jacobian)
+        root = v.T / s
+        leverage = ((scaled @ root) ** 2).sum(axis=1)
+        root /= size[:, None]
+        self.covariance = (root @ root.T)[:_N, :_N]
+        self.misfits, start = [], 0
+        for name, part in self._parts(np.zeros(jacobian.shape[1])).items():
+            rows = slice(start, start + part.size)
+            start += part.size
+            free = float((1.0 - leverage[rows]).sum())
+            if free < 1.0:
+                continue
+            rms = self.scale.get(name, 1.0) * math.sqrt(float((residuals[rows] ** 2).sum()) / free)
+            self.misfits.append(Misfit(name, part.size, rms))
+            # The upper limit of the scatter (95 %), which so many residuals leave open.
+            self.scale[name] = max(1.0, rms * (1.0 + 2.0 / math.sqrt(2.0 * free)))
+
+    def solution(self) -> Solution:
+        """The registers, checked against their ranges."""
+        values: dict[str, dict[str, float]] = {}
+        sigma: dict[str, dict[str, float]] = {}
+        for k, (program, _, _) in enumerate(_SENSORS):
+            # dM = E M, of the magnetometer's bias b = M^-1 d: db = M^-1 (dd - E d).
+            change = np.eye(12)
+            change[:9, :9] = np.kron(np.eye(3), self.m[k].T)
+            bias = self.d[k]
+            if k == 2:
+                inverse = np.linalg.inv(self.m[k])
+                bias = inverse @ self.d[k]
+                change[9:, 9:] = inverse
+                change[9:, :9] = -np.kron(inverse, self.d[k])
+            rows = slice(12 * k, 12 * k + 12)
+            sd = np.sqrt(np.diag(change @ self.covariance[rows, rows] @ change.T))
+            found = [*self.m[k].ravel(), *bias]
+            for name, value, uncertain in zip(_names(k), found, sd, strict=True):
+                values.setdefault(program, {})[name] = float(value)
+                sigma.setdefault(program, {})[name] = float(uncertain)
+        if (tick := self.data.tick) is not None:
+            values["calibrate_inertial"]["tick_s"] = tick.value
+            sigma["calibrate_inertial"]["tick_s"] = tick.sigma
+        for program, some in values.items():
+            FRONT[program]().param_values(some)
+        variance = np.einsum("kij,kj->ki", self.m**2, self.counts_variance)
+        return Solution(values, sigma, self.t, self.t0, variance, self.misfits)
+
+
+def _factors(jacobian: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Columns of norm 1, their norms, singular values and right vectors.
+
+    Raises
+    ------
+    InputError
+        An unknown that is left open.
+    """
+    size = np.linalg.norm(jacobian, axis=0)
+    scaled = jacobian / np.where(size > 0.0, size, 1.0)
+    _, s, v = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
+    if s[-1] < _DETERMINED * s[0]:
+        sensor, place = divmod(int(np.argmax(np.abs(v[-1, :_N]))), 12)
+        raise InputError.at(
+            f"register {_names(sensor)[place]}",
+            wanted="records that determine it",
+            found="none that do",
+            fix="add positions with turns between them, and a swing about all axes",
+        )
+    return scaled, size, s, v
+
+
+def _names(sensor: int) -> list[str]:
+    """Registers of a sensor in the order of its unknowns."""
+    _, matrix, bias = _SENSORS[sensor]
+    return [*(f"{matrix}_{r}{c}" for r in AXES for c in AXES), *(f"{bias}_{a}" for a in AXES)]
+
+
+def _between(p: FloatArray, q: FloatArray) -> FloatArray:
+    return quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(p), q))
+
+
+def _running(q: FloatArray) -> FloatArray:
+    """Products ``q_0 ... q_k`` for every k, in log2(n) steps."""
+    step = 1
+    while step < len(q):
+        q = np.concatenate([q[:step], quaternion_multiply(q[:-step], q[step:])])
+        step *= 2
+    return q
+
+
+def _sphere(points: FloatArray, what: str) -> tuple[FloatArray, float]:
+    """Centre and radius of the sphere through points (n, 3): ``|c|^2 = 2 b c + r^2 - |b|^2``."""
+    size = float(np.abs(points).max()) or 1.0
+    rows = np.column_stack([points / size, np.ones(len(points))])
+    singular = np.linalg.svd(rows, compute_uv=False)
+    half, *_ = np.linalg.lstsq(rows, (points**2).sum(axis=1) / size**2, rcond=None)
+    centre = 0.5 * half[:3]
+    if len(points) < 4 or singular[-1] < 1e-3 * singular[0] or half[3] + centre @ centre <= 0.0:
+        raise InputError.at(
+            what,
+            wanted="directions all round",
+            found=f"{len(points)} that do not span a sphere",
+            fix="turn every axis up and down",
+        )
+    return centre * size, size * math.sqrt(half[3] + centre @ centre)
+
+
+def _triad(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Orthonormal columns (n, 3, 3) from two vectors (n, 3): along a, across both, the third."""
+    first = a / np.linalg.norm(a, axis=1, keepdims=True)
+    second = np.cross(a, b)
+    second /= np.linalg.norm(second, axis=1, keepdims=True)
+    return np.stack([first, second, np.cross(first, second)], axis=2)
