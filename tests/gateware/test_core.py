@@ -110,17 +110,6 @@ def test_many_parameters(config: str) -> None:
         assert emulator.update([1 << 27]).outputs == wanted[:, 0].tolist()
 
 
-def test_digest_is_of_all_programs_in_order() -> None:
-    a, b = random_programs(4, 2)
-    both = build_shared_core([a, b], "small")
-    other = build_shared_core([b, a], "small")
-    assert both.digest != other.digest
-    assert both.image.digest == int(both.digest, 16)
-    alone = build_core(a, "small")
-    assert alone.digest == a.digest and alone.name == "random0"
-    assert len(both.digest) == len(alone.digest)
-
-
 def test_refused() -> None:
     a, b = random_programs(4, 2)
     with pytest.raises(

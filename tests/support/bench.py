@@ -114,13 +114,6 @@ async def put(ctx: Any, port: Any, payload: Any, limit: int = 2000) -> None:
     ctx.set(port.valid, 0)
 
 
-async def put_record(ctx: Any, port: Any, words: Iterable[int], **options: int) -> None:
-    """Send words (``data``, of any sign) of a core's input stream, the last one with ``last``."""
-    words, mask = list(words), (1 << len(port.payload.data)) - 1
-    for k, word in enumerate(words):
-        await put(ctx, port, {"data": word & mask, "last": k == len(words) - 1}, **options)
-
-
 async def write(ctx: Any, bus: Any, address: int, word: int, limit: int = 2000) -> int:
     """Write a word, of any sign, on a register bus; cycles that it took."""
     ctx.set(bus.addr, address)

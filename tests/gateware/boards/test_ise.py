@@ -134,13 +134,6 @@ def test_constraints(board: str, project) -> None:
     assert "verilog work top.v\n" in (project[board] / "top.prj").read_text()
 
 
-def test_pll_factors(project) -> None:
-    text = (project["sk-xc6slx9"] / "top.v").read_text()
-    assert ".CLKFBOUT_MULT(32'd18)" in text and ".CLKOUT0_DIVIDE(32'd9)" in text
-    assert ".CLKIN_PERIOD(20.0)" in text and ".DIVCLK_DIVIDE(32'd1)" in text
-    assert ".RST(1'h0)" in text, "it runs from the start"
-
-
 def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> None:
     """No path, no date, no version, and no variable of Amaranth's gets into the files."""
     variables = [f"AMARANTH_{name}" for name in ("add_constraints", "map_opts", "debug_verilog")]
@@ -154,17 +147,6 @@ def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> No
         assert not re.search(rb"Yosys|Amaranth \d|\.py:|src =|/home|/tmp|/work|20\d\d-", text), name
         assert b"\t" not in text and text.endswith(b"\n")
     assert b"\r\n" in (tmp_path / "build.bat").read_bytes()
-
-
-@BOARD
-def test_readme(board: str, project) -> None:
-    text = (project[board] / "README.txt").read_text()
-    assert all(len(line) <= 100 for line in text.splitlines())
-    for pin in PINS[board].values():
-        assert re.search(rf"\b{pin}\b", text)
-    assert ("by PLL" in text) == (board == "sk-xc6slx9")
-    assert "{" not in text
-    assert "  1 record  2 words  answered by kind 1 with 3 words" in text and "sum" in text
 
 
 def run_build(folder: Path, path: str) -> subprocess.CompletedProcess:

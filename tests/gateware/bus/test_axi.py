@@ -126,17 +126,6 @@ def test_latency() -> None:
     assert took == {"write": 3, "read": 4}
 
 
-def test_an_only_initiator_needs_no_arbiter() -> None:
-    dut = AxiLiteSlave()
-
-    async def test(ctx: Any) -> None:
-        ctx.set(dut.axi.arvalid, 1)
-        await ctx.tick().repeat(4)
-        assert ctx.get(dut.axi.rvalid)
-
-    run_bench(dut, test)
-
-
 # -- packets through both adapters, at any pace; `sim.formal.axi` proves the rest ----------
 
 

@@ -72,25 +72,6 @@ def test_random_accesses_against_a_model(read_cycles: int, simulate) -> None:
     simulate(dut, bench)
 
 
-def test_orders_last_one_cycle(simulate) -> None:
-    dut = Csr(REGISTERS)
-
-    async def bench(ctx):
-        for offset, word, wanted in ((6, 0b101, (1, 0b01)), (6, 2, (1, 2)), (4, 3, (0, 0))):
-            ctx.set(dut.offset, offset)
-            ctx.set(dut.w_data, word)
-            assert (ctx.get(dut.order_stb), ctx.get(dut.order)) == (0, 0)
-            await ctx.tick()
-            ctx.set(dut.w_en, 1)
-            _, _, strobe, order = await ctx.tick().sample(dut.order_stb, dut.order)
-            assert (strobe, order) == wanted
-            ctx.set(dut.w_en, 0)
-            _, _, strobe, order = await ctx.tick().sample(dut.order_stb, dut.order)
-            assert (strobe, order) == (0, 0)
-
-    simulate(dut, bench)
-
-
 # -- every event is counted once, whatever the others do ------------------------------------------
 
 

@@ -366,43 +366,6 @@ def test_parameter_write_in_mid_record_does_not_hold_the_record(config: str) -> 
 
 
 @CONFIG
-@pytest.mark.parametrize("words", [1, 2])
-def test_parameter_written_after_a_fault(config: str, words: int) -> None:
-    """Early last, or missing last with the rest still to be swallowed: idle all the same."""
-    bench, model = Bench(config), Model()
-    address = parameter(bench.machine, PARAM, bench.machine.lanes - 1)
-
-    async def test(ctx):
-        await bench.put(ctx, *range(words), last=0 if words == 1 else None)
-        assert await bench.write(ctx, address, 9 << 16) < 5
-        if words == 2:
-            await bench.put(ctx, 0)
-        await bench.put(ctx, 1000, 5)
-        await bench.drain(ctx, 2)
-
-    bench.run(test)
-    model.param = 9 << 16
-    assert bench.outputs == model.update(1000, 5)[0]
-
-
-@CONFIG
-def test_states_cannot_be_written(config: str) -> None:
-    bench, model = Bench(config), Model()
-
-    async def test(ctx):
-        for offset in state_offsets(bench.machine):
-            for bank in range(bench.machine.lanes):
-                address = register(bench.machine, offset, bank)
-                assert await bench.write(ctx, address, 999) == 1
-        await bench.put(ctx, 1 << 16, 5)
-        await bench.put(ctx, 1 << 16, 5)
-        await bench.drain(ctx, 4)
-
-    bench.run(test)
-    assert bench.outputs == model.update(1 << 16, 5)[0] + model.update(1 << 16, 5)[0]
-
-
-@CONFIG
 def test_clearing_one_flag_keeps_the_other(config: str) -> None:
     bench = Bench(config)
 

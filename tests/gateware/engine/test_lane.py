@@ -7,8 +7,7 @@ import pytest
 from amaranth.hdl import Module
 
 import boresight.gateware.engine.lane as lane
-import boresight.gateware.engine.sequencer as sequencer
-from boresight.gateware.engine.bitwise import Bitwise, choose, multiplex
+from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
@@ -143,40 +142,6 @@ def test_primitives_equal_behaviour(proves_equal) -> None:
 
 
 # -- bit-wise tables: primitive and function agree for every function of the core -----------------
-
-FUNCTIONS = [
-    (choose, 3),
-    (multiplex, 6),
-    (lane._differs, 6),
-    (lane._differs, 3),
-    (lane._line0, 3),
-    (lane._line1, 3),
-    (lane._result_low, 5),
-    (lane._result_low, 6),
-    (lane._result_sign, 5),
-    (lane._result_sign, 6),
-    (sequencer._blocked, 4),
-    (sequencer._enabled, 5),
-    (sequencer._misframed, 5),
-    (sequencer._written, 6),
-    (sequencer._written_only, 6),
-    (sequencer._completed, 6),
-]
-
-
-@pytest.mark.parametrize(
-    "function, inputs", FUNCTIONS, ids=[f"{f.__name__.strip('_')}{n}" for f, n in FUNCTIONS]
-)
-def test_behaviour_equals_table(function, inputs, simulate) -> None:
-    dut = Bitwise(function=function, inputs=inputs, width=1 << inputs)
-
-    async def bench(ctx):
-        # Bit n of the words is row n of the table.
-        for k in range(inputs):
-            ctx.set(dut.i[k], sum((n >> k & 1) << n for n in range(1 << inputs)))
-        assert ctx.get(dut.o) == dut.table
-
-    simulate(dut, bench)
 
 
 def test_primitive_equals_behaviour(proves_equal) -> None:

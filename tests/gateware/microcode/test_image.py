@@ -1,17 +1,13 @@
 """Microwords: assembly, images, layout."""
 
-import dataclasses
 from dataclasses import replace
 
 import pytest
 
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
-from boresight.gateware.microcode.assemble import assemble, decode, encode
+from boresight.gateware.microcode.assemble import decode, encode
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.layout import microword_layout
-from boresight.gateware.schedule.allocate import allocate
-from boresight.gateware.schedule.scheduler import ScheduleError, schedule
-from tests.support.random_program import random_program
 
 # -- what an image must be to fit its machine -----------------------------------------------------
 
@@ -70,20 +66,3 @@ def test_decode_inverts_encode(machine: Machine) -> None:
         for k, f in enumerate(machine.fields)
     }
     assert decode(machine, encode(machine, fields)) == fields
-
-
-def test_errors() -> None:
-    machine = CONFIGS["small"]
-    with pytest.raises(ValueError, match=r"^field shift0 must be 0 to 31, not 32$"):
-        encode(machine, {"shift0": 32})
-    with pytest.raises(ValueError, match=r"^fields must be those of the machine, not \['x'\]$"):
-        encode(machine, {"x": 0})
-    with pytest.raises(ValueError, match=r"^word must have \d+ bits, not more$"):
-        decode(machine, 1 << machine.word_bits)
-    s = schedule(random_program(1), machine)
-    a = allocate(s)
-    with pytest.raises(ScheduleError, match=r"falls behind the program's \d+ words$"):
-        assemble(dataclasses.replace(s, length=s.length - 1), a)
-    long = dataclasses.replace(s.program, table_memory=(0,) * 2048)
-    with pytest.raises(ScheduleError, match=r"table memory must be 1536 words or fewer, not 2048"):
-        assemble(dataclasses.replace(s, program=long), a)

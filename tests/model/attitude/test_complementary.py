@@ -295,21 +295,6 @@ def test_garbage_is_survived_and_forgotten(word: int) -> None:
 #: (turning rate [rad/s], distance from the vertical [deg], bound of the error [deg])
 
 
-def test_heading_wraps_exactly() -> None:
-    """Uncorrected, a constant rate advances the word by the same amount across +-180 deg."""
-    x = static(degrees(0, 0, 179.5)[None], 60)
-    m = machine(1, GYRO_ONLY)
-    m.run(input_words(m.program, x[:5]))
-    x[:, 3] = 0.02
-    out, saturated = m.run(input_words(m.program, x))
-    heading = out[:, 2, 0]
-    assert not saturated.any()
-    assert heading[0] > 0 > heading[-1]
-    steps = (np.diff(heading) + (1 << 31)) % (1 << 32) - (1 << 31)
-    assert steps.max() - steps.min() <= 1
-    assert steps.mean() == pytest.approx(0.02 * 0.05 / math.pi * 2**31, rel=1e-5)
-
-
 # -- (e) the two forms of the attitude ------------------------------------------------------------
 
 

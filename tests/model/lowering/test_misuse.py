@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
@@ -28,29 +26,6 @@ def test_every_method_of_a_table_is_refused(kind: Any, table: Any) -> None:
             said = str(raised.value)
             assert said.startswith("test_misuse.py, line ")
             assert said.endswith(f"; {cure}") and entry.split()[-1] in said
-
-
-@pytest.mark.parametrize(
-    "function",
-    [float, int, complex, round, bool, lambda v: divmod(v, 2.0), lambda v: 7 // v,
-     lambda v: 2.0**v, lambda v: ~v, lambda v: v & 1, operator.index, lambda v: 1 | v],
-)  # fmt: skip
-def test_how_python_asks(function: Callable[[Any], Any]) -> None:
-    x = Tracer("unit").leaf("input", "x", 0.0, 1.0)
-    with pytest.raises(InputError, match=r"^test_misuse\.py, line \d+: wanted operations that can"):
-        function(x)
-
-
-@pytest.mark.parametrize(
-    "function",
-    [float, bool, abs, lambda v: v + 1.0, lambda v: 2.0 * v, lambda v: v < 1.0, lambda v: -v,
-     lambda v: 1.0 / v, lambda v: v**2, lambda v: not v, lambda v: np.add(v, 1.0),
-     np.logical_and.reduce],
-)  # fmt: skip
-def test_how_python_asks_a_condition(function: Callable[[Any], Any]) -> None:
-    x = Tracer("unit").leaf("input", "x", 0.0, 1.0)
-    with pytest.raises(InputError, match=r"^test_misuse\.py, line \d+: wanted operations that can"):
-        function(x < 0.5)
 
 
 def test_a_class_refuses_what_it_names() -> None:

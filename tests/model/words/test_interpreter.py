@@ -53,14 +53,6 @@ def test_states_parameters_and_outputs() -> None:
     assert m.update([[1]])[0].ravel().tolist() == [19, 24]
 
 
-def test_states_are_replaced_all_together() -> None:
-    m = machine()
-    m.states = np.array([[9]])
-    assert m.states.tolist() == [[9]]
-    with pytest.raises(ValueError, match="longer"):
-        m.states = np.array([[1], [2]])
-
-
 @pytest.mark.parametrize(
     ("overflow", "after", "flagged"),
     [

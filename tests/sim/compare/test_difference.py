@@ -125,11 +125,6 @@ def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
         assert math.isnan(none.largest) and not none.good
 
 
-def test_turns_are_modulo_one() -> None:
-    result = apart(Output("t", "turn"), [0.99, 0.5, 0.25], [0.02, 0.0, 1.5])
-    assert result.apart.tolist() == pytest.approx([0.03, 0.5, 0.25])
-
-
 @pytest.mark.parametrize(("unit", "tolerance"), [("m", 1e300), ("ht", 1e300), ("flags", None)])
 def test_infinite_references_are_beyond(unit: str, tolerance: float | None) -> None:
     for reference in (INF, -INF):

@@ -19,7 +19,6 @@ from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import Column, Place, Record
-from boresight.sim.rotations.rotation import rotate
 
 # -- records: what they refuse, what they are made of, headers with units -------------------------
 
@@ -466,21 +465,3 @@ def test_bundled_logs(tmp_path: Path) -> None:
     message = r"^name must be one of the bundled logs \(synthetic_60s, ximu_walk\), not 'x'$"
     with pytest.raises(InputError, match=message):
         bundled("x")
-
-
-def test_walk_is_what_its_page_says() -> None:
-    """Size and rate; gravity up and the field north at rest, by the device's attitude."""
-    walk = NineAxis.of(read_record(bundled("ximu_walk")))
-    assert len(walk) == 12625 and (np.diff(walk.t) == 1 / 256).all()
-    assert int(walk.mag_new.sum()) == 8194 and walk.q is not None
-    sent = np.flatnonzero(~np.isnan(walk.q[:, 0]))
-    assert (np.diff(sent) == 2).all()
-    for start, end in ((0.0, 2.4), (13.1, 15.2), (17.8, 19.4)):
-        rows = sent[(walk.t[sent] >= start) & (walk.t[sent] <= end)]
-        up = rotate(walk.q[rows], walk.acc[rows]).mean(axis=0)
-        assert np.degrees(np.arctan2(np.hypot(*up[:2]), up[2])) < 1.0
-        assert up[2] == pytest.approx(9.80665, abs=0.15)
-        rows = rows[walk.mag_new[rows]]
-        east, north, vertical = rotate(walk.q[rows], walk.mag[rows]).mean(axis=0)
-        assert abs(np.degrees(np.arctan2(east, north))) < 1.5
-        assert 40 < np.degrees(np.arctan2(-vertical, north)) < 45

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.gateware.attitude.bus.counters import EventCounters
 from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.family import Family
 from boresight.gateware.synthesis.routed import FamilyNetlist, netlist_of
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
-from boresight.gateware.verilog import to_verilog
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.rtl import netlist as module
@@ -144,42 +142,6 @@ def test_every_kind_of_memory(family: Family, kinds: set[tuple[str, str]]) -> No
     (row,) = {"INIT_05", "INITVAL_05"} & contents.keys()
     contents[row] = contents[row].translate({48: 49, 49: 48})
     assert differ() > 0
-
-
-COUNTERS = """
-module bench (input clk, input rst);
-    integer cycle = 0, differ = 0, seen = 0;
-    reg [39:0] events = 0;
-    reg clear = 0;
-    reg [6:0] index = 0;
-    wire [31:0] x, y;
-    source one (.clk(clk), .rst(rst), .events(events), .clear(clear), .index(index), .value(x));
-    counters two (.clk(clk), .rst(rst), .events(events), .clear(clear), .index(index), .value(y));
-    always @(posedge clk) begin
-        cycle <= cycle + 1;
-        if (x !== y) differ <= differ + 1;
-        if (x !== 0) seen <= seen + 1;
-        events <= {$random, $random} & {$random, $random} & {$random, $random};
-        clear <= cycle % 4999 == 0;
-        if (cycle % 7 != 0) index <= $random;
-        if (cycle == 20000) begin
-            if (seen < 1000) $fatal(1, "nothing is counted");
-            $display("differ %0d", differ);
-            $finish;
-        end
-    end
-endmodule
-"""
-
-
-def test_counters_that_are_read_while_they_are_written() -> None:
-    """Block RAM of ECP5 answers anything then, and its register is directly behind it."""
-    source = to_verilog(EventCounters(count=40, read_cycles=2), "counters", instances=False)
-    netlist = netlist_of(source, "counters", ECP5).synthesis.netlist
-    cells = netlist["modules"]["counters"]["cells"].values()
-    modes = [c["parameters"]["REGMODE_B"] for c in cells if c["type"] == "DP16KD"]
-    assert modes == ["OUTREG"] * 2
-    assert differences(COUNTERS, source, netlist, top="counters", family="ecp5") == 0
 
 
 @pytest.mark.parametrize(

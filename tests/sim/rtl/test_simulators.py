@@ -93,11 +93,6 @@ def test_a_hang_is_a_failure(bench: Compiled) -> None:
         bench.run(max_cycles=1000)
 
 
-def test_files_stay_in_the_given_folder(bench: Compiled, tmp_path: Path) -> None:
-    bench.run({"limit": 3}, max_cycles=1000, files={"words.txt": "1"}, folder=tmp_path)
-    assert (tmp_path / "words.txt").read_text() == "1"
-
-
 def test_a_build_that_fails_says_why(tmp_path: Path) -> None:
     text = "module bench(input clk, input rst); nonsense; endmodule"
     with pytest.raises(SimulationFailed) as failed:

@@ -123,24 +123,6 @@ def test_frames(stalls: float, reads: int) -> None:
     assert (bench.sent, bench.skipped) == (12, 0)
 
 
-@pytest.mark.parametrize("most", [8, 9, 16])
-def test_frames_of_any_length(most: int) -> None:
-    """As long as the update that is sent has outputs, whatever comes meanwhile."""
-    bench, rng, wanted = Bench(AttitudeOutput()), random.Random(4), []
-
-    async def test(ctx):
-        ctx.set(bench.dut.on, 1)
-        for outputs in (1, 2, most // 2, most // 2 + 1, most - 1, most, 1):
-            words = random_update(rng, 2 + outputs)
-            await bench.update(ctx, words, pause=1)
-            ctx.set(bench.dut.last_output, rng.randrange(most))
-            await ctx.tick().repeat(6 + 16 * (2 + outputs))
-            wanted.append(body_of(with_flags(words, 0)))
-
-    bench.run(test)
-    assert bench.bodies == wanted
-
-
 @pytest.mark.parametrize("outputs", [1, 8, 16])
 def test_frames_with_the_counts_of_the_sensors(outputs: int) -> None:
     """Of a count its sign, 15 bits and 8 of the fraction; of the line whole numbers."""
@@ -207,24 +189,6 @@ def test_divider(divider: int, every: int) -> None:
 
     bench.run(test)
     assert bench.bodies == [body_of(w) for w in updates[::every]]
-
-
-def test_off_in_the_middle_of_a_frame() -> None:
-    bench = Bench()
-    words = [1, *range(2, 11)]
-
-    async def test(ctx):
-        await bench.update(ctx, words, pause=200)
-        assert not bench.bodies
-        ctx.set(bench.dut.on, 1)
-        await bench.update(ctx, words, pause=20)
-        ctx.set(bench.dut.on, 0)
-        ctx.set(bench.dut.flags, 0xFF)
-        await ctx.tick().repeat(300)
-        await bench.update(ctx, words, pause=200)
-
-    bench.run(test)
-    assert bench.bodies == [body_of(words)]
 
 
 # -- frames in software ---------------------------------------------------------------------------
