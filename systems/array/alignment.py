@@ -11,8 +11,9 @@ half way::
 both ends, so a vibration hardly counts; the second has no mean, so a tilt of s does not. Samples
 count up to zero, where the filter begins.
 
-Errors: heading (gyro bias east)/(w_ie cos(latitude)) and, of an angle walk sigma [rad/sqrt(s)],
-1.2 sigma/(w_ie cos(latitude) sqrt(T)); tilt (accelerometer bias)/g and up to (w_ie T)^2/80.
+Errors, with w = w_ie cos(latitude): heading (gyro bias east)/w, of a gyro's angle walk sigma
+[rad/sqrt(s)] 1.2 sigma/(w sqrt(T)), of an accelerometer's noise a [m/s^2/sqrt(Hz)]
+4.1 a/(g w T^1.5); tilt (accelerometer bias)/g, and up to (w_ie T)^2/80.
 """
 
 from __future__ import annotations

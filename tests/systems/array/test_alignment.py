@@ -7,7 +7,9 @@ import pytest
 
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import close_loop
 from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.world import ERECTED, TurningArray
 from tests.support.rotating_array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, increments
 
 ANGLES = ("pitch", "roll", "heading")
@@ -63,6 +65,16 @@ def test_any_start_is_found_to_what_the_instruments_allow(start: Any, most: floa
         wanted = np.array([level[1], -level[0], north])
         assert np.abs(turn - wanted)[:2].max() < 0.7 * ARCSEC, name
         assert abs(turn - wanted)[2] < 3.0 * ARCSEC, name
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_one_turn_after_any_start_the_errors_are_small(seed: int) -> None:
+    """5 deg of tilt, any heading, noise: from a second after the first turn on below 30 arcsec."""
+    world = TurningArray(36.0, seed, hours=0.02, noise=1.0, tilt_deg=5.0)
+    loop = close_loop(world, make_level("c", Build(ArrayAttitude())))
+    angles = np.pi * np.stack([loop.truth[a] for a in ANGLES], axis=1)
+    error = errors(loop.run, angles)[1 + ERECTED + 1100 :]
+    assert len(error) > 6000 and np.abs(error).max() < 30.0
 
 
 def test_every_form_aligns_with_the_same_words() -> None:
