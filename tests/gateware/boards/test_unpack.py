@@ -84,6 +84,8 @@ def test_same_verdict_as_the_software(simulate) -> None:
             frame = bytearray(encode(kind, words, word=24))
             if rng.random() < 0.5:
                 frame[rng.randrange(len(frame))] = rng.randrange(256)
+            elif rng.random() < 0.2:
+                frame.insert(-1, ESC)
             stream.append(bytes(frame))
         elif rng.random() < 0.4:  # a right CRC around another kind, or too few or too many bytes
             data = bytes([rng.randrange(8), *range(rng.choice((0, 3, 4, 7, 8, 9, 12, 40, 72)))])
