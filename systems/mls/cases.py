@@ -46,7 +46,7 @@ CASES = {
     "norm_free_28": Case("(28), and q never set to norm one", _FREE),
     "bias": Case("gyro biases drawn, 0.2 deg/s each axis", errors=_SPREAD),
     "bias_follows": Case("gyro biases drawn, gyro_sd 11 deg/s", params=_FOLLOWS, errors=_SPREAD),
-    "rolling": Case("ship turning by +-10 deg about each axis", full=True, **_ROLLING),
+    "rolling": Case("ship turning by up to 10 deg about each axis", full=True, **_ROLLING),
     "rolling_bias": Case("ship turning, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, **_ROLLING),
     **{
         f"sea_{n}": Case(f"carrier in sea state {n}", motion=f"sea_{n}", steered=n > 4)

@@ -1,8 +1,8 @@
 """A linear array of antennas: pattern, elements out of place, main lobe of a received signal.
 
-The elements stand on the y axis, k = 0 the first; directions are e(azimuth, elevation), x ahead,
-z up; the azimuth 0 is ahead. Fields are over that of all elements in phase; (n) are the equations
-of Wang Ding et al. (2018), sections 1 and 2.
+The elements stand on the y or z axis, k = 0 the first; directions are e(azimuth, elevation), x
+ahead, z up; the azimuth 0 is ahead. Fields are over that of all elements in phase; (n) are the
+equations of Wang Ding et al. (2018), sections 1 and 2.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def direction(azimuth_deg: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> Float
 
 @dataclass(frozen=True)
 class Array:
-    """``elements`` in a line, ``spacing`` apart, in wavelengths.
+    """``elements`` in a line, ``spacing`` apart, in wavelengths, on ``axis``: 1 is y, 2 is z.
 
     Raises
     ------
@@ -38,6 +38,7 @@ class Array:
 
     elements: int = 64
     spacing: float = 0.5
+    axis: int = 1
 
     def __post_init__(self) -> None:
         require(self.elements >= 2, "array, elements", "2 or more", self.elements)
@@ -69,7 +70,7 @@ class Array:
         """
         n = len(phases[0])
         place = np.zeros((n, 3))
-        place[:, 1] = self.spacing * np.arange(n)
+        place[:, self.axis] = self.spacing * np.arange(n)
         path = np.einsum("...kv,...v->...k", place + displaced, e)
         return np.asarray(np.exp(2j * np.pi * path) @ np.exp(-2j * np.pi * phases.T) / n)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.systems.mls.deck import RATE_HZ
 from boresight.systems.mls.patterns import Trial
-from boresight.systems.mls.runs import AXES, AZIMUTHS, ENCODER_DEG, SETTLED
-from boresight.systems.mls.world import SCAN_DEG
+from boresight.systems.mls.runs import AXES, AZIMUTHS, ENCODER_DEG, GLIDE_DEG, SETTLED
+from boresight.systems.mls.world import SCANS
 
 __all__ = ["render"]
 
@@ -33,7 +34,13 @@ _INTRO = (
 )
 _PULSES = (
     "Elements displaced along {} by b d N(0, 1), 64 elements, one draw: what receivers at -60, 0 "
-    "and 60 deg (bars) get of a scan. "
+    "and 60 deg get over time, a pulse while the beam goes to 62 deg and one while it comes back "
+    "(bars), with a pause of 0.6 ms between. "
+)
+_TURN = (
+    "Where the scan turns, 60 deg, X, b = 0.5: with the pause that ICAO Annex 10 has both pulses "
+    "stay apart. If the beam turns at once, those of 16 elements are one, as in the paper's "
+    "Figure 3f; those of 64 overlap (table: merged, the share that never falls by 3 dB in between)."
 )
 _AXES = {
     "x": "At b = 0.5 only the ends of the scan are usable, as the paper says; at 0.1 the pulse is "
@@ -48,8 +55,9 @@ _TABLE = (
     "second, and forgets its error slowly."
 )
 _BEAMS = (
-    "Pulses at receivers at -60, 0 and 60 deg (bars), the ship turned by up to 10 deg about each "
-    "axis: phases of a level array, and phases turned by the filter's attitude. The ship turns as "
+    "Azimuth antenna (above) and elevation antenna (below), receivers at azimuths of -60, 0 and 60 "
+    "deg, 3 deg high (bars), the ship turned by up to 10 deg about each axis: pulses with phases "
+    "of a level array, and with phases turned by the filter's attitude. The ship turns as "
     "a whole here; displacements as in (14), of each element by itself, are beyond what any "
     "attitude can take back."
 )
@@ -64,6 +72,7 @@ def render(
 ) -> str:
     """HTML text: no script, nothing outside."""
     pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
+    pulses.append((_TURN, _turn(patterns)))
     trials: list[list[str | float]] = [
         [f"{n}, {_trial(name)}", *trial.figures.values()]
         for n, by_name in patterns.items()
@@ -85,6 +94,14 @@ def render(
     )
 
 
+_NAMES = {
+    **{"closed": "gain, closed form", "wrong": "wrong peaks", "encoder_deg": "from encoder_deg"},
+    **{"max_deg": "largest_deg", "worst_deg": "worst axis_deg", "norm": "norm of q"},
+    **{"fixed_float_deg": "fixed less float, most_deg", "saturated": "saturated words"},
+    "fixed_float_rms_deg": "fixed less float_deg",
+}
+
+
 def _trial(name: str) -> str:
     """``x_05_m60_at_30`` in words."""
     axis, b, azimuth, *elevation = name.replace("at_", "").split("_")
@@ -94,7 +111,7 @@ def _trial(name: str) -> str:
 
 def _words(name: str) -> str:
     """The name of a figure in words, its unit last."""
-    name = {"closed": "gain, closed form", "wrong": "wrong peaks"}.get(name, name)
+    name = _NAMES.get(name, name).replace("uncompensated_", "level array, ")
     words = name.replace("m60", f"{MINUS}60").replace("sidelobe", "side lobe").split("_")
     units = {"deg": "deg", "ms": "ms", "db": "dB"}
     if name in ("width", "sd"):
@@ -106,34 +123,53 @@ def _words(name: str) -> str:
 def _cases(
     meanings: Mapping[str, str], figures: Mapping[str, Mapping[str, float]]
 ) -> Iterator[Section]:
-    """Figures of the filter, and of the beam where it is looked at."""
+    """Figures of the filter, and of the beams where they are looked at."""
     keys = dict.fromkeys(key for f in figures.values() for key in f)
-    beam = [key for key in keys if key.startswith(("beam_", "uncompensated_"))]
-    for title, some in (("Cases", [k for k in keys if k not in beam]), ("Beams", beam)):
+    beams = {f"Beams, {a}": [k for k in keys if f"{a}_" in k] for a in SCANS}
+    filter = [key for key in keys if key not in sum(beams.values(), [])]
+    for title, some in {"Filter, root mean square": filter, **beams}.items():
         rows: list[list[str | float]] = [
             [meanings[n], *(f.get(k, math.nan) for k in some)]
             for n, f in figures.items()
             if some[0] in f
         ]
-        yield Section(title=title, columns=("", *map(_words, some)), rows=rows)
+        yield Section(title=title, columns=("case", *map(_words, some)), rows=rows)
 
 
 def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
-    """Figures 3 to 5: what receivers at three azimuths get of a scan."""
+    """Figures 3 to 5: what receivers at three azimuths get over time."""
+    scan = SCANS["azimuth"]
     with settings():
         figure, grid = figure_and_axes(3.4, 2, 3, sharex=True, sharey=True)
         for row, b in zip(grid, (1, 5), strict=True):
             row[0].set_ylabel("amplitude")
             for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
-                amplitude = patterns[f"{axis}_0{b}_{key}"].shown
-                scan = np.linspace(-SCAN_DEG, SCAN_DEG, len(amplitude))
-                axes.axvline(azimuth, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
-                axes.plot(scan[::2], amplitude[::2], color=COLOUR["heading"], linewidth=0.8)
+                time, amplitude = scan.waveform(*patterns[f"{axis}_0{b}_{key}"].shown)
+                for at in scan.times(azimuth):
+                    axes.axvline(1e3 * at, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
+                axes.plot(1e3 * time, amplitude, color=COLOUR["heading"], linewidth=0.8)
                 axes.set_title(f"{azimuth:.0f} deg, b = 0.{b}", fontsize=9)
                 axes.set_ylim(0.0, 1.05)
         for axes in grid[1]:
-            axes.set_xlabel("scan, deg")
+            axes.set_xlabel("time, ms")
         return svg(figure, f"pulses-{axis}")
+
+
+def _turn(patterns: Mapping[int, Mapping[str, Trial]]) -> str:
+    """The right end of Figure 3f, with the pause between to and fro and without."""
+    with settings():
+        figure, row = figure_and_axes(2.2, 1, 2, sharey=True)
+        for axes, (elements, trials) in zip(row, patterns.items(), strict=True):
+            for pause, name in ((SCANS["azimuth"].pause, "grey"), (0.0, "heading")):
+                scan = replace(SCANS["azimuth"], pause=pause)
+                time, amplitude = scan.waveform(*trials["x_05_60"].shown)
+                middle = sum(scan.times(0.0)) / 2.0
+                label = f"pause of {1e3 * pause:g} ms" if pause else "no pause"
+                axes.plot(1e3 * (time - middle), amplitude, color=COLOUR[name], label=label)
+            axes.set(xlabel=f"time from the turn, ms ({elements} elements)", xlim=(-1.0, 1.0))
+        row[0].set_ylabel("amplitude")
+        legend(row[0], 2)
+        return svg(figure, "turn")
 
 
 def _table(nominal: Runs, late: Runs) -> str:
@@ -156,22 +192,21 @@ def _table(nominal: Runs, late: Runs) -> str:
         return svg(figure, "table")
 
 
-def _near(azimuth: float) -> tuple[float, float]:
-    most = SCAN_DEG + 2.0
-    return max(azimuth - 20.0, -most), min(azimuth + 20.0, most)
-
-
 def _beams(runs: Runs) -> str:
-    """Figure 7: pulses with and without compensation."""
+    """Figure 7: pulses of both antennas with and without compensation."""
     with settings():
-        figure, row = figure_and_axes(2.4, 1, 3, sharey=True)
-        for axes, (key, pulses) in zip(row, runs.shown["pulses"].items(), strict=True):
-            azimuth = AZIMUTHS[key]
-            axes.axvline(azimuth, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
-            for (scan, amplitude), name in zip(pulses, ("grey", "heading"), strict=True):
-                label = "level array" if name == "grey" else "compensated"
-                axes.plot(scan, amplitude, color=COLOUR[name], label=label)
-            axes.set(xlabel="scan, deg", xlim=_near(azimuth))
-        row[0].set_ylabel("amplitude")
-        legend(row[0], 2)
+        figure, grid = figure_and_axes(4.4, len(SCANS), 3, sharey=True)
+        for row, (antenna, scan) in zip(grid, SCANS.items(), strict=True):
+            row[0].set_ylabel("amplitude")
+            for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
+                middle = azimuth if antenna == "azimuth" else GLIDE_DEG
+                axes.axvline(middle, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
+                pulses = runs.shown["pulses"][antenna, key]
+                for (angles, amplitude), name in zip(pulses, ("grey", "heading"), strict=True):
+                    label = "level array" if name == "grey" else "compensated"
+                    axes.plot(angles, amplitude, color=COLOUR[name], label=label)
+                low, high = max(middle - 20.0, scan.low - 2.0), min(middle + 20.0, scan.high + 2.0)
+                label = f"{antenna}, deg (receiver at {azimuth:.0f} deg)"
+                axes.set(xlabel=label, xlim=(low, high))
+        legend(grid[0][0], 2)
         return svg(figure, "beams")

@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from boresight.systems.mls.linear_array import Array, direction, lobe
 from boresight.systems.mls.runs import AZIMUTHS, LEVEL, phases_of
-from boresight.systems.mls.world import SCAN_DEG, angle_of, scan_times
+from boresight.systems.mls.world import SCANS
 
 __all__ = ["Trial", "patterns_of"]
 
 FloatArray = npt.NDArray[np.float64]
 STEP_DEG = 0.05  #: between beams of a scan.
+_SCAN = SCANS["azimuth"]
 _HIGH = (20.0, 30.0)  #: elevations at which Z is looked at as well.
 
 
@@ -24,11 +25,13 @@ class Trial(NamedTuple):
 
     ``gain`` of the field where it is, and ``closed``, the mean gain in closed form; ``peak`` of the
     pulse; ``width`` of the -3 dB gate and ``sd`` of the angle found [deg] of pulses at the right
-    place; ``wrong``, the share of those elsewhere; median ``sidelobe_db`` beyond the first ones.
+    place; ``wrong``, the share of those elsewhere; median ``sidelobe_db`` beyond the first ones;
+    ``merged``, the share whose pulses to and fro would be one, never 3 dB lower in between, if the
+    beam turned without a pause. Shown are the scan [deg] and the amplitudes.
     """
 
     figures: dict[str, float]
-    shown: FloatArray
+    shown: tuple[FloatArray, FloatArray]
 
 
 def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> dict[str, Trial]:
@@ -36,7 +39,7 @@ def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> di
 
     The phases are those of the core for beams every `STEP_DEG`, the deck level.
     """
-    scan = np.linspace(-SCAN_DEG, SCAN_DEG, round(2.0 * SCAN_DEG / STEP_DEG) + 1)
+    scan = np.linspace(_SCAN.low, _SCAN.high, round(2.0 * _SCAN.half / STEP_DEG) + 1)
     trials = {}
     for elevation in (elevation_deg, *_HIGH):
         phases = phases_of(array, np.tile(LEVEL, (len(scan), 1)), direction(scan, elevation))
@@ -61,12 +64,15 @@ def _trial(
     tilt = math.cos(math.radians(azimuth))
     main = math.degrees(2.0 / (array.elements * array.spacing * tilt))
     main_lobe = lobe(scan, amplitude, main)
-    error = angle_of(*scan_times(main_lobe.centre)) - azimuth
+    error = _SCAN.angle(*_SCAN.times(main_lobe.centre)) - azimuth
     right = np.abs(error) < main
+    between = np.where(scan >= azimuth, amplitude, np.inf).min(axis=1)
     figures = {
         "gain": amplitude[:, np.abs(scan - azimuth).argmin()].mean(),
         **{"closed": math.exp(-(turn**2) / 2.0), "peak": main_lobe.peak.mean()},
         **{"width": np.median(main_lobe.width[right]), "sd": error[right].std()},
         **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(main_lobe.sidelobe_db)},
+        "merged": (between > np.sqrt(0.5) * main_lobe.peak).mean(),
     }
-    return Trial({name: float(value) for name, value in figures.items()}, amplitude[0])
+    figures = {name: float(value) for name, value in figures.items()}
+    return Trial(figures, (scan, amplitude[0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +18,10 @@ from boresight.systems.mls.cases import Case
 from boresight.systems.mls.deck import Deck, deck, records
 from boresight.systems.mls.estimator import ALIGN_STEPS, MlsAttitude
 from boresight.systems.mls.linear_array import Array, direction, lobe
+from boresight.systems.mls.phases import AXES as BODY_AXES
 from boresight.systems.mls.phases import ArrayPhases
 from boresight.systems.mls.prototype import prototype
-from boresight.systems.mls.world import SCAN_DEG
+from boresight.systems.mls.world import SCANS
 
 __all__ = [
     *("AXES", "AZIMUTHS", "ENCODER_DEG", "GLIDE_DEG", "SETTLED", "Flight"),
@@ -92,7 +94,7 @@ def figures_of(flight: Flight, steered: bool = False) -> Runs:
     """Figures of each run after three seconds, if ``steered`` of its beams too.
 
     Kept of each run: spread of the error for each delay (lags, 3); shown of the first: truth and
-    error (n, 3) [deg], pulses by azimuth.
+    error (n, 3) [deg], pulses by antenna and azimuth.
     """
     error, shown = flight.error[SETTLED:], {}
     truth = np.degrees(np.stack([d.euler for d in flight.decks], axis=1))
@@ -106,10 +108,10 @@ def figures_of(flight: Flight, steered: bool = False) -> Runs:
         **{"max_deg": np.abs(error).max(axis=(0, 2)), "encoder_deg": _rms(coarse, (0, 2))},
         **flight.level_figures,
     }
-    for key, azimuth in AZIMUTHS.items() if steered else ():
-        after, before, shown[key] = beam_errors(flight, Array(), azimuth, GLIDE_DEG)
-        figures[f"beam_{key}_deg"] = _rms(after, 1)
-        figures[f"uncompensated_{key}_deg"] = _rms(before, 1)
+    for antenna, (key, azimuth) in product(SCANS, AZIMUTHS.items()) if steered else ():
+        after, before, shown[antenna, key] = beam_errors(flight, antenna, azimuth)
+        figures[f"{antenna}_{key}_deg"] = _rms(after, 1)
+        figures[f"uncompensated_{antenna}_{key}_deg"] = _rms(before, 1)
     first = {"truth": truth[:, 0], "error": flight.error[:, 0], "pulses": shown}
     return Runs(figures, first, [*spread], {n: _POOLING.get(n, "rms") for n in figures})
 
@@ -133,32 +135,40 @@ def pooled(runs: Runs) -> dict[str, float]:
 def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
     """Phases (m, elements) of the core's program for attitudes and beams (m, 4), (m, 3)."""
     rows, params = np.concatenate([q, beams], axis=1), {"spacing": array.spacing}
-    ((run,),) = run_forms(ArrayPhases(array.elements), [rows], params=params, levels=("c",))
+    program = ArrayPhases(array.elements, BODY_AXES[array.axis])
+    ((run,),) = run_forms(program, [rows], params=params, levels=("c",))
     return np.stack([run.outputs[f"phase_{k}"] for k in range(array.elements)], axis=1)
 
 
 def beam_errors(
-    flight: Flight, array: Array, azimuth_deg: float, elevation_deg: float, instants: int = 24
+    flight: Flight, antenna: str, azimuth_deg: float, instants: int = 24
 ) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
-    """Error of a receiver's position angle (runs, instants) [deg], by -3 dB gates.
+    """Error of a receiver's angle at one of `SCANS` (runs, instants) [deg], by -3 dB gates.
 
     With phases turned by the filter's attitude, and with those of a level array; then scan [deg]
     and amplitude of both, level first, at the last instant of the first run.
     """
+    scan = SCANS[antenna]
+    array, place = Array(axis=scan.axis), {"azimuth": azimuth_deg, "elevation": GLIDE_DEG}
+
+    def beams_at(angles: FloatArray) -> FloatArray:
+        to = place | {antenna: angles}
+        return direction(to["azimuth"], to["elevation"])
+
     at = np.linspace(SETTLED, len(flight.q) - 1, instants).astype(int)
-    wide = np.linspace(-SCAN_DEG, SCAN_DEG, 621)
-    narrow = azimuth_deg + np.linspace(-3.0, 3.0, 61)
-    fixed = phases_of(array, np.tile(LEVEL, (len(wide), 1)), direction(wide, elevation_deg))
-    beams = np.tile(direction(narrow, elevation_deg), (instants, 1))
+    wide = np.linspace(scan.low, scan.high, round(10.0 * scan.half / 2.0) + 1)
+    narrow = place[antenna] + np.linspace(-3.0, 3.0, 61)
+    fixed = phases_of(array, np.tile(LEVEL, (len(wide), 1)), beams_at(wide))
+    beams = np.tile(beams_at(narrow), (instants, 1))
     level, steered = [], []
     for run, motion in enumerate(flight.decks):
-        receiver = rotate(quaternion_conjugate(motion.q[at]), direction(azimuth_deg, elevation_deg))
+        receiver = rotate(quaternion_conjugate(motion.q[at]), direction(azimuth_deg, GLIDE_DEG))
         turned = phases_of(array, flight.q[at, run].repeat(len(narrow), axis=0), beams)
         level.append(np.abs(array.field(fixed, receiver)))
         fields = map(array.field, np.split(turned, instants), receiver)
         steered.append(np.abs(np.stack(list(fields))))
     before, after = (
-        lobe(scan, np.stack(errors), 2.0).centre - azimuth_deg
-        for scan, errors in ((wide, level), (narrow, steered))
+        lobe(angles, np.stack(amplitudes), 2.0).centre - place[antenna]
+        for angles, amplitudes in ((wide, level), (narrow, steered))
     )
     return after, before, ((wide, level[0][-1]), (narrow, steered[0][-1]))

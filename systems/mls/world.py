@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight import World
-from boresight.model.errors import require
+from boresight.model.errors import require, require_choice
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
@@ -23,26 +24,58 @@ from boresight.systems.mls.deck import RATE_HZ, deck, records
 from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.linear_array import Array, direction, lobe
 
-__all__ = ["SCAN_DEG", "SCAN_DEG_S", "Landing", "OnDeck", "angle_of", "scan_times"]
+__all__ = ["SCANS", "SCAN_DEG_S", "Landing", "OnDeck", "Scan"]
 
 FloatArray = npt.NDArray[np.float64]
-SCAN_DEG_S = 20_000.0  #: speed of the scan, to and fro, as the ICAO has it.
-SCAN_DEG = 62.0  #: it goes from minus this to this, and back.
-_PAUSE_S = 0.002  #: between to and fro.
-SCANS_HZ = 13.5  #: how often the azimuth is scanned.
 SETTLED_S = 1.0  #: of the filter, before the first scan.
 
 
-def scan_times(scan_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """When a beam passes an angle on its way to and fro [s]."""
-    to = (np.asarray(scan_deg) + SCAN_DEG) / SCAN_DEG_S
-    return to, 4.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S - to
+@dataclass(frozen=True)
+class Scan:
+    """A scan from ``low`` to ``high`` [deg] and back at 20,000 deg/s, as ICAO Annex 10 has it.
+
+    ``axis``: number of the axis of its elements; ``pause`` [s] between to and fro; ``rate`` [Hz].
+    """
+
+    axis: int
+    low: float
+    high: float
+    pause: float
+    rate: float
+
+    @property
+    def middle(self) -> float:
+        """Its middle [deg]."""
+        return (self.low + self.high) / 2.0
+
+    @property
+    def half(self) -> float:
+        """Half of its width [deg]."""
+        return (self.high - self.low) / 2.0
+
+    def times(self, angle_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """When the beam passes an angle on its way to and fro [s]."""
+        to = (np.asarray(angle_deg) - self.low) / SCAN_DEG_S
+        return to, 4.0 * self.half / SCAN_DEG_S + self.pause - to
+
+    def angle(self, to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
+        """(T0 - t) V/2 of the time t between both pulses [deg]; T0 is that of the angle 0."""
+        before, after = self.times(0.0)
+        return np.asarray((after - before - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)
+
+    def waveform(self, angle_deg: FloatArray, amplitude: FloatArray) -> tuple[FloatArray, ...]:
+        """What a receiver gets over time [s], of its amplitude (m,) over a scan (m,) [deg]."""
+        to, fro = self.times(angle_deg)
+        silent = [to[-1], fro[-1]] if self.pause else []
+        time = np.concatenate([to, silent, fro[::-1]])
+        return time, np.concatenate([amplitude, np.zeros(len(silent)), amplitude[::-1]])
 
 
-def angle_of(to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
-    """(T0 - t) V/2 of the time t between both pulses [deg]; T0 is that of the angle 0."""
-    at_zero = 2.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S
-    return np.asarray((at_zero - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)
+SCAN_DEG_S = 20_000.0  #: speed of the beam.
+SCANS = {
+    "azimuth": Scan(1, -62.0, 62.0, 600e-6, 13.0),
+    "elevation": Scan(2, -1.5, 29.5, 400e-6, 39.0),
+}
 
 
 class OnDeck(World):
@@ -66,7 +99,7 @@ class OnDeck(World):
 
 
 class Landing(World):
-    """A receiver at an azimuth and elevation [deg]; the array's beams follow it.
+    """A receiver at an azimuth and elevation [deg]; the beams of an ``antenna`` follow it.
 
     ``beams`` of each scan are asked for: over the whole sector while the receiver has no pulse,
     then 2 deg to each side. ``compensated=False``: the array takes the deck for level. ``angles``
@@ -75,7 +108,7 @@ class Landing(World):
     Raises
     ------
     InputError
-        A receiver outside the sector; fewer than 8 beams; see `Array` and `deck`.
+        A receiver outside the scan; fewer than 8 beams; see `Array` and `deck`.
     """
 
     name = "landing"
@@ -91,12 +124,16 @@ class Landing(World):
         seconds: float = 20.0,
         beams: int = 81,
         compensated: bool = True,
+        antenna: str = "azimuth",
     ) -> None:
-        inside = abs(azimuth_deg) <= SCAN_DEG
-        require(inside, "landing, azimuth_deg", "-62 to 62", azimuth_deg)
-        require(abs(elevation_deg) <= 45.0, "landing, elevation_deg", "-45 to 45", elevation_deg)
+        require_choice("landing, antenna", antenna, SCANS)
+        place = {"azimuth": azimuth_deg, "elevation": elevation_deg}
+        for name, scan in SCANS.items():
+            inside = scan.low <= place[name] <= scan.high
+            require(inside, f"landing, {name}_deg", f"{scan.low:g} to {scan.high:g}", place[name])
         require(beams >= 8, "landing, beams", "8 or more", beams)
-        self.array, self.beams, self.elevation = Array(elements, spacing), beams, elevation_deg
+        self.place, self.beams, self.antenna, self.scan = place, beams, antenna, SCANS[antenna]
+        self.array = Array(elements, spacing, self.scan.axis)
         deck_motion = deck(motion, seconds, seed)
         toward = quaternion_conjugate(deck_motion.q)
         self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
@@ -107,19 +144,20 @@ class Landing(World):
 
     def start(self) -> None:
         """Restart."""
-        self._scan, self._beam, self._centre, self._half = 0, 0, 0.0, SCAN_DEG
+        self._count, self._beam = 0, 0
+        self._centre, self._half = self.scan.middle, self.scan.half
         self._amplitude = np.zeros(self.beams)
         self.angles: list[float] = []
 
     @property
     def _sample(self) -> int:
         """Sample of the deck at this scan."""
-        return round((SETTLED_S + self._scan / SCANS_HZ) * RATE_HZ)
+        return round((SETTLED_S + self._count / self.scan.rate) * RATE_HZ)
 
     def _scanned(self) -> FloatArray:
-        """Azimuths of this scan [deg]."""
+        """Angles of this scan [deg]."""
         low, high = self._centre - self._half, self._centre + self._half
-        return np.linspace(max(low, -SCAN_DEG), min(high, SCAN_DEG), self.beams)
+        return np.linspace(max(low, self.scan.low), min(high, self.scan.high), self.beams)
 
     def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
         """The next beam; see `World`."""
@@ -127,7 +165,8 @@ class Landing(World):
             self._received(outputs)
         if self._sample >= len(self.q):
             return None
-        beam = direction(self._scanned()[self._beam], self.elevation)
+        place = self.place | {self.antenna: self._scanned()[self._beam]}
+        beam = direction(place["azimuth"], place["elevation"])
         names = (*(f"q{a}" for a in "wxyz"), *(f"beam_{a}" for a in "xyz"))
         return dict(zip(names, [*self.q[self._sample].tolist(), *beam.tolist()], strict=True))
 
@@ -144,11 +183,11 @@ class Landing(World):
             return
         scan, top = self._scanned(), int(self._amplitude.argmax())
         pulse = lobe(scan, self._amplitude, 2.0 * self._half)
-        if self._half < SCAN_DEG and pulse.peak > 0.5 and 0 < top < self.beams - 1:
-            self.angles.append(float(angle_of(*scan_times(pulse.centre))))
+        if self._half < self.scan.half and pulse.peak > 0.5 and 0 < top < self.beams - 1:
+            self.angles.append(float(self.scan.angle(*self.scan.times(pulse.centre))))
             self._centre, self._half = self.angles[-1], 2.0
         elif pulse.peak > 0.25:  # a sight of it: nearer
             self._centre, self._half = float(scan[top]), 4.0
         else:
-            self._centre, self._half = 0.0, SCAN_DEG
-        self._scan, self._beam = self._scan + 1, 0
+            self._centre, self._half = self.scan.middle, self.scan.half
+        self._count, self._beam = self._count + 1, 0

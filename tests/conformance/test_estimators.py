@@ -89,7 +89,7 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
     # worlds, what they are made of, an experiment
     (Landing, ""): [
         ("azimuth_deg", 70.0, "landing, azimuth_deg: wanted -62 to 62, found 70.0"),
-        ("elevation_deg", 60.0, "landing, elevation_deg: wanted -45 to 45, found 60.0"),
+        ("elevation_deg", 60.0, "landing, elevation_deg: wanted -1.5 to 29.5, found 60.0"),
         ("beams", 2, "landing, beams: wanted 8 or more, found 2"),
         ("spacing", 0.0, "array, spacing: wanted wavelengths above 0"),
         ("motion", "storm", "motion: wanted one of"),

@@ -22,8 +22,8 @@ def draws(seed: int, n: int = 500) -> Any:
     return np.concatenate([q, beam / np.linalg.norm(beam, axis=1, keepdims=True)], axis=1)
 
 
-def run(u: Any, level: str = "float", elements: int = 64, **params: float) -> Any:
-    return make_level(level, Build(ArrayPhases(elements), params=[params])).run(u)
+def run(u: Any, elements: int, axis: str, **params: float) -> Any:
+    return make_level("float", Build(ArrayPhases(elements, axis), params=[params])).run(u)
 
 
 def phases(out: Any, elements: int = 64) -> Any:
@@ -34,12 +34,13 @@ def apart(a: Any, b: Any) -> float:
     return float(np.abs((a - b + 0.5) % 1.0 - 0.5).max())
 
 
+@pytest.mark.parametrize("axis", ["y", "z"])
 @pytest.mark.parametrize("elements, spacing", [(64, 0.5), (16, 0.5), (16, 0.83)])
-def test_phases_of_the_turned_beam(elements: int, spacing: float) -> None:
+def test_phases_of_the_turned_beam(elements: int, spacing: float, axis: str) -> None:
     u = draws(1)
-    out = run(u, elements=elements, spacing=spacing).outputs
+    out = run(u, elements, axis, spacing=spacing).outputs
     inside = Rotation.from_quat(np.roll(u[:, :4], -1, axis=1)).inv().apply(u[:, 4:])
-    wanted = spacing * inside[:, 1:2] * np.arange(elements)
+    wanted = spacing * inside[:, ["xyz".index(axis)]] * np.arange(elements)
     assert apart(phases(out, elements), wanted) < 1e-12
     assert out["status"].tolist() == (inside[:, 0] < 0.25).astype(float).tolist()
     assert set(STATUS_BITS) == {0}

@@ -1,31 +1,61 @@
 """The closed loop: what the phases send to the receiver decides which beams are asked for next."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop
-from boresight.systems.mls.phases import ArrayPhases
-from boresight.systems.mls.world import Landing
+from boresight.systems.mls.linear_array import Array
+from boresight.systems.mls.phases import AXES, ArrayPhases
+from boresight.systems.mls.world import SCANS, Landing
 
 
-def fly(world: Landing, name: str = "c", config: str = "small", steps: int | None = None) -> Loop:
-    with make_level(name, Build(ArrayPhases(world.array.elements), config=config)) as level:
-        return close_loop(world, level, steps=steps)
+def fly(world: Landing) -> Loop:
+    program = ArrayPhases(world.array.elements, AXES[world.array.axis])
+    with make_level("c", Build(program)) as level:
+        return close_loop(world, level)
 
 
-def test_the_beam_stays_on_the_receiver() -> None:
+@pytest.mark.parametrize("antenna, truth, scans", [("azimuth", -20.0, 12), ("elevation", 6.0, 36)])
+def test_the_beam_stays_on_the_receiver(antenna: str, truth: float, scans: int) -> None:
     """Found by a scan of the sector, then followed; without compensation it wanders by degrees."""
     errors = {}
+    place = {"azimuth_deg": -20.0, "elevation_deg": 6.0, "antenna": antenna}
     for compensated in (True, False):
         world = Landing(
-            "rolling", 3, -20.0, elements=16, seconds=2.2, beams=41, compensated=compensated
+            *("rolling", 3), **place, elements=16, seconds=2.2, beams=41, compensated=compensated
         )
         loop = fly(world)
-        assert not loop.outputs["status"].any() and len(world.angles) >= 12
-        errors[compensated] = np.abs(np.array(world.angles) + 20.0).max()
+        assert not loop.outputs["status"].any()
+        assert len(world.angles) >= scans or not compensated
+        errors[compensated] = np.abs(np.array(world.angles) - truth).max()
     assert errors[True] < 0.5 and errors[False] > 2.0
+
+
+@pytest.mark.parametrize(
+    "antenna, t0_us, widest_us", [("azimuth", 6800, 13000), ("elevation", 3350, 3500)]
+)
+def test_received_waveform(antenna: str, t0_us: float, widest_us: float) -> None:
+    """ICAO Annex 10, 3.11.4.5.1; pulses to and fro merge where a scan turns without a pause."""
+    scan = SCANS[antenna]
+    apart = [1e6 * (fro - to) for to, fro in map(scan.times, (0.0, scan.low))]
+    assert apart == pytest.approx([t0_us, widest_us])
+    array, angles = Array(64, axis=scan.axis), np.linspace(scan.low, scan.high, 3101)
+    phases = 0.5 * np.sin(np.radians(angles))[:, None] * np.arange(64)
+    for inside, pulses in ((0.2, 1), (5.0, 2)):
+        e = np.zeros(3)
+        e[scan.axis] = np.sin(np.radians(scan.high - inside))
+        amplitude = np.abs(array.field(phases, e))
+        _, at_once = replace(scan, pause=0.0).waveform(angles, amplitude)
+        assert (np.diff((at_once > np.sqrt(0.5)).astype(int)) == 1).sum() == pulses
+        time, amplitude = scan.waveform(angles, amplitude)
+        assert (np.diff(time) >= 0.0).all()
+        late = time > time[-1] / 2.0
+        to, fro = (time[half][amplitude[half].argmax()] for half in (~late, late))
+        assert scan.angle(to, fro) == pytest.approx(scan.high - inside, abs=0.05)
 
 
 def test_beams_go_where_the_pulse_was() -> None:
