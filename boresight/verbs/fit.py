@@ -86,7 +86,7 @@ def fit(
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS. Or board, with settings: the calibration registers of the
         complete system are fitted to records of raw counts, and written as a file of parameters
-        (docs/system.md, Calibration).
+        (docs/systems/ma2014.md).
     sources : paths, data in memory (`Record.of`), worlds
         Logs, folders of logs, or worlds as FILE.py:CLASS; the estimator runs on them in float64.
     params : mapping, optional

@@ -9,7 +9,6 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.attitude.calibration.campaign import Trial, trial
 from boresight.sim.attitude.calibration.world import calibration_records, device
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, log_axis, settings
 from boresight.sim.records.files import content_of
 
 #: Uncertainties within which all registers of a device shall be, and the share of devices.
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--runs", type=int, default=100, help="devices (%(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the first (%(default)s)")
     parser.add_argument("--records", type=Path, help="folder for the records of one device")
-    parser.add_argument("-o", "--output", type=Path, help="JSON file with every error")
+    parser.add_argument("-o", "--output", type=Path, help="picture of the errors, FILE.png")
     given = parser.parse_args(arguments)
     if given.records is not None:
         _write(given.records, given.seed)
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str]) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     if given.output is not None:
-        given.output.write_text(json.dumps([asdict(t) for t in trials]) + "\n")
+        _plot(trials, given.output)
     worst = np.array([max(map(abs, t.errors.values())) for t in trials])
     share = float((worst <= _SIGMAS).mean())
     names, every = len(trials[0].errors), np.array([[*t.errors.values()] for t in trials])
@@ -60,6 +60,31 @@ def _line(one: Trial) -> str:
     name, error = max(one.errors.items(), key=lambda item: abs(item[1]))
     angles = ", ".join(f"{kind} {value:.3f}" for kind, value in one.attitude.items())
     return f"worst register {name} {error:+.2f} uncertainties; attitude, deg: {angles}"
+
+
+def _plot(trials: Sequence[Trial], path: Path) -> None:
+    """Attitude errors of the devices in their order, and errors of all registers."""
+    errors = np.array([[*t.errors.values()] for t in trials])
+    with settings():
+        figure, (left, right) = figure_and_axes(3.2, 1, 2)
+        for kind, colour in (("declared", "grey"), ("found", "heading"), ("true", "pitch")):
+            values = np.sort([t.attitude[kind] for t in trials])
+            style = "--" if kind == "true" else "-"
+            left.plot(
+                values, np.arange(1, len(values) + 1), style, color=COLOUR[colour], label=kind
+            )
+        left.set(xlabel="rms error of the attitude [deg]", ylabel="devices with less")
+        log_axis(left)
+        legend(left, 3)
+        edges = np.linspace(-4.0, 4.0, 33)
+        right.hist(errors.ravel(), edges, color=COLOUR["sky"], label="registers of all devices")
+        normal = (
+            np.exp(-0.5 * edges**2) / np.sqrt(2.0 * np.pi) * errors.size * (edges[1] - edges[0])
+        )
+        right.plot(edges, normal, color=INK, label="normal distribution")
+        right.set(xlabel="error [stated uncertainties]", ylabel="registers")
+        legend(right, 2)
+        figure.savefig(path, dpi=130)
 
 
 def _write(folder: Path, seed: int) -> None:
