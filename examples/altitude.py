@@ -41,9 +41,8 @@ class Altitude(Kalman):
         return {"v": (0.15 * DT) ** 2, "b": 1e-6}
 
     def measure(self, x, u, p):
-        """The barometer is late: h of then is h - d v + d^2/2 a."""
-        then = x.h - DELAY * x.v + 0.5 * DELAY**2 * (u.acc - x.b)
+        """The barometer is late."""
         return [
-            Measurement(u.baro, then, 0.0625, valid=u.baro_new > 0.5),
+            Measurement(u.baro, x.h, 0.0625, valid=u.baro_new > 0.5, delay=DELAY),
             Measurement(u.lidar, x.h, 9e-4, valid=u.lidar_new > 0.5, gate=5.0),
         ]

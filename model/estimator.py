@@ -78,6 +78,8 @@ class SecondForm:
     as_built : callable, optional
         Outputs of the second form with what only the rounding of this one needs, such as a floor of
         the process noise: where ``outputs`` differ and these do not, that is the cause.
+    gates : sequence of str
+        Accepted and rejected measurements, a line each.
     """
 
     outputs: Mapping[str, FloatArray]
@@ -85,6 +87,7 @@ class SecondForm:
     faults: Sequence[tuple[str, str]] = ()
     time_steps: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     as_built: Callable[[], Mapping[str, FloatArray]] | None = None
+    gates: Sequence[str] = ()
 
 
 class Estimator:

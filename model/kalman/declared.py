@@ -150,6 +150,10 @@ class Measurement:
     slope_max : mapping of str to float
         Largest derivatives of h, by the name of a state: powers of two. A larger derivative is
         clamped to it: the measurement corrects less then.
+    delay : float
+        Seconds by which the measurement is late, by default 0: h is that of the states then. They
+        are extrapolated backwards by `f`, to the second order, with the inputs of now; attitudes
+        are those of now. The model has an input ``dt``, or `rates_hz` of it.
     """
 
     z: Any
@@ -160,6 +164,7 @@ class Measurement:
     wrap: bool = False
     sd_max: float | None = None
     slope_max: Mapping[str, float] = field(default_factory=dict)
+    delay: float = 0.0
     line: str = _LINE
 
     def __post_init__(self) -> None:
@@ -178,6 +183,9 @@ class Measurement:
                 found=repr(self.sd_max),
                 fix="leave it out, and it follows from the intervals",
             )
+        late = isinstance(self.delay, Real) and 0.0 <= self.delay < math.inf
+        where = placed(self.line, "measurement, delay")
+        require(late, where, "seconds, 0 or more", self.delay, "a prediction needs no measurement")
         for name, slope in self.slope_max.items():
             if not (0.0 < slope < math.inf and math.frexp(slope)[0] == 0.5):
                 raise InputError.at(
@@ -198,18 +206,19 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     number : value
         Which, from 0 on: an input.
     measurements : sequence of Measurement
-        Each with its own z, h, r and condition; gate and wrap are those of all.
+        Each with its own z, h, r and condition; gate, wrap and delay are those of all.
 
     Raises
     ------
     InputError
-        No measurements, or different gates or wraps.
+        No measurements, or different gates, wraps or delays.
     """
-    if len({(m.gate, m.wrap) for m in measurements}) != 1:
+    if len({(m.gate, m.wrap, m.delay) for m in measurements}) != 1:
+        said = (f"gate {m.gate}, wrap {m.wrap}, delay {m.delay}" for m in measurements)
         raise InputError.at(
             placed(author_line(), "in_turn"),
-            wanted="measurements with the same gate and the same wrap",
-            found=", ".join(f"gate {m.gate}, wrap {m.wrap}" for m in measurements) or "none",
+            wanted="measurements with the same gate, wrap and delay",
+            found=", ".join(said) or "none",
             fix="return those that differ one by one, each valid in its turn",
         )
     last = measurements[-1]
@@ -225,7 +234,7 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     sd_max = max(bounds) if len(bounds) == len(measurements) else None
     names = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
     slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(names)}
-    return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max, slope_max)
+    return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max, slope_max, last.delay)
 
 
 def vector(

@@ -50,6 +50,7 @@ class Filter(Protocol):
     groups: dict[str, tuple[str, ...]]
     covariance_states: dict[str, tuple[int, int]]
     dither: bool
+    rates_hz: Mapping[str, float]
 
     @property
     def f(self) -> Callable[[Any, Any, Any], Mapping[str, Any]]:

@@ -52,10 +52,11 @@ class Kalman(Estimator):
     memory : tuple of boresight.State
         Further states that are not estimated; `f` returns their next values.
     outputs : tuple of Output
-        Names of states, ``nis``, or what `shown` returns; by default all states.
+        Names of states, ``nis``, ``accepted`` and ``rejected`` (measurements of this update within
+        and beyond their gates), or what `shown` returns; by default all states.
     prior : bool
-        Outputs, except ``nis``, are those of the predicted state, known before any measurement of
-        the update is taken into account.
+        Outputs, except ``nis`` and the counts, are those of the predicted state, known before any
+        measurement of the update is taken into account.
     floor : float
         Process noise that each of n states has besides its own, for the rounding of P: this share
         of its largest variance, n times. 2^-31 is the last bit of a word of 32.
@@ -265,7 +266,7 @@ class Kalman(Estimator):
         def as_built() -> dict[str, FloatArray]:
             return Textbook(self, floor=True).run(inputs, params).outputs
 
-        return SecondForm(run.outputs, run.remarks, run.faults, run.time_steps, as_built)
+        return SecondForm(run.outputs, run.remarks, run.faults, run.time_steps, as_built, run.gates)
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]

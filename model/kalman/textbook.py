@@ -17,9 +17,10 @@ from boresight.model import ops
 from boresight.model.arrays import FloatArray
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
+from boresight.model.kalman.delay import measurements_of
 from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals
-from boresight.model.kalman.update import checked_measurements, moved, noise_of
+from boresight.model.kalman.update import moved, noise_of
 from boresight.model.lowering.trace import Expression, Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
@@ -60,6 +61,8 @@ class TextbookRun:
     time_steps : dict of str to (float, float)
         Of a model without an input ``dt``: derivative of a state by its rate, and the root of the
         squares of all derivatives by this rate, s.
+    gates : list of str
+        Of each measurement with a gate: how many it accepted and rejected.
     """
 
     outputs: dict[str, FloatArray]
@@ -67,6 +70,7 @@ class TextbookRun:
     remarks: list[str]
     faults: list[tuple[str, str]]
     time_steps: dict[str, tuple[float, ...]]
+    gates: list[str]
 
 
 def _inputs_of(*values: Any) -> set[str]:
@@ -171,7 +175,7 @@ class Textbook:
         return {f"{i} {j}": v for (i, j), v in noise.items()}
 
     def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        self.measurements = checked_measurements(self.kalman, self.kalman.measure(x, u, p))
+        self.measurements = measurements_of(self.kalman, x, u, p)
         self._unread = [self._unread_flags(m) for m in self.measurements]
         self._read = [_inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
         out: dict[str, Any] = {}
@@ -210,10 +214,13 @@ class Textbook:
             leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, record, strict=True)}
             x, cov = self._predicted(x, cov, leaves)
             prior = x = self._with_covariance(x, cov)
+            before = self._valid.sum(axis=1)
             x, cov, nis = self._corrected(x, cov, leaves)
+            valid, accepted = (self._valid.sum(axis=1) - before).tolist()
+            counts = {"nis": nis, "accepted": accepted, "rejected": valid - accepted}
             x = self._with_covariance(x, cov)
             shown = prior if k.prior else x
-            values = {**shown, "nis": nis, **self._shown(self._leaves(shown, leaves))}
+            values = {**shown, **counts, **self._shown(self._leaves(shown, leaves))}
             rows.append([float(values[o.name]) for o in k.outputs])
             covariances.append(cov)
         columns = np.array(rows).T
@@ -228,7 +235,18 @@ class Textbook:
             self._remarks(len(inputs)),
             self._faults(inputs),
             {} if any(i.name == "dt" for i in k.inputs) else steps,
+            self._gates(len(inputs)),
         )
+
+    def _gates(self, updates: int) -> list[str]:
+        """Of each measurement with a gate: how many it accepted and rejected, in words."""
+        counts = zip(self.measurements, *self._valid, strict=True)
+        return [
+            f"gate {placed(m.line, 'measurement')}: {accepted} accepted, {valid - accepted} "
+            f"rejected in {updates} updates"
+            for m, valid, accepted in counts
+            if m.gate is not None
+        ]
 
     def _faults(self, inputs: FloatArray) -> list[tuple[str, str]]:
         """Faults of the measurements in a run, each with its kind."""

@@ -26,7 +26,7 @@ from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
 
-__all__ = ["DITHER", "SPREAD", "Update", "checked_measurements", "moved", "noise_of"]
+__all__ = ["DITHER", "SPREAD", "Update", "checked_measurements", "in_range", "moved", "noise_of"]
 
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
@@ -36,6 +36,8 @@ _MOVE = 64.0
 DITHER = "dither"
 #: The next word is wrap(factor word + added): all 2^32 words in turn.
 _FACTOR, _ADDED = 69069.0, 1327217885.0 * 2.0**-31
+#: Outputs about the measurements of an update.
+_COUNTS = ("nis", "accepted", "rejected")
 #: A sum with this number ends at the bit 2^-13 of a word of 32, and is exact in float64.
 _COARSE = 2.0**17
 #: Reason of the range of an innovation's variance.
@@ -69,6 +71,9 @@ class Update:
         self.moves: list[Any] = []
         self.conditions: list[Condition | None] = []
         self.nis: Any = 0.0
+        #: Measurements of the update that count, and those beyond their gate.
+        self.accepted: Any = 0.0
+        self.rejected: Any = 0.0
 
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Next states and outputs, by name."""
@@ -80,8 +85,8 @@ class Update:
         self.cov = {pair: reduced[name] for name, pair in k.covariance_states.items()}
         states = {**self.states, **self.memory, **reduced}
         outputs = self._outputs(self.states) if prior is None else prior
-        if "nis" in outputs:
-            outputs["nis"] = self.nis  # not known before the correction
+        for name in {*outputs} & {*_COUNTS}:
+            outputs[name] = getattr(self, name)  # not known before the correction
         self.tracer.place = ""
         return states, outputs
 
@@ -108,7 +113,7 @@ class Update:
             else:
                 value = self.tracer.lift(after[s.name])
                 rows.append(self.slopes.of(value))
-                self.states[s.name] = value if value is self.before[s.name] else _in_range(value, s)
+                self.states[s.name] = value if value is self.before[s.name] else in_range(value, s)
         self._propagate(rows, noise)
 
     def _rows_of_turn(self, s: Attitude, view: AttitudeView, turn: Sequence[Any]) -> list[Slope]:
@@ -247,6 +252,8 @@ class Update:
 
     def _correct(self) -> None:
         """x += L nu / sqrt(s) of every measurement; L of P after the measurements before it."""
+        from boresight.model.kalman.delay import measurements_of  # which imports this
+
         k = self.kalman
         places = {s.name: s.line for s in k.estimated}
         current = dict(self.states)
@@ -259,7 +266,7 @@ class Update:
                 self.slopes.seed(current[name], i)
         self.tracer.place = ""
         view = self._view(current)
-        for m in checked_measurements(k, k.measure(view, self.u, self.p)):
+        for m in measurements_of(k, view, self.u, self.p):
             self.tracer.place = m.line
             self._update(m)
         for s in k.estimated:
@@ -300,10 +307,15 @@ class Update:
         valid, gains = m.valid, [c * weight for c in column]
         if m.gate is not None:
             # A condition of its own: cheaper once for each L than wherever these are used.
-            within = ~self._exceeds_gate(m.gate, innovation, variance)
-            within = within if valid is None else within & valid
+            beyond = self._exceeds_gate(m.gate, innovation, variance)
+            within = ~beyond if valid is None else ~beyond & valid
+            beyond = beyond if valid is None else beyond & valid
+            self.rejected = self.rejected + ops.where(beyond, 1.0, 0.0)
+            self.accepted = self.accepted + ops.where(within, 1.0, 0.0)
             gains = [ops.where(within, g, 0.0) for g in gains]
             move, valid = ops.where(within, move, 0.0), None
+        else:
+            self.accepted = self.accepted + (1.0 if valid is None else ops.where(valid, 1.0, 0.0))
         self.nis = self.nis + (move * move if valid is None else ops.where(valid, move * move, 0.0))
         bounds = zip(gains, self.bounds, strict=True)
         self.gains.append(
@@ -403,7 +415,7 @@ class Update:
             )
             self.states |= zip(s.components, q, strict=True)
         else:
-            self.states[s.name] = _in_range(sums[0], s)
+            self.states[s.name] = in_range(sums[0], s)
 
     def _reduced(self) -> dict[str, Any]:
         """P - sum L L^T, each element once."""
@@ -434,16 +446,17 @@ class Update:
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Outputs of these states."""
         k = self.kalman
-        results = {"nis": self.nis, **self.memory, **values}
+        results = {**{name: getattr(self, name) for name in _COUNTS}, **self.memory, **values}
         shown = self._shown(self._view(values))
         results |= shown
         units = {s.name: s.unit for s in k.states if s.name not in shown}
         for o in k.outputs:
             if o.name not in results:
                 names = [n for n in results if n not in k.covariance_states]
+                near = ", ".join(closest(o.name, names))
                 raise InputError.at(
                     placed(o.line, f"output {o.name} of {k.name}"),
-                    wanted=f"a state, nis or key of shown, as {', '.join(closest(o.name, names))}",
+                    wanted=f"a state, {', '.join(_COUNTS)} or key of shown, as {near}",
                     found=repr(o.name),
                     fix="correct the name, or return it in shown",
                 )
@@ -624,7 +637,7 @@ def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:
     return [ops.bounded(c, -1.0, 1.0, "unit quaternion") for c in after]
 
 
-def _in_range(value: Any, s: Any) -> Any:
+def in_range(value: Any, s: Any) -> Any:
     """A next value of a state in its range."""
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)

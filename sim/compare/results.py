@@ -285,6 +285,7 @@ class CheckResult:
             *(f"  {text}" for text in self.accuracy.lines()),
             *(f"  against {reference}: {e.line()}" for e in self.truth),
             *([f"  {self.book.line()}"] if self.textbook else []),
+            *(f"  {text}" for text in self.book.gates),
             *(f"  model: {text}" for text in self.book.faults),
             *(f"  {text}" for text in claim_lines(self.claims)),
             *(f"  {claim.failure}" for claim in self.claims if claim.failure),

@@ -36,12 +36,15 @@ class Book:
         Faults of the model, which fail the check.
     by_floor : bool
         Whether only the floor of the process noise explains differences beyond a tolerance.
+    gates : tuple of str
+        Accepted and rejected measurements, a line each.
     """
 
     differences: tuple[Difference, ...] = ()
     remarks: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
     by_floor: bool = False
+    gates: tuple[str, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -103,6 +106,7 @@ def beside_textbook(
         (*book.remarks, *waived),
         tuple(text for kind, text in faults if kind not in estimator.waived),
         by_floor,
+        tuple(book.gates),
     )
 
 
