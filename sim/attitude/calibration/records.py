@@ -1,10 +1,9 @@
 """What records of raw counts hold: rests, the turns between them, lines of the compass.
 
 A record has the columns of `boresight monitor --log`: ``t`` [s], ``gx_counts`` to ``az_counts``,
-and ``line_x`` to ``line_z``, the counts in a line of the compass, empty in between. A line that
-is a heading by ``flags`` is left out. ``stamp`` [cycles, modulo 2^32] is the board's time, if it is
-there. A sighted attitude stands in ``qw`` to ``qz``, or in ``heading``, ``pitch`` and ``roll``
-[deg], in one row of its rest or in all.
+and ``mx_counts`` to ``mz_counts``, empty between lines of the compass. ``stamp`` [cycles, modulo
+2^32] is the board's time, if it is there. A sighted attitude stands in ``qw`` to ``qz``, or in
+``heading``, ``pitch`` and ``roll`` [deg], in one row of its rest or in all.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boresight.gateware.attitude.system.interface import HEADER
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.attitude.front.affine import AXES
 from boresight.model.attitude.front.inertial import GAP_S, STAMP_BITS
@@ -26,10 +24,8 @@ from boresight.sim.rotations.rotation import euler_to_quaternion
 __all__ = ["INERTIAL", "LINE", "Observed", "Rest", "Tick", "Turn", "observe"]
 
 INERTIAL = tuple(f"{s}{a}_counts" for s in "ga" for a in AXES)
-LINE = tuple(f"line_{a}" for a in AXES)
+LINE = tuple(f"m{a}_counts" for a in AXES)
 SIGHT = ("pitch", "roll", "heading")
-
-_COUNTS = next(field for field in HEADER if field.name == "field_counts")
 
 #: s: windows that are judged at rest or not; shortest rest.
 _WINDOW_S, _REST_S = 0.25, 1.0
@@ -107,7 +103,7 @@ def observe(records: Sequence[Record]) -> Observed:
         A missing column or value, a record that is too short.
     """
     raw = [_columns(record, INERTIAL) for record in records]
-    lines = [_lines(record) for record in records]
+    lines = [_columns(record, LINE, gaps=True) for record in records]
     sights = [_sights(record) for record in records]
     clocks = [_clock(record) for record in records]
     still = _still(records, raw, [t for t, _ in clocks])
@@ -158,16 +154,6 @@ def _columns(record: Record, names: Sequence[str], *, gaps: bool = False) -> Flo
             fix="correct or remove the row",
         )
     return values
-
-
-def _lines(record: Record) -> FloatArray:
-    """Counts of the magnetometer (n, 3); NaN without a line of them."""
-    lines = _columns(record, LINE, gaps=True)
-    if "flags" in record.columns:
-        # The flags of a frame are the upper half of its header.
-        flags = record.numbers("flags").astype(np.int64) << 16
-        lines = np.where((flags & _COUNTS.mask)[:, None] != 0, lines, np.nan)
-    return lines
 
 
 def _sights(record: Record) -> FloatArray:

@@ -128,8 +128,8 @@ REFUSED = {
     "a fit that does not converge": changed("heading", np.negative),
     "mirror image": changed("roll", np.negative),
     "found none that do": changed("gx_counts", np.zeros_like),
-    "do not span a sphere": changed("line_x", lambda v: 0.0 * v),
-    "no column line_z": changed("line_z", None),
+    "do not span a sphere": changed("mx_counts", lambda v: 0.0 * v),
+    "no column mz_counts": changed("mz_counts", None),
     "6 or more rests": records()[:1],
 }
 
