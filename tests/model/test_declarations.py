@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.declarations import MICRO_G, Input, Output, Param, State, check_declared
+from boresight.model.declarations import Input, Output, Param, State, check_declared
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from tests.support.tree import python_files
 
 pytestmark = pytest.mark.pythons
 
@@ -90,10 +89,3 @@ def test_names_are_identifiers_and_of_one_group_each_its_own() -> None:
             InputError, match=f", estimator e: wanted output names of letters, .*, found '{name}'; "
         ):
             check_declared("estimator e", ("output", (*same, Output(name))))
-
-
-def test_gravity_is_written_once() -> None:
-    assert MICRO_G == 9.80665e-6
-    folders = ("model", "gateware", "firmware", "sim", "boresight", "systems")
-    files = {path for folder in folders for path in python_files(folder)}
-    assert {p.name for p in files if "9.80665" in p.read_text()} == {"units.py"}

@@ -20,9 +20,9 @@ from boresight.model.algebra.angles import (
     unit_angle_ht,
 )
 from boresight.model.algebra.carried import BELOW, carried
-from boresight.model.algebra.ellipsoid import E2, EARTH, EQUATOR, site
+from boresight.model.algebra.ellipsoid import EARTH, site
 from boresight.model.algebra.low_pass import LowPass, filtered, gain_of
-from boresight.model.algebra.square_root import WIDE, potter, whitened
+from boresight.model.algebra.square_root import potter
 from boresight.model.estimator import Estimator, Input, Output, State, input_words
 from tests.support.rotating_array import gravity
 
@@ -92,24 +92,6 @@ def test_angles_of_a_matrix(
     assert not saturated.any() and np.abs(error).max() < 5e-8
 
 
-def test_roll_pitch_heading_of_a_scaled_matrix(trace: Any) -> None:
-    rng = np.random.default_rng(9)
-    angles = rng.uniform([-np.pi, -1.4, -np.pi], [np.pi, 1.4, np.pi], (400, 3))
-    c = Rotation.from_euler("ZYX", angles).as_matrix()
-    factor = rng.uniform(0.5, 3.9, 400)
-
-    def step(a: Any, *v: Any) -> Any:
-        rows = [v[:3], v[3:6], v[6:]]
-        return roll_pitch_heading_ht(rows, a)
-
-    t = trace(step, [(0.25, 2.0), *[(-4.0, 4.0)] * 9], 32)
-    matrices = (factor[:, None, None] * c).reshape(400, 9)
-    fixed, floats, _ = t.run(1.0 / factor, *matrices.T)
-    for y, real, wanted in zip(fixed, floats, angles[:, ::-1].T / np.pi, strict=True):
-        assert np.abs((real - wanted + 1.0) % 2.0 - 1.0).max() < 1e-8
-        assert np.abs((y - real + 1.0) % 2.0 - 1.0).max() < 2e-6
-
-
 def test_steep_angle(trace: Any) -> None:
     angle = np.linspace(-0.4999, 0.4999, 2001)
     sine, cosine = np.sin(np.pi * angle), np.cos(np.pi * angle)
@@ -121,15 +103,6 @@ def test_steep_angle(trace: Any) -> None:
 
 
 # -- whitening and Potter's update against matrices of numpy; the sum in two words ----------------
-
-
-def test_whitened_rows_are_those_of_the_cholesky_factor() -> None:
-    rng = np.random.default_rng(1)
-    h, z = rng.normal(size=(3, 6)) * [[900.0], [400.0], [60.0]], rng.normal(size=3) * 500.0
-    rows, white = whitened(h.tolist(), z.tolist(), 8192.0, 2.0**15)
-    lower = np.linalg.cholesky(h @ h.T)
-    assert np.array(rows) == pytest.approx(np.linalg.solve(lower, h), abs=1e-12)
-    assert np.array(white) == pytest.approx(np.linalg.solve(lower, z), abs=1e-9)
 
 
 @pytest.mark.parametrize("live", [True, False])
@@ -153,19 +126,6 @@ def test_potter_is_the_kalman_update(live: bool) -> None:
     if live:
         nu = y - a @ x
         assert np.dot(result.white, result.white) == pytest.approx(nu @ np.linalg.solve(inside, nu))
-
-
-def test_potter_begins_with_the_identity() -> None:
-    result = potter(0.1 * np.eye(2), [[1.0, 0.0]], [0.5], np.bool_(True), np.bool_(True))
-    assert np.array(result.root) == pytest.approx(BELOW * np.eye(2))
-
-
-@pytest.mark.parametrize("size, used", [(0.7 * WIDE, True), (0.72 * WIDE, False)])
-def test_a_row_that_is_too_wide_changes_nothing(size: float, used: bool) -> None:
-    result = potter(np.eye(2), [[size, 0.0]], [1.0], np.bool_(True), np.bool_(False))
-    assert result.wide == (not used)
-    assert (np.array(result.root)[0, 0] < 0.5) == used
-    assert (sum(t * w for t, w in result.moves[0]) != 0.0) == used
 
 
 # -- the low-pass is scipy's Butterworth behind a mean, and keeps its bits at any corner ----------
@@ -331,9 +291,3 @@ def test_a_site(latitude: float, height: float) -> None:
     assert np.array(result.curvature) / dt == pytest.approx(
         [along, across, across * sine / cosine], rel=4e-6
     )
-
-
-def test_the_ellipsoid_is_that_of_another_package() -> None:
-    e = pymap3d.Ellipsoid.from_name("wgs84")
-    assert pytest.approx(e.semimajor_axis) == EQUATOR
-    assert pytest.approx(e.eccentricity**2, rel=1e-11) == E2

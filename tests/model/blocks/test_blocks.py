@@ -72,13 +72,6 @@ def test_within_its_bounds_of_scipy(name: str, word: int) -> None:
     assert 0.98 < np.abs(wanted).max() / cascade.largest_values[-1] <= 1.0
 
 
-def test_products_and_states() -> None:
-    cascade = Cascade.of(DESIGNS["butterworth"], 2.0)
-    program = _filter(cascade).compile()
-    assert [len(op.terms) for op in program.ops] == [5, 5]
-    assert [s.name for s in cascade.states("s")] == ["s0_1", "s0_2", "s1_1", "s1_2", "s2_1", "s2_2"]
-
-
 def test_rows_are_divided_by_their_a0() -> None:
     assert Cascade.of([(2.0, 4.0, 6.0, 2.0, 1.0, 0.5)], 1.0).sections == (
         (1.0, 2.0, 3.0, 0.5, 0.25),
@@ -143,17 +136,6 @@ def test_the_sum_of_the_last_samples(word: int) -> None:
     assert np.abs(mean - 0.2 * wanted).max() <= 2.0 * program.format(program.outputs[0]).lsb
     floats = Mean().run_float(seen.reshape(-1, 1, 1)).outputs["sum"][:, 0]
     assert np.abs(floats - wanted).max() < 1e-14
-
-
-def test_states_are_the_samples_in_their_range() -> None:
-    states = MovingSum(3, 1.0, 4.0).states("z", "m")
-    assert [(s.name, s.low, s.high, s.unit, s.initial) for s in states] == [
-        ("z_1", 1.0, 4.0, "m", 1.0),
-        ("z_2", 1.0, 4.0, "m", 1.0),
-    ]
-    assert MovingSum(2, -4.0, -1.0).states("z")[0].initial == -1.0
-    with pytest.raises(InputError, match=r"^test_blocks\.py, line \d+: wanted a window of 2 samp"):
-        MovingSum(1, 0.0, 1.0)
 
 
 # -- interpolation in a table, against numpy ------------------------------------------------------

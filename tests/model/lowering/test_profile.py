@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from boresight.model.declarations import SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.lowering.profile import Profile, read_profile, record_digest
 from boresight.model.resolve import estimator_of, profile_place, profiles
@@ -103,20 +102,6 @@ def test_of_other_declarations_or_another_step_it_is_stale(track: Profile, other
     other.profile = track
     with pytest.raises(InputError, match="wanted a profile of track as it is now"):
         other.compile()
-
-
-def test_where_a_source_gives_an_input_its_format_it_is_not(track: Profile) -> None:
-    source = replace(Track.inputs[3], source_format=SourceFormat(28, -0.5, 0.5))
-    other = changed(inputs=(*Track.inputs[:3], source))
-    track.check(other.trace(), "track", other.inputs)
-
-
-def test_where_words_of_a_source_are_clamped_its_numbers_follow(track: Profile) -> None:
-    wide = replace(Track.inputs[3], source_format=SourceFormat(20, -500.0, 500.0))
-    declared, clamped = Track().trace(), changed(inputs=(*Track.inputs[:3], wide)).trace()
-    (number,) = track.check(clamped, "track", (*Track.inputs[:3], wide)).ranges
-    kinds = [t.tracer.expressions[n].kind for t, n in ((declared, 9), (clamped, number))]
-    assert (number, kinds[0]) == (10, kinds[1])
 
 
 def test_of_another_estimator_it_is_refused(track: Profile) -> None:

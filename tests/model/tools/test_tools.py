@@ -117,17 +117,6 @@ def test_only_the_newest_logs_stay(cache: Path) -> None:
     assert texts == {f"error {k}" for k in range(5, 25)}
 
 
-def test_without_words_there_is_no_log(cache: Path) -> None:
-    assert failure("tool failed", "\n") == "tool failed: no message"
-    assert list(cache.iterdir()) == []
-
-
-def test_without_room_there_is_no_log(cache: Path) -> None:
-    (cache / "boresight").mkdir()
-    (cache / "boresight" / "logs").write_text("")
-    assert failure("tool failed", "error: disk full") == "tool failed: error: disk full"
-
-
 # -- identifiers and comments out of any text -----------------------------------------------------
 
 

@@ -10,7 +10,6 @@ from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import Interpreted
 from boresight.sim.levels.registry import LEVELS, make_level
 from tests.support.estimators import Leaky
 
@@ -63,15 +62,6 @@ def test_parameters_reach_every_level() -> None:
         assert level.step(RECORDS[1]).outputs["y"] == 1.0
         with pytest.raises(InputError, match="^parameter rate: wanted 0 to 1"):
             make_level(name, Build(Leaky(), params=[{"rate": 2.0}]))
-
-
-def test_word_width_reaches_the_integers() -> None:
-    for name in ("fixed", "c"):
-        outcome = make_level(name, Build(Leaky(), word=18, params=[{"rate": 0.25}])).run(RECORDS)
-        assert outcome.words is not None and np.abs(outcome.words).max() < 1 << 17
-        assert 1e-7 < np.abs(outcome.outputs["sum"] - SUM).max() + 1e-6 < 1e-3
-    with_rate = Build(Leaky(), word=18, params=[{"rate": 0.25}])
-    assert np.array_equal(Interpreted(with_rate).run(RECORDS).words, outcome.words)
 
 
 class Turning(Estimator):

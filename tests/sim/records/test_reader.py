@@ -321,45 +321,6 @@ def test_flags_are_one_and_nothing(low: float, high: float, valid: float, missed
     assert result[:, 0, 1].tolist() == [valid, missed]
 
 
-GOOD = {"z": 1.0, "c": 0.0, "plain": 2}
-
-
-@pytest.mark.parametrize(
-    "record, message",
-    [
-        ({"z": 1.0, "plain": 0.0}, "c[2, 0]: wanted a value for every input of gauge, found none"),
-        ({**GOOD, "z": None}, "z[2, 0]: wanted a number, found NoneType; "),
-        ({**GOOD, "z": "fast"}, "z[2, 0]: wanted a number, found str; "),
-        ({**GOOD, "z": 10**400}, "z[2, 0]: wanted a number, found int; "),
-        ({**GOOD, "z": np.zeros(3)}, "z[2, 0]: wanted a number, found ndarray; "),
-        ({**GOOD, "z": -np.inf}, "z[2, 0]: wanted a finite number, found an infinite one; "),
-        # Not even where an input is clamped.
-        ({**GOOD, "c": np.array([0.0, np.inf])}, "c[2, 1]: wanted a finite number, found an inf"),
-        ({**GOOD, "plain": np.array([0.0, NAN])}, "plain[2, 1]: wanted a number, found no value; "
-         "complete the log, or declare Input('plain', ..., missing=...)"),
-        ({**GOOD, "z": 2.5}, "z[2, 0]: wanted -2 to 2 m, the declared range, found 2.5, and 1 more "
-         "beyond it; "),
-        ({**GOOD, "plain": np.array([4.0, -4.5])}, "plain[2, 1]: wanted -4 to 4 rad/s, the "
-         "declared range, found -4.5; correct the unit in the header, or the range; clamp=True "
-         "would clamp it"),
-    ],
-)  # fmt: skip
-def test_reader_refused(record: Any, message: str) -> None:
-    inputs = reader(runs=2)
-    inputs.take(GOOD)
-    inputs.take(GOOD)
-    with pytest.raises(InputError, match=f"^{re.escape('log, ' + message)}"):
-        inputs.take(record)
-
-
-def test_nothing_to_hold() -> None:
-    wanted = r"z\[0, 0\]: wanted a number in the first row, found no value; complete the log, or d"
-    with pytest.raises(InputError, match=wanted):
-        reader().take({**GOOD, "z": NAN})
-    with pytest.raises(InputError, match="found no value; mend it$"):
-        reader(fix="mend it").take({**GOOD, "z": NAN})
-
-
 # -- time steps -----------------------------------------------------------------------------------
 
 

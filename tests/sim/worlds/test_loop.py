@@ -342,21 +342,6 @@ def test_pieces_of_a_batched_plant() -> None:
     assert (loop.outputs["u"][:, 1] == whole.outputs["u"]).all() and list(loop.outputs) == ["u"]
 
 
-def test_steps_and_progress_of_pieces() -> None:
-    heard: list[int] = []
-    short = closed(Recorded(5, 20), "c", steps=17, progress=heard.append)
-    assert len(short.inputs) == 17 and heard == []
-    assert (short.inputs == closed(Recorded(), "c").inputs[:17]).all()
-
-    class Long(World):
-        def pieces(self) -> Any:
-            for n in (999, 1, 2500, 400):
-                yield {"z": np.zeros(n), "c": np.zeros(n)}
-
-    closed(Long(), "c", progress=heard.append)
-    assert heard == [1000, 3500]
-
-
 @pytest.mark.parametrize(
     "second, reason",
     [
