@@ -28,16 +28,6 @@ def receive(divisor: int, drive, wait: int = 5) -> list[int | None]:
     return out
 
 
-@pytest.mark.parametrize("divisor", [8, 9, 17])
-def test_every_byte(divisor: int, send) -> None:
-    data = bytes(range(0, 256, 1 if divisor == 8 else 7))
-
-    async def drive(ctx, dut):
-        await send(ctx, dut.rx, divisor, data)
-
-    assert receive(divisor, drive) == list(data)
-
-
 @pytest.mark.parametrize("divisor", [8, 11, 16, 31, 100, 108])
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:

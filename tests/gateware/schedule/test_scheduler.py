@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from boresight.gateware.core import state_quotas
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.scheduler import ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Program, Term, Value
-from tests.support.random_program import random_inputs, random_program
+from tests.support.random_program import random_program
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
 ONE = 1 << 30
@@ -101,20 +98,6 @@ def test_errors() -> None:
         schedule(p, FAST, urgent=-1)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_copies_change_no_word(seed: int) -> None:
-    """They give each state a next value of its own."""
-    p = random_program(seed, n_states=6)
-    low = with_copies(p)
-    assert len({after for _, after in low.states}) == len(low.states)
-    assert all(low.values[after].kind is Kind.OP for _, after in low.states)
-    source, copied = Interpreter(p), Interpreter(low)
-    for words in random_inputs(p, seed, 8):
-        column = np.array(words)[:, None]
-        for a, b in zip(source.update(column), copied.update(column), strict=True):
-            assert (a == b).all()
-
-
 @pytest.mark.parametrize("config", CONFIGS)
 @pytest.mark.parametrize("counts", [(128,), (1, 1, 1), (16, 20, 45, 47), (1, 126, 1), (3, 0, 5, 7)])
 def test_state_quotas(config: str, counts: tuple[int, ...]) -> None:
@@ -123,11 +106,3 @@ def test_state_quotas(config: str, counts: tuple[int, ...]) -> None:
     quotas = state_quotas([dataclasses.replace(p, states=p.states * n) for n in counts], machine)
     assert all(sum(quota) >= count for quota, count in zip(quotas, counts, strict=True))
     assert all(sum(each) <= machine.state_slots for each in zip(*quotas, strict=True))
-
-
-def test_too_many_states() -> None:
-    p = random_program(1, n_ops=1, n_states=1)
-    programs = [dataclasses.replace(p, states=p.states * n) for n in (100, 29)]
-    wanted = "129 states, the small machine has room for 128; config small-1024 has more"
-    with pytest.raises(ScheduleError, match=wanted):
-        state_quotas(programs, SMALL)

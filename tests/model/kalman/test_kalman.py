@@ -399,7 +399,10 @@ def changed(**members: Any) -> type[Kalman]:
         ({"noise": lambda self, x, u, p: {"speed": 1.0}}, "noise of states: pos, vel"),
         ({"shown": lambda self, x, u, p: {"speed": x.vel}}, "values of outputs: "),
         ({"shown": lambda self, x, u, p: [x.vel]}, "shown of changed: wanted a dictionary of val"),
-        ({"outputs": (Output("nes"),)}, "output nes of changed: wanted a state, nis, accepted, rejected or key of"),
+        (
+            {"outputs": (Output("nes"),)},
+            "output nes of changed: wanted a state, nis, accepted, rejected or key of",
+        ),
         ({"outputs": (Output("pos", "mm"),)}, "wanted the unit of the state, m, found mm"),
         ({"shows": lambda self, x, u, p: {}}, "wanted names that are used, as shown, found shows"),
         (

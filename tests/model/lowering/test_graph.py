@@ -84,23 +84,6 @@ def test_conditions_of_unlike_size_combine(trace: Any, word: int, span: float) -
         assert np.array_equal(y, want)
 
 
-def test_conditions_of_which_one_holds_alone(trace: Any) -> None:
-    """Of one that may hold, one that holds, one that does not, and those that just may not."""
-    ranges = [(-4.0, 4.0), (-2.0, -1.0), (1.0, 2.0), (0.0, 1.0), (-1.0, 0.0)]
-
-    def function(*x: Any) -> Any:
-        conditions = [v < 0.0 for v in x] + [~(v < 0.0) for v in x] + [x[4] < -0.5 * x[3]]
-        pairs = [(a, b) for a in conditions for b in conditions]
-        return tuple(ops.where(c, 1.0, 0.0) for a, b in pairs for c in (a ^ b, a & b, a | b))
-
-    rng = np.random.default_rng(5)
-    columns = [rng.choice([low, high, 0.5 * (low + high)], 60) for low, high in ranges]
-    fixed, floats, saturated = trace(function, ranges).run(*columns)
-    assert not saturated.any() and len(fixed) == 363
-    for k, (y, want) in enumerate(zip(fixed, floats, strict=True)):
-        assert np.array_equal(y, want), divmod(k // 3, 11)
-
-
 @pytest.mark.parametrize(("line", "where"), [("", "unit: "), ("f.py, line 3", "f.py, line 3: ")])
 def test_a_constant_that_is_no_number_is_refused_where_it_is_made(line: str, where: str) -> None:
     graph = Graph("unit")

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core
-from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.attitude import estimator
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
@@ -207,11 +206,6 @@ def test_bad_options_are_refused(options, message):
 # -- several estimators ---------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def both():
-    return Build(*(estimator_of(n) for n in PAIR))
-
-
 class Gain(Estimator):
     """Two words in, one out; a state."""
 
@@ -257,35 +251,6 @@ def test_records_of_any_lengths_take_turns(monkeypatch):
             rtl, schedule = result.levels[-1], checking.build.core.select(number).schedule
             assert rtl.cycles_predicted == schedule.latency
             assert rtl.interval_predicted == schedule.interval
-
-
-def test_programs_that_share_states_fail(log, both):
-    """Microcode that the checker would have refused: one's states live where the other's do."""
-    core = both.core
-    image, machine = core.image, core.machine
-    first, second = (
-        [part.allocation.addresses()[n] for pair in part.schedule.program.states for n in pair]
-        for part in core.parts
-    )
-    there = dict(zip(second, first, strict=True))
-    base = image.bases[1]
-    rom = list(image.rom)
-    for k in range(base, base + image.lengths[1]):
-        word = decode(machine, rom[k])
-        for field in ("a_addr0", "b_addr0", "dest0"):
-            if not (field == "b_addr0" and word["table0"]):
-                word[field] = there.get(word[field], word[field])
-        rom[k] = encode(machine, word)
-    wrong = Build(*both.estimators)
-    wrong.core = dataclasses.replace(core, image=dataclasses.replace(image, rom=rom))
-    results = checked(log, 60, build=wrong, simulator="verilator", levels=("rtl",))
-    bad = [r.levels[-1] for r in results if not r.good]
-    assert bad
-    for level in bad:  # each is right alone
-        assert level.n_mismatch > 0
-        assert level.divergence == (
-            f"rtl: outputs differ, step {level.first_wrong}, with 2 programs in turns"
-        )
 
 
 def test_parameters_are_of_their_estimator(log):

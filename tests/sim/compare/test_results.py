@@ -96,17 +96,3 @@ def test_verdict(checked: CheckResult) -> None:
     )
     none = dataclasses.replace(checked, levels=())
     assert verdict([none]) == "FAILED: no level was run"
-
-
-def test_no_level_is_no_proof(checked: CheckResult) -> None:
-    assert checked.good and checked.exact
-    none = dataclasses.replace(checked, levels=())
-    assert not none.exact and not none.good
-    wrong = LevelResult("c", "gcc", 5, 2, 0.0)
-    assert not dataclasses.replace(checked, levels=(wrong, *checked.levels)).exact
-    text = checked.lines()
-    assert text[0].startswith("complementary on synthetic_60s, fast, W = 32, core ")
-    assert text[1:3] == [f"  {x.line()}" for x in checked.levels]
-    plain = checked.to_json()
-    assert plain["good"] and plain["log"] == "synthetic_60s" and plain["word"] == 32
-    assert [v["good"] for v in plain["verification"]] == [True, True]

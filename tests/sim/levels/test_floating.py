@@ -8,12 +8,10 @@ import pytest
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.attitude import ESTIMATORS, estimator
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.nine_axis import INPUTS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
-from boresight.sim.levels.level import Level
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
@@ -46,24 +44,6 @@ def test_numpy_is_the_reference() -> None:
         result.step(records[0, :-1])
     with pytest.raises(ValueError, match="shorter"):
         result.native_states = result.native_states[:-1]
-
-
-class Delay(Estimator):
-    """What it gives depends on a call before, which no other level can know."""
-
-    inputs = (Input("z", -1.0, 1.0, "m"),)
-    outputs = (Output("late", "m", tolerance=1e-3),)
-    z_before = 0.0
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        late, self.z_before = u.z + self.z_before, u.z
-        return {}, {"late": late}
-
-
-@pytest.mark.parametrize("level", [NumpyFloat, CompiledFloat])
-def test_a_step_with_a_memory_of_its_own_is_refused(level: type[Level]) -> None:
-    with pytest.raises(InputError, match=r"line \d+: wanted a step that .* nothing kept in self"):
-        level(Build(Delay()))
 
 
 class Third(Estimator):

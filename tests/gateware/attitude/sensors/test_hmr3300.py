@@ -102,39 +102,6 @@ def test_commands_leave_on_the_line(simulate, listen) -> None:
     assert received == b"*Q\r\n#Dev=7\r\n*S\r\n"
 
 
-def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
-    out, dut = happenings([], after=24_000, mode=2, timeout_s=0.05, quiet_s=0.02)
-    sent, late = (
-        [at for at, what in out if what == name] for name in ("command_sent", "command_timed_out")
-    )
-    assert sent and late and sent[0] < late[0]
-    assert dut.timeout_cycles < late[0] - sent[0] < 2 * dut.timeout_cycles
-
-
-def test_a_refusal_ends_the_attempt_that_is_under_way() -> None:
-    out, _ = happenings([9000, b"\n#I\r\n"], mode=2, timeout_s=0.05, quiet_s=0.02)
-    names = [what for _, what in out if isinstance(what, str)]
-    assert names[0] == "command_sent" and {*names[1:]} == {"invalid_command", "command_timed_out"}
-    flags = [what for _, what in out if isinstance(what, set)]
-    assert flags == [{"stale"}, {"stale", "commanding"}, {"stale"}]
-
-
-def test_after_four_attempts_without_an_effect_the_next_one_waits() -> None:
-    tick = 32 / SLOW["clock_hz"]
-    times = {"stale_s": 8 * tick, "quiet_s": 4 * tick, "timeout_s": tick}
-    out, _ = happenings([], after=1600, mode=2, **times)
-    flags = [what - {"stale"} for _, what in out if isinstance(what, set)]
-    assert flags == [set(), *({"commanding"}, set()) * 3, {"commanding"}, {"paused"}]
-
-
-def test_a_compass_that_goes_on_is_not_stopped() -> None:
-    """Its bytes are heard: no command counts as obeyed, and the time-out comes."""
-    lines = [b"\n", *(b"1.0, 2.0, 3.0\r\n", 500) * 9]
-    out, _ = happenings(lines, mode=2, timeout_s=0.05, quiet_s=0.02)
-    names = {what for _, what in out if isinstance(what, str)}
-    assert names == {"heading_line", "command_sent", "command_timed_out"}
-
-
 def test_line_with_a_pause_or_a_framing_error_in_it_is_rejected() -> None:
     _, dut = happenings([])
     pause = 2 * dut.tick_cycles
