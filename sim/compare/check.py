@@ -34,6 +34,7 @@ from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.examine import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
+from boresight.sim.records.plausible import estimate_warnings
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
@@ -496,12 +497,16 @@ class Check:
         given = Feed.joined(case.feeds)
         reference = Run.joined([part.floating for part in case.pieces])
         book = beside_textbook(self.build, number, given.inputs, reference, given.t)
-        for text in book.remarks:
+        run = Run.joined([part.fixed for part in case.pieces])
+        estimator = self.build.estimators[number]
+        outputs = {name: values[: len(given)] for name, values in run.outputs.items()}
+        told = estimate_warnings(estimator, given.inputs, given.new, outputs)
+        late = (*book.remarks, *told)
+        for text in late:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(
-            given, clamped=dict(case.clamped), warnings=(*case.told, *case.warnings, *book.remarks)
+            given, clamped=dict(case.clamped), warnings=(*case.told, *case.warnings, *late)
         )
-        run = Run.joined([part.fixed for part in case.pieces])
         examined = self._claims_of(number)
         broken = {examined[k].claim for k in accuracy.broken if k < len(examined)}
         return CheckResult(

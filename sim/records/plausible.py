@@ -17,15 +17,16 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator
-from boresight.sim.records.turning import Triad, contradictions
+from boresight.sim.records.turning import Triad, contradictions, departures
 
-__all__ = ["warnings_of"]
+__all__ = ["estimate_warnings", "warnings_of"]
 
 #: A held sensor: least share of samples that repeat the one before, and that jump after it; steps
 #: of the finest that are a jump.
 _REPEATED, _HELD, _JUMP = 0.2, 0.03, 5.0
-#: Samples at an end of the values: least number, and times those in the 2 % beside it.
-_AT_END, _CROWD = 5, 2.0
+#: Samples at an end of the values: least number, times those in the 2 % beside it, and least finest
+#: steps from end to end.
+_AT_END, _CROWD, _STEPS = 5, 2.0, 200.0
 
 
 @dataclass(frozen=True)
@@ -124,15 +125,44 @@ def warnings_of(
     if dt is not None and "rad/s" in triads:
         rates, force, field = (triads.get(unit) for unit in ("rad/s", "m/s^2", "uT"))
         assert rates is not None
-        attitude = None
-        if truth is not None and truth.keys() >= {*QUATERNION}:
-            q = np.stack([truth[name] for name in QUATERNION], axis=1)
-            attitude = Triad(" ".join(QUATERNION), q, np.isfinite(q.sum(axis=1)))
+        attitude = None if truth is None else _attitude(truth)
         warnings += contradictions(rates, force, field, attitude, inputs[:, dt])
     usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
     if dt is not None and (usual >= estimator.inputs[dt].high or usual < 0.0):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
     return tuple(warnings)
+
+
+def estimate_warnings(
+    estimator: Estimator, inputs: FloatArray, new: BoolArray, outputs: Mapping[str, FloatArray]
+) -> list[str]:
+    """A line where the attitude that an estimator gives does not turn as its rates say."""
+    names = [i.name for i in estimator.inputs]
+    columns = [
+        columns
+        for group, columns in _sensors(estimator)
+        if len(group) == 3 and estimator.inputs[columns[0]].unit == "rad/s"
+    ]
+    attitude = _attitude(outputs)
+    if attitude is None or not columns or "dt" not in names:
+        return []
+    rates = Triad(
+        " ".join(names[k] for k in columns[0]),
+        inputs[:, columns[0]],
+        np.asarray(new[:, columns[0]].all(axis=1)),
+    )
+    return departures(rates, attitude, inputs[:, names.index("dt")])
+
+
+def _attitude(values: Mapping[str, FloatArray]) -> Triad | None:
+    """The quaternions of a truth, or of outputs."""
+    if not values.keys() >= {*QUATERNION}:
+        return None
+    q = np.stack([values[name] for name in QUATERNION], axis=1)
+    length = np.linalg.norm(q, axis=1, keepdims=True)
+    known = np.isfinite(length) & (length > 0.5)
+    q = q / np.where(known, length, 1.0)
+    return Triad(" ".join(QUATERNION), q, known[:, 0])
 
 
 def _looks(rule: _Rule, typical: float) -> str:
@@ -183,12 +213,15 @@ def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
     changes[1:] = np.diff(values, axis=0) != 0.0
     found = dict[str, int]()
     for k, name in enumerate(names):
+        steps = np.abs(np.diff(values[:, k]))
+        finest = min(steps[steps > 0.0], default=math.inf)
         varied = changes[:, [j for j in range(3) if j != k]].all(axis=1)
         for end in (values[:, k].min(), values[:, k].max()):
             off = np.abs(values[:, k] - end)
             count = int((varied & (off == 0.0)).sum())
             beside = int(((off > 0.0) & (off < 0.02 * off.max())).sum())
-            if end and _AT_END <= count < len(values) // 2 and count > _CROWD * beside:
+            coarse = off.max() < _STEPS * finest
+            if end and not coarse and max(_AT_END, _CROWD * beside) < count < len(values) // 2:
                 found[f"{name} {end:.4g}"] = count
     if found:
         yield (

@@ -26,7 +26,7 @@ from boresight.sim.rotations.rotation import (
     rotation_vector_to_quaternion,
 )
 
-__all__ = ["Triad", "contradictions"]
+__all__ = ["Triad", "contradictions", "departures"]
 
 #: s: shortest block, whose mean is taken; shortest and longest window; a step that is a gap.
 _BLOCK_S, _SHORT_S, _LONG_S, _GAP_S = 0.02, 1.0, 5.0, 0.5
@@ -41,6 +41,8 @@ _RIGHT, _ON_TIME_S = (0.9, 1.1), 0.05
 #: What is tried: scales, finer ones around the best, and delays [s].
 _SCALES, _FINE = np.geomspace(0.01, 100.0, 49), np.linspace(0.85, 1.15, 13)
 _DELAYS_S = np.linspace(-1.0, 1.0, 51)
+#: An attitude that has left the rates: angle in a window, and number of windows.
+_AWAY_DEG, _OFTEN = 30.0, 3
 #: All matrices that exchange axes and signs; the first leaves them as they are.
 _EXCHANGES = np.array(
     [
@@ -184,6 +186,24 @@ def contradictions(
     if not lines and field is not None:
         lines = [*_dip(long, force, field)]
     return lines
+
+
+def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
+    """A line where an estimated attitude often turns otherwise than the rates."""
+    windows = _Windows(rates, dt, _SHORT_S)
+    some = np.arange(windows.count)
+    turns = windows.turns(np.eye(3)[None], some)
+    axes = _axes(windows, attitude.values, attitude.new)
+    squares = [(windows.held(turns, axis, some)[0] ** 2).sum(axis=-1) for axis in axes]
+    away = int((1.0 - np.mean(squares, axis=0) > math.radians(_AWAY_DEG) ** 2).sum())
+    if away < _OFTEN:
+        return []
+    seconds = windows.block_s * windows.blocks
+    return [
+        f"{attitude.names}: turn {_AWAY_DEG:.0f} deg or more otherwise than {rates.names} within "
+        f"{seconds:.2g} s, in {away / len(some):.0%} of the log: the estimate diverges there "
+        "(Euler angles past the vertical, gains, a range); compare another filter"
+    ]
 
 
 def _axes(windows: _Windows, q: FloatArray, new: BoolArray) -> list[FloatArray]:

@@ -21,7 +21,7 @@ from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import Log, read_record
 from boresight.sim.records.record import Record
 
 
@@ -300,3 +300,11 @@ def test_what_no_core_holds_is_said_without_rtl(kind):
         assert [w.partition(": ")[0] for w in result.given.warnings] == [
             "no core, as compile would make it"
         ] * small
+
+
+@pytest.mark.parametrize(("name", "share"), [("ma2014_cf", "33%"), ("mekf", "")])
+def test_an_attitude_that_leaves_its_rates_is_told(name: str, share: str) -> None:
+    """Its angles go past the vertical, where Euler angles end."""
+    (result,) = Check(Build(estimator(name)), levels=("c",)).run(Log.of(bundled("ximu_walk")))
+    told = [text for text in result.given.warnings if "otherwise than gx gy gz" in text]
+    assert result.good and len(told) == bool(share) and share in "".join(told)

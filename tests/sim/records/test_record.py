@@ -353,7 +353,7 @@ def filled(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {n: c[n][last] for n in ("mx", "my", "mz")}
 
 
-RATES, FORCE, FIELD, Q = "gx gy gz", "ax ay az", "mx my mz", "qw qx qy qz"
+RATES, FORCE, FIELD, ATTITUDE = "gx gy gz", "ax ay az", "mx my mz", "qw qx qy qz"
 #: Mistakes on a recording: what changes, with or without its attitude, and the one line.
 CARELESS = [
     (scaled(FORCE, 1.0 / 9.80665), True, f"{FORCE}: typically 1.01 .* looks like g"),
@@ -368,22 +368,22 @@ CARELESS = [
     (scaled("ay", -1.0), False, f"{FORCE}: turn otherwise"),
     (scaled("mz", -1.0), False, f"{FIELD}: turn otherwise"),
     (lambda c: {"ax": c["ay"], "ay": c["ax"]}, False, f"{FORCE}: turn otherwise"),
-    (scaled(FORCE, -1.0), True, f"{FORCE}: point down by {Q}"),
+    (scaled(FORCE, -1.0), True, f"{FORCE}: point down by {ATTITUDE}"),
     (scaled(FORCE, -1.0), False, f"{FIELD}: point 42 deg up by {FORCE}"),
-    (scaled(FIELD, -1.0), True, f"{FIELD}: point south by {Q}"),
+    (scaled(FIELD, -1.0), True, f"{FIELD}: point south by {ATTITUDE}"),
     (late(RATES, 77), True, f"{RATES}: 0.3 s late"),
     (late(FIELD, 77), False, f"{FIELD}: 0.3 s late"),
-    (late(Q, 52), True, f"{Q}: 0.2 s late"),
+    (late(ATTITUDE, 52), True, f"{ATTITUDE}: 0.2 s late"),
     (repeated(RATES, 2), True, f"{RATES}: 50% of the samples repeat"),
     (filled, True, f"{FIELD}: 35% of the samples repeat"),
     (repeated(FIELD, 12624), True, f"{FIELD}: do not turn as the rates"),
     (repeated(FORCE, 20000), True, f"{FORCE}: do not turn as the rates"),
     (clipped, True, f"{FORCE}: 213 samples are at an end"),
-    (scaled("qx qy qz", -1.0), True, f"{Q}: turn otherwise .* its conjugate fits"),
+    (scaled("qx qy qz", -1.0), True, f"{ATTITUDE}: turn otherwise .* its conjugate fits"),
     (
         lambda c: {"qw": c["qx"], "qx": c["qy"], "qy": c["qz"], "qz": c["qw"]},
         True,
-        f"{Q}: turn otherwise .* it fits as x, y, z, w",
+        f"{ATTITUDE}: turn otherwise .* it fits as x, y, z, w",
     ),
     (
         lambda c: {
@@ -393,21 +393,22 @@ CARELESS = [
             "qz": (c["qz"] + c["qw"]) * 0.5**0.5,
         },
         True,
-        f"{Q}: take the field 90 deg from north",
+        f"{ATTITUDE}: take the field 90 deg from north",
     ),
 ]
 
 
 @pytest.fixture(scope="module")
-def walk() -> dict[str, np.ndarray]:
+def recording() -> dict[str, np.ndarray]:
     return {n: c.values for n, c in read_record(bundled("ximu_walk")).columns.items()}
 
 
 @pytest.mark.parametrize(("change", "has_attitude", "text"), CARELESS, ids=lambda x: str(x)[:40])
 def test_a_mistake_in_a_recording_is_one_line(
-    walk: dict[str, np.ndarray], change: Any, has_attitude: bool, text: str
+    recording: dict[str, np.ndarray], change: Any, has_attitude: bool, text: str
 ) -> None:
-    columns = {n: v for n, v in {**walk, **change(walk)}.items() if has_attitude or n[0] != "q"}
+    whole = {**recording, **change(recording)}
+    columns = {n: v for n, v in whole.items() if has_attitude or n[0] != "q"}
     (line,) = feed(estimator("mekf"), Record.of(columns)).warnings
     assert re.match(text, line), line
 
