@@ -2,6 +2,7 @@
 
 from boresight.model.kalman.declared import Attitude, Measurement, State, in_turn, vector
 from boresight.model.kalman.kalman import Kalman
+from boresight.model.kalman.linear import linear
 from boresight.model.kalman.textbook import Textbook
 
-__all__ = ["Attitude", "Kalman", "Measurement", "State", "Textbook", "in_turn", "vector"]
+__all__ = ["Attitude", "Kalman", "Measurement", "State", "Textbook", "in_turn", "linear", "vector"]

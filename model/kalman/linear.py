@@ -1,0 +1,219 @@
+"""A Kalman filter from the matrices of a linear system, as other packages hold them."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from boresight.model.arrays import FloatArray
+from boresight.model.declarations import Input, Output
+from boresight.model.errors import InputError, require
+from boresight.model.kalman.declared import Measurement, State
+from boresight.model.kalman.kalman import Kalman
+from boresight.model.places import author_line, placed
+
+__all__ = ["linear"]
+
+#: Predictions after which a covariance that still grows has no end.
+_MOST = 20_000
+#: Largest standard deviation over that of the predictions: a variance is held at 3/4 of its bound.
+_MARGIN = 1.25
+
+#: Largest values: of each by name, of each in order, or one for all.
+Sizes = Mapping[str, float] | Sequence[float] | float
+
+
+class _Linear(Kalman):
+    """x = A x + B u + w, z = C x + D u + v."""
+
+    system: tuple[FloatArray, ...]
+
+    def _rows(self, state: FloatArray, drive: FloatArray, x: Any, u: Any) -> list[Any]:
+        values = [getattr(x, s.name) for s in self.estimated]
+        driven = [getattr(u, i.name) for i in self.inputs[: drive.shape[1]]]
+        rows = []
+        for row in np.hstack([state, drive]).tolist():
+            pairs = zip(row, [*values, *driven], strict=True)
+            terms = [v if a == 1.0 else a * v for a, v in pairs if a]
+            rows.append(sum(terms[1:], terms[0]) if terms else 0.0)
+        return rows
+
+    def f(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
+        """A x + B u."""
+        a, b, *_ = self.system
+        return dict(zip([s.name for s in self.estimated], self._rows(a, b, x, u), strict=True))
+
+    def noise(self, x: Any, u: Any, p: Any) -> Mapping[Any, Any]:
+        """Q."""
+        q, names = self.system[4], [s.name for s in self.estimated]
+        return {
+            names[i] if i == j else (names[i], names[j]): float(q[i, j])
+            for i in range(len(q))
+            for j in range(i, len(q))
+            if q[i, j]
+        }
+
+    def measure(self, x: Any, u: Any, p: Any) -> Sequence[Measurement]:
+        """C x + D u."""
+        c, d, r = self.system[2], self.system[3], self.system[5]
+        seen = zip(self.inputs[-len(c) :], self._rows(c, d, x, u), np.diag(r), strict=True)
+        return [Measurement(getattr(u, i.name), h, float(v), line=self._line) for i, h, v in seen]
+
+
+def linear(
+    system: Any,
+    *,
+    x: Sizes,
+    u: Sizes = (),
+    z: Sizes | None = None,
+    Q: Any = None,
+    R: Any = None,
+    P: Any = None,
+    tolerance: Sizes | None = None,
+    name: str = "Linear",
+) -> type[Kalman]:
+    """Class of the Kalman filter of a linear, time-discrete system.
+
+    ``x = A x + B u + w``, ``z = C x + D u + v``; the states are the outputs. Its inputs are those
+    of the system, then the measurements.
+
+    Parameters
+    ----------
+    system : object, or (A, B, C, D)
+        With matrices ``A``, ``B``, ``C``, ``D`` and a time step ``dt``, as `scipy.signal.dlti` and
+        ``control.ss`` make them; or with ``F``, ``B``, ``H``, ``Q``, ``R``, ``P`` and ``x``, as
+        ``filterpy.kalman.KalmanFilter``.
+    x, u, z : mapping, sequence or float
+        Largest magnitude of each state, input and measurement; a mapping names them, too. By
+        default ``z`` follows from those of states, inputs and noise.
+    Q, R, P : (n, n), (m, m), (n, n)
+        Covariances of w, of v, and of the state at the start; R and P diagonal. A vector is a
+        diagonal. By default those of the object.
+    tolerance : mapping, sequence or float, optional
+        Of each state, as in `Output`.
+    name : str
+        Of the class.
+
+    Raises
+    ------
+    InputError
+        A continuous system, matrices that do not fit together, a missing or unsuitable covariance.
+    """
+    where = placed(author_line(), "kalman.linear")
+    a, b, c, d = _matrices(system, where)
+    n, m, k = len(a), len(c), b.shape[1]
+    q, r, p = (
+        _covariance(where, letter, getattr(system, letter, None) if given is None else given, size)
+        for letter, given, size in (("Q", Q, n), ("R", R, m), ("P", P, n))
+    )
+    labels = [getattr(system, f"{kind}_labels", None) for kind in ("state", "input", "output")]
+    states = _sizes(where, "x", x, n, labels[0])
+    driven = _sizes(where, "u", u, k, labels[1])
+    sizes = np.array([*states.values(), *driven.values()])
+    reach = np.abs(np.hstack([c, d])) @ sizes + 8.0 * np.sqrt(np.diag(r))
+    measured = _sizes(where, "z", reach.tolist() if z is None else z, m, labels[2])
+    accepted: dict[str, float | None] = dict.fromkeys(states)
+    if tolerance is not None:
+        values = _sizes(where, "tolerance", tolerance, n, None)
+        accepted = dict(zip(states, values.values(), strict=True))
+    start = np.ravel(getattr(system, "x", np.zeros(n)))
+    bounds = zip(np.sqrt(np.diag(p)), _largest(a, c, q, r, p), strict=True)
+    members: dict[str, Any] = {
+        "__doc__": f"Kalman filter of {n} states and {m} measurements.",
+        "__module__": sys._getframe(1).f_globals["__name__"],
+        "system": (a, b, c, d, q, r),
+        "inputs": tuple(Input(i, -v, v) for i, v in (driven | measured).items()),
+        "states": tuple(
+            State(s, -v, v, "", float(first), sd=float(sd), sd_max=largest)
+            for (s, v), first, (sd, largest) in zip(states.items(), start, bounds, strict=True)
+        ),
+        "outputs": tuple(Output(s, tolerance=t) for s, t in accepted.items()),
+    }
+    step = getattr(system, "dt", None)
+    if isinstance(step, float) and step > 0.0:
+        members["rates_hz"] = {"dt": 1.0 / step}
+    return type(name, (_Linear,), members)
+
+
+def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
+    """A, B, C, D as arrays of two dimensions."""
+    fixed = isinstance(system, tuple | list) or hasattr(system, "F")
+    if not fixed and getattr(system, "dt", None) in (None, 0):
+        raise InputError.at(
+            where,
+            wanted="a time-discrete system",
+            found="a continuous one" if hasattr(system, "A") else f"a {type(system).__name__}",
+            fix="sample it: SYSTEM.to_discrete(DT) of scipy, control.sample_system(SYSTEM, DT)",
+        )
+    if hasattr(system, "F"):
+        parts = [system.F, getattr(system, "B", None), system.H, None]
+    else:
+        parts = [*system] if isinstance(system, tuple | list) else [
+            getattr(system, letter, None) for letter in "ABCD"
+        ]  # fmt: skip
+    parts += [None] * (4 - len(parts))
+    require(parts[0] is not None and parts[2] is not None, where, "matrices A, B, C, D", system)
+    a, c = (np.atleast_2d(np.asarray(part, dtype=np.float64)) for part in (parts[0], parts[2]))
+    b = np.zeros((len(a), 0)) if parts[1] is None else np.asarray(parts[1], dtype=np.float64)
+    b = b.reshape(len(a), -1) if b.size % len(a) == 0 else b
+    d = np.zeros((len(c), b.shape[1])) if parts[3] is None else np.atleast_2d(parts[3])
+    shapes = [part.shape for part in (a, b, c, d)]
+    n, m = len(a), len(c)
+    fits = shapes == [(n, n), (n, b.shape[-1]), (m, n), (m, b.shape[-1])]
+    require(fits, where, "A (n, n), B (n, k), C (m, n), D (m, k)", shapes)
+    return a, b, c, np.asarray(d, dtype=np.float64)
+
+
+def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
+    """A covariance, of a matrix or of its diagonal."""
+    wanted = f"a symmetric positive matrix ({n}, {n}) or its diagonal"
+    place = f"{where}, {name}"
+    require(given is not None, place, wanted, given, f"give {name}=")
+    matrix = np.asarray(given, dtype=np.float64)
+    matrix = np.diag(np.broadcast_to(matrix, (n,))) if matrix.ndim < 2 else matrix
+    good = matrix.shape == (n, n) and np.allclose(matrix, matrix.T)
+    good = good and np.linalg.eigvalsh(matrix)[0] >= -1e-12 * np.abs(matrix).max()
+    require(bool(good), place, wanted, given)
+    if name != "Q":
+        fix = "measure by the factor of Cholesky" if name == "R" else "give a larger diagonal"
+        variances = np.diag(matrix)
+        diagonal = np.array_equal(matrix, np.diag(variances)) and variances.min() > 0.0
+        require(bool(diagonal), place, "a diagonal above 0, zeros beside it", given, fix)
+    return matrix
+
+
+def _sizes(
+    where: str, name: str, given: Sizes, n: int, labels: Sequence[str] | None
+) -> dict[str, float]:
+    """Largest magnitudes by name."""
+    if isinstance(given, Mapping):
+        sizes = {str(key): float(value) for key, value in given.items()}
+    else:
+        values = [given] * n if isinstance(given, int | float) else [*given]
+        good = labels is not None and len(labels) == n and all(map(str.isidentifier, labels))
+        # Labels that name nothing: x[0], u[0].
+        names = labels if good and labels is not None else [f"{name}{k}" for k in range(n)]
+        sizes = dict(zip(names, map(float, values), strict=False)) if len(values) == n else {}
+    fits = len(sizes) == n and all(0.0 < v < math.inf for v in sizes.values())
+    require(fits, f"{where}, {name}", f"{n} largest magnitudes above 0", given)
+    return sizes
+
+
+def _largest(a: FloatArray, c: FloatArray, q: FloatArray, r: FloatArray, p: FloatArray) -> Any:
+    """Largest standard deviation of each state, by the covariances from the start on."""
+    largest = np.diag(p).copy()
+    for _ in range(_MOST):
+        before = p
+        p = a @ p @ a.T + q
+        grown = np.maximum(largest, np.diag(p))
+        gain = np.linalg.solve(c @ p @ c.T + r, c @ p).T
+        p = p - gain @ c @ p
+        if (grown == largest).all() and np.allclose(p, before, rtol=1e-9, atol=0.0):
+            break
+        largest = grown
+    # Three digits: the same on every machine.
+    return [float(f"{_MARGIN * math.sqrt(v):.3g}") for v in largest]

@@ -1,0 +1,71 @@
+"""A filter of the matrices of other packages is the textbook's, in words."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import boresight
+from boresight import kalman
+from boresight.model.errors import InputError
+
+A, B = np.array([[1.0, 0.1], [-0.2, 0.95]]), np.array([[0.0], [0.1]])
+C, D = np.array([[1.0, 0.0], [0.5, 1.0]]), np.array([[0.0], [0.2]])
+Q, R, P = np.array([[1e-4, 5e-5], [5e-5, 1e-3]]), np.diag([0.04, 0.09]), np.diag([1.0, 0.5])
+START = np.array([0.5, -0.2])
+SIZES = {"x": [16.0, 16.0], "u": 4.0, "tolerance": 1e-5}
+
+#: What only looks like objects of packages that are not here.
+CONTROL = SimpleNamespace(
+    A=A,
+    B=B,
+    C=C,
+    D=D,
+    dt=0.1,
+    state_labels=["a", "b"],
+    input_labels=["u[0]"],
+    output_labels=["c", "d"],
+)
+FILTERPY = SimpleNamespace(F=A, B=B, H=C, Q=Q, R=R, P=P, x=START[:, None])
+SYSTEMS = {
+    "matrices": kalman.linear((A, B, C, D), **SIZES, Q=Q, R=R, P=P),
+    "scipy": kalman.linear(signal.dlti(A, B, C, D, dt=0.1), **SIZES, Q=Q, R=[0.04, 0.09], P=P),
+    "control": kalman.linear(CONTROL, **SIZES, Q=Q, R=R, P=P, z=16.0),
+    "filterpy": kalman.linear(FILTERPY, **SIZES),
+}
+
+
+@pytest.mark.parametrize("kind", SYSTEMS)
+def test_the_filter_of_a_linear_system(kind: str) -> None:
+    made, rng = SYSTEMS[kind](), np.random.default_rng(2)
+    u, z = np.sin(0.1 * np.arange(200)), rng.normal(0.0, 0.3, (200, 2))
+    log = dict(zip([i.name for i in made.inputs], [u, *z.T], strict=True))
+    (result,) = boresight.check(made, log, levels=("fixed", "c"))["results"]
+    assert result.good, result.lines()
+    x, cov = (START if kind == "filterpy" else np.zeros(2)), P
+    d = np.zeros((2, 1)) if kind == "filterpy" else D
+    for k in range(200):
+        x, cov = A @ x + B[:, 0] * u[k], A @ cov @ A.T + Q
+        gain = cov @ C.T @ np.linalg.inv(C @ cov @ C.T + R)
+        x, cov = x + gain @ (z[k] - C @ x - d[:, 0] * u[k]), (np.eye(2) - gain @ C) @ cov
+        for state, value in zip(made.estimated, x, strict=True):
+            assert abs(result.fixed.outputs[state.name][k] - value) < 1e-5
+    assert [s.name for s in made.estimated] == (["a", "b"] if kind == "control" else ["x0", "x1"])
+
+
+@pytest.mark.parametrize(
+    ("system", "changed", "said"),
+    [
+        (signal.lti(A, B, C, D), {}, "time-discrete"),
+        ((A, B, C[:, :1], D), {}, "C \\(m, n\\)"),
+        ((A, B, C, D), {"R": None}, "give R="),
+        ((A, B, C, D), {"R": Q}, "factor of Cholesky"),
+        ((A, B, C, D), {"x": [1.0]}, "2 largest"),
+    ],
+)
+def test_refused(system: object, changed: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        kalman.linear(system, **{**SIZES, "Q": Q, "R": R, "P": P, **changed})
