@@ -221,7 +221,12 @@ def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
             count = int((varied & (off == 0.0)).sum())
             beside = int(((off > 0.0) & (off < 0.02 * off.max())).sum())
             coarse = off.max() < _STEPS * finest
-            if end and not coarse and max(_AT_END, _CROWD * beside) < count < len(values) // 2:
+            inner = 2.0 * abs(end) < np.abs(values[:, k]).max()
+            if (
+                not coarse
+                and not inner
+                and max(_AT_END, _CROWD * beside) < count < len(values) // 2
+            ):
                 found[f"{name} {end:.4g}"] = count
     if found:
         yield (

@@ -265,6 +265,8 @@ def _finding(
         and abs(cause.late_s) < _ON_TIME_S
     )
     explains = after < 0.5 * without and (not is_force or after < 0.5 * before)
+    if is_force and (cause.late_s or (cause.scale != 1.0 and not _is_degrees(cause.scale))):
+        right = True  # turns with an acceleration, and sensors off the axis, look like it
     if not right and explains and _is_sure(scatters[k], as_is):
         return _Finding(names, cause, fits, False, False)
     unlike = not is_force and without > _TURN and before > 0.8 * without and after > 0.5 * without
@@ -313,6 +315,10 @@ def _told(rates: str, findings: Sequence[_Finding]) -> Iterator[str]:
         yield f"{rates} and {names} contradict each other: {_text(cause)}"
 
 
+def _is_degrees(scale: float) -> bool:
+    return 0.8 < math.degrees(scale) < 1.25
+
+
 def _text(cause: _Cause) -> str:
     """What would make the rates fit."""
     if cause.exchange:
@@ -323,7 +329,7 @@ def _text(cause: _Cause) -> str:
         if signed == ["-x", "-y", "-z"]:
             return "the sign is wrong"
         return f"axes or signs are wrong (the rates fit as {', '.join(signed)})"
-    if 0.8 < math.degrees(cause.scale) < 1.25:
+    if _is_degrees(cause.scale):
         return "the rates look like deg/s"
     return f"the rates are {1.0 / cause.scale:.2g} times as large as they should be"
 

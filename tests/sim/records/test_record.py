@@ -311,7 +311,7 @@ SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
         ({"g": 57.3}, "gx gy gz: contradict how ax ay az and mx my mz turn: .* look like deg/s"),
         ({"g": -1.0}, "gx gy gz: contradict .*: the sign is wrong"),
         ({"g": [-1.0, 1.0, 1.0]}, "gx gy gz: contradict .*fit as -x, y, z"),
-        ({"g": 2.0}, "gx gy gz: contradict .*: the rates are 2 times as large"),
+        ({"g": 2.0}, "gx gy gz and mx my mz contradict .*: the rates are 2 times as large"),
         ({"a": SWAP}, "ax ay az: turn otherwise than the rates gx gy gz say"),
         ({"m": [1.0, -1.0, -1.0]}, "mx my mz: turn otherwise than the rates gx gy gz say"),
     ],
