@@ -80,13 +80,16 @@ class Receiver(wiring.Component):
         A byte is received in this cycle; there is no back-pressure.
     error : Out(1)
         A byte had no stop bit.
+    en : In(1)
+        Cycles that count; a rate of the line is one of these.
     """
 
     def __init__(self, *, divisor: int) -> None:
         _check_divisor(divisor)
         self.divisor = divisor
         self.spacing: int = 1 << ((divisor // DIVISOR_MIN).bit_length() - 1)
-        super().__init__({"rx": In(1, init=1), "data": Out(8), "valid": Out(1), "error": Out(1)})
+        outputs = {"data": Out(8), "valid": Out(1), "error": Out(1)}
+        super().__init__({"rx": In(1, init=1), **outputs, "en": In(1, init=1)})
 
     @property
     def to_middle(self) -> int:
@@ -114,8 +117,9 @@ class Receiver(wiring.Component):
         m.submodules.synchroniser = FFSynchronizer(self.rx, rx, init=1)
         timer = Signal(range(divisor))
         look = Signal()
-        sample = Signal(init=1)  # the timer is 0
-        m.d.comb += look.eq(~timer[: spacing.bit_length() - 1].any())
+        at_zero = Signal(init=1)  # the timer is 0
+        sample = at_zero & self.en
+        m.d.comb += look.eq(self.en & ~timer[: spacing.bit_length() - 1].any())
 
         seen = Signal(2, init=3)
         line = Signal()
@@ -128,10 +132,11 @@ class Receiver(wiring.Component):
         def after(cycles: int) -> Any:
             return wait.eq((1 - cycles) % (1 << len(timer)))
 
-        m.d.sync += [
-            timer.eq(Mux(sample, wait, timer + 1)),
-            sample.eq(Mux(sample, ~wait.any(), timer.all())),
-        ]
+        with m.If(self.en):
+            m.d.sync += [
+                timer.eq(Mux(at_zero, wait, timer + 1)),
+                at_zero.eq(Mux(at_zero, ~wait.any(), timer.all())),
+            ]
         bits = Signal(9)  # a one above the bits that are in
         m.d.comb += self.data.eq(bits[1:])
         m.d.sync += [self.valid.eq(0), self.error.eq(0)]
@@ -186,12 +191,15 @@ class Transmitter(wiring.Component):
         Bytes.
     tx : Out(1)
         The line, high when idle.
+    en : In(1)
+        Cycles that count.
     """
 
     def __init__(self, *, divisor: int) -> None:
         _check_divisor(divisor)
         self.divisor = divisor
-        super().__init__({"i": In(stream.Signature(8)), "tx": Out(1, init=1)})
+        line = {"i": In(stream.Signature(8)), "tx": Out(1, init=1)}
+        super().__init__({**line, "en": In(1, init=1)})
 
     def elaborate(self, platform: Any) -> Module:
         """Shift register: data and stop bit; when it is empty the byte is out."""
@@ -199,7 +207,8 @@ class Transmitter(wiring.Component):
         timer = Signal(range(self.divisor))  # up to 0
         rest = Signal(9)
         empty = Signal()
-        sample = Signal(init=1)  # the timer is 0
+        at_zero = Signal(init=1)  # the timer is 0
+        sample = at_zero & self.en
         begin = Signal()
         m.d.comb += [
             empty.eq(~rest.any()),
@@ -211,8 +220,9 @@ class Transmitter(wiring.Component):
             m.d.sync += self.tx.eq(Mux(empty, ~self.i.valid, rest[0]))
             m.d.sync += rest.eq(Mux(begin, Cat(self.i.payload, Const(1)), rest[1:]))
         rests = empty & ~self.i.valid
-        m.d.sync += [
-            timer.eq(Mux(sample, Mux(rests, 0, wait), timer + 1)),
-            sample.eq(Mux(sample, rests, timer.all())),
-        ]
+        with m.If(self.en):
+            m.d.sync += [
+                timer.eq(Mux(at_zero, Mux(rests, 0, wait), timer + 1)),
+                at_zero.eq(Mux(at_zero, rests, timer.all())),
+            ]
         return m

@@ -69,9 +69,14 @@ def records_of(path: Path, blocks: Iterable[Arrays]) -> Iterator[Record]:
 
 
 def _flattened(where: str, arrays: Arrays) -> Arrays:
-    """Split arrays of several columns, and make ``fs`` and ``restart`` a column ``dt``."""
+    """Split arrays of several columns, and make ``fs`` and ``restart`` a column ``dt``.
+
+    Beside a column ``dt``, ``restart`` stays one.
+    """
     flat: list[tuple[str, npt.NDArray[Any]]] = []
-    extra = {key: array for key, array in arrays if key in ("fs", "restart")}
+    has_steps = any(key.partition("[")[0].strip() == "dt" for key, _ in arrays)
+    made = ("fs",) if has_steps else ("fs", "restart")
+    extra = {key: array for key, array in arrays if key in made}
     for key, array in arrays:
         names = _TRIPLES.get(key)
         if key in extra:

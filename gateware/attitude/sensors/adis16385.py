@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
 from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value, signed
@@ -23,6 +24,9 @@ from boresight.gateware.attitude.sensors.adis16385_device import (
     RUN_FRAMES,
     STEPS,
     TEMPERATURE,
+    TEST,
+    TEST_BITS,
+    TEST_BYTE,
     WORDS,
     Settings,
     Timing,
@@ -45,14 +49,15 @@ class Adis16385(wiring.Component):
     """Reads a complete sample at each data-ready edge, and outputs it only if its checks pass.
 
     Start: reset pulse, wait, identity, settings (low byte, then high byte of each), all of them
-    read back. Then 9 frames per sample: each requests a register and returns the one requested by
-    the frame before. The first one returns the temperature of the sample before; the last one
-    returns a register with known contents: identity and the three settings in turn (`CHECKED`). So
-    stuck lines, an absent device, a slip of the pipeline, and a device that was reset and lost its
-    settings all show as a wrong word there, and the sample is dropped. The same register is then
-    checked until it is right again, and the first sample that passes is dropped as well, since the
-    fault may have ended within it. A fault that begins and ends between two checks, shorter than
-    the time between samples, is not detected.
+    read back. The first start, and each one by ``restart``, has a self-test between identity and
+    settings; the sensor is used even if it fails. Then 9 frames per sample: each requests a
+    register and returns the one requested by the frame before. The first one returns the
+    temperature of the sample before; the last one returns a register with known contents: identity
+    and the three settings in turn (`CHECKED`). So stuck lines, an absent device, a slip of the
+    pipeline, and a device that was reset and lost its settings all show as a wrong word there, and
+    the sample is dropped. The same register is then checked until it is right again, and the first
+    sample that passes is dropped as well, since the fault may have ended within it. A fault that
+    begins and ends between two checks, shorter than the time between samples, is not detected.
 
     After ``bad_limit`` consecutive samples that are dropped or missing, or a wrong word during the
     start, the reader starts again from the reset pulse, until a start succeeds.
@@ -108,7 +113,8 @@ class Adis16385(wiring.Component):
         Number of its data-ready edge since the first start, modulo 2**16.
         Words, stamp and number hold for `hold_cycles` after ``sample``.
     temperature, diag_stat : Out(16)
-        The latest values read, also of dropped samples.
+        The latest values read, also of dropped samples. Bits that tell of a failed self-test
+        (`TEST_BITS`) are those read after the last one.
     flags : Out(len(FLAGS)), events : Out(len(EVENTS))
         See `gateware.attitude.sensors.adis16385_device`.
     """
@@ -130,6 +136,7 @@ class Adis16385(wiring.Component):
         self.timeout_ticks = self._ticks(timeout)
         self.reset_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.reset_s))
         self.startup_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.startup_s))
+        self.test_ticks = math.ceil(timing.self_test_s * clock_hz / self.tick_cycles)
         period = cycles_for(clock_hz=clock_hz, seconds=timing.period_s)
         if period <= self.burst_cycles + self.spi.stall_cycles:
             burst_s = self.burst_cycles / clock_hz
@@ -203,7 +210,7 @@ class Adis16385(wiring.Component):
 
     @property
     def start_cycles(self) -> int:
-        """Maximum clock cycles from a restart to ``flags.running``."""
+        """Maximum clock cycles from a restart without a self-test to ``flags.running``."""
         return (
             (self.reset_ticks + self.startup_ticks + 2) * self.tick_cycles
             + (CONFIG_FRAMES + 1) * self.spi.frame_cycles
@@ -267,7 +274,7 @@ class Adis16385(wiring.Component):
             with m.State("RESET"):
                 self._reset(m, r)
             with m.State("STARTUP"):
-                m.d.comb += r.ticks.eq(self.startup_ticks)
+                m.d.comb += r.ticks.eq(Mux(r.testing, self.test_ticks, self.startup_ticks))
                 with m.If(r.start_over):
                     m.next = "RESET"
                 with m.Elif(r.expired & ~spi.busy):
@@ -313,9 +320,13 @@ class Adis16385(wiring.Component):
             for bits, shift in RANGE_SHIFTS.items():
                 with m.If(r.used["sens_avg"][8:11] == bits):
                     m.d.comb += writer.data.eq(word << FRACTION - shift)
-        for at, latest in (("TEMP_OUT", self.temperature), ("DIAG_STAT", self.diag_stat)):
-            with m.If(writer.en & (r.place == WORDS.index(at))):
-                m.d.sync += latest.eq(word)
+        with m.If(writer.en & is_temperature):
+            m.d.sync += self.temperature.eq(word)
+        with m.If(writer.en & (r.place == WORDS.index("DIAG_STAT"))):
+            m.d.sync += r.testing.eq(0)
+            for bit in range(16):
+                with m.If(r.testing if bit in TEST_BITS else 1):
+                    m.d.sync += self.diag_stat[bit].eq(spi.o_data[bit])
         limits = (settings.gyro_limit, settings.accel_limit)
         full = ~r.place.all() & _at_full_scale(spi.o_data, r.place >= 3, limits)
         with m.If(writer.en):
@@ -342,7 +353,9 @@ class Adis16385(wiring.Component):
         """The reset pulse, in which settings are taken."""
         m.d.comb += r.ticks.eq(self.reset_ticks)
         m.d.sync += [used.eq(getattr(self, name)) for name, used in r.used.items()]
-        m.d.sync += [*r.give_chances(), r.step.eq(FIRST)]
+        m.d.sync += [*r.give_chances(), r.step.eq(FIRST), r.testing.eq(0)]
+        with m.If(r.testing):  # it was cut short
+            m.d.sync += r.test_next.eq(1)
         with m.If(r.expired):
             m.d.sync += r.wait()
             m.next = "STARTUP"
@@ -358,6 +371,9 @@ class Adis16385(wiring.Component):
                 m.d.sync += step.eq(Cat(r.checking, Const(0b110, 3)))
             with m.If(step[3:].all()):
                 m.d.sync += step.eq(step | 4)
+            with m.If(r.starts_test):
+                m.d.sync += [step.eq(FIRST), r.test_next.eq(0), r.testing.eq(1)]
+                m.next = "STARTUP"
             with m.If(r.ends):
                 m.d.sync += [r.running.eq(1), r.extra[0].eq(self.command.valid & r.whole)]
                 m.next = "EDGE"
@@ -434,6 +450,8 @@ class Adis16385(wiring.Component):
             m.d.sync += [r.chances.eq(r.chances - 1), r.final.eq(r.chances == 1)]
         with m.If(r.start_over):
             m.d.sync += [*r.wait(), r.running.eq(0), r.extra.eq(0)]
+        with m.If(self.restart):
+            m.d.sync += r.test_next.eq(self.test_ticks > 0)
 
     def _frames(self, m: Module, r: _Registers) -> None:
         """The table of frames: command of ``step``, and use of its reply; a cycle after it."""
@@ -458,10 +476,12 @@ class Adis16385(wiring.Component):
                 at += len(column)
         high = Signal()
         table = Const(rows, len(row) << len(r.step))
+        m.d.sync += r.starts_test.eq(r.test_next & (r.step == TEST))
         m.d.sync += [row.eq(table.word_select(r.step, len(row))), high.eq(~r.step[0])]
         m.d.comb += self.spi.i.payload.eq(
             Cat(
-                r.known.word_select(high, 8) & r.writes.replicate(8),
+                (r.known.word_select(high, 8) & r.writes.replicate(8))
+                | (r.starts_test << (TEST_BYTE - 1).bit_length()),
                 Mux(r.extra[0], self.command.payload[8:], r.command),
             )
         )
@@ -506,6 +526,9 @@ class _Registers:
         self.equal = Signal()
         self.spi_turn = Signal()
         self.extra = Signal(2)  # to send after a sample: the command, then a request
+        self.test_next = Signal(init=reader.test_ticks > 0)  # the start ends with a self-test
+        self.starts_test = Signal()  # the frame at work
+        self.testing = Signal()  # it is made, its result is next
         self.edge = Signal()
         self.running = Signal()
         self.over = Signal()
@@ -513,8 +536,8 @@ class _Registers:
         self.invalid = Signal()
         self.skipped = Signal()
         self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
-        longest = max(reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks)
-        self.timer = Signal(range(1 + longest), init=reader.reset_ticks)
+        waits = (reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks, reader.test_ticks)
+        self.timer = Signal(range(1 + max(waits)), init=reader.reset_ticks)
         self.done = Signal(init=reader.reset_ticks == 0)  # the timer is 0
         self.begin = Signal()
         self.ticks = Signal.like(self.timer, init=reader.timeout_ticks)  # to wait in this state

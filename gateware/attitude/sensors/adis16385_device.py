@@ -89,7 +89,8 @@ def _steps() -> dict[int, Step]:
     # Nothing is written to an unidentified device. What PROD_ID would get is the host's.
     steps = {
         HOST: Step("PROD_ID", 0),
-        3: Step("PROD_ID"),
+        2: Step("DIAG_STAT"),
+        3: Step("PROD_ID", store=WORDS.index("DIAG_STAT")),
         4: Step("PROD_ID", check=0),
         11: Step("PROD_ID"),
     }
@@ -107,13 +108,25 @@ def _steps() -> dict[int, Step]:
 
 #: Step of a command of the host.
 HOST: Final = 1
-#: All frames by the number of their step: 3..15 at the start, 16..22, 24 + k, 28 + k for each
+#: All frames by the number of their step: 2..15 at the start, 16..22, 24 + k, 28 + k for each
 #: sample, with the place k of the register that is checked with this sample.
 STEPS: Final = _steps()
-#: First step, first step of a sample, last step before the check, a request of the temperature.
-FIRST, FIRST_RUN, LAST, TEMPERATURE = 3, 16, 22, 28
+#: First step, step that begins a self-test by bit 10 of MSC_CTRL (sibling part), first step of a
+#: sample, last step before the check, a request of the temperature.
+FIRST, TEST, FIRST_RUN, LAST, TEMPERATURE = 2, 6, 16, 22, 28
+TEST_BYTE: Final = 1 << 10 - 8
 #: Frames of the start, and of a sample.
-CONFIG_FRAMES, RUN_FRAMES = 13, 9
+CONFIG_FRAMES, RUN_FRAMES = 14, 9
+#: Bits of DIAG_STAT (sibling part) that a self-test sets, and what has failed.
+TEST_BITS: Final = {
+    5: "self_test",
+    10: "z_gyro",
+    11: "y_gyro",
+    12: "x_gyro",
+    13: "x_acceleration",
+    14: "y_acceleration",
+    15: "z_acceleration",
+}
 
 
 @dataclass(frozen=True)
@@ -130,6 +143,9 @@ class Timing:
         Least wait from the end of the reset pulse to the first frame, s (unverified: 0.3).
     reset_s : float
         Least length of the reset pulse, s (unverified: 1 ms).
+    self_test_s : float
+        Wait for the self-test, s (unverified: 50 ms; sibling parts take 12 to 45 ms); 0: none is
+        made.
     period_s : float
         Nominal time between samples without decimation, s: 1/1024.
     timeout_periods : float
@@ -140,6 +156,7 @@ class Timing:
     stall_s: float = 16e-6
     startup_s: float = 0.3
     reset_s: float = 1e-3
+    self_test_s: float = 0.05
     period_s: float = 1 / 1024
     timeout_periods: float = 4.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from amaranth.hdl import Module, Signal, Value, signed
+from amaranth.hdl import Array, Const, Module, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -38,8 +38,8 @@ class Hmr3300(wiring.Component):
 
     A line in which no byte comes for one to two ticks of `tick_cycles` is spoiled.
 
-    **Latency** ``line`` comes `latency` cycles after the start edge of LF at most. A good
-    sentence stays fresh for ``stale_s``, and up to two ticks more.
+    **Latency** ``line`` comes `latency` cycles after the start edge of LF at most, or 2^``slower``
+    times that. A good sentence stays fresh for ``stale_s``, and up to two ticks more.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Hmr3300(wiring.Component):
         Time without a good sentence after which the last one is stale.
     quiet_s : float, > 0
         Time without a byte that means: stopped. More than the time from sentence to sentence
-        (`LINES_HZ`).
+        (`LINES_HZ`); polling has 0.4 of it between a sentence and the next command.
     timeout_s : float, > 0
         Longest time that a command may take to have its effect, and that no wanted sentence may
         come before commands are sent. More than the compass's start of about 0.8 s (maker's
@@ -69,6 +69,10 @@ class Hmr3300(wiring.Component):
         Clock cycles, free-running: beat of the slow counters.
     mode : In(2)
         0 any sentences, 1 heading sentences, 2 and 3 magnetometer counts.
+    poll : In(1)
+        Sentences are asked for one by one, by ``*Q``.
+    slower : In(2)
+        The rate of the line is ``baud / 2**slower``.
     command : In(stream of 9)
         Letter to send as ``*X\r\n``, or with bit 8 a byte to send as it is, when no sequence of
         commands is under way.
@@ -128,7 +132,9 @@ class Hmr3300(wiring.Component):
         self._receiver = Receiver(divisor=self.divisor)
         self._parser = SentenceParser(angle_max=angle_max)
         self._commander = Commander(
-            timeout_ticks=self._ticks(timeout_s), quiet_ticks=self._ticks(quiet_s) + 1
+            timeout_ticks=self._ticks(timeout_s),
+            quiet_ticks=self._ticks(quiet_s) + 1,
+            poll_ticks=self._ticks(0.4 * quiet_s),
         )
         super().__init__(
             {
@@ -136,6 +142,8 @@ class Hmr3300(wiring.Component):
                 "tx": Out(1, init=1),
                 "time": In(32),
                 "mode": In(2),
+                "poll": In(1),
+                "slower": In(2),
                 "command": In(stream.Signature(9)),
                 "line": Out(1),
                 "is_counts": Out(1),
@@ -169,6 +177,10 @@ class Hmr3300(wiring.Component):
         m = Module()
         m.submodules.receiver = receiver = self._receiver
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        # At a lower rate one of 2^slower cycles counts.
+        counts = Signal(init=1)
+        rates = [self.time[:k].all() if k else Const(1) for k in range(4)]
+        m.d.sync += counts.eq(Array(rates)[self.slower])
         m.submodules.parser = parser = self._parser
         m.submodules.commander = commander = self._commander
         wiring.connect(m, commander.o, transmitter.i)
@@ -198,11 +210,14 @@ class Hmr3300(wiring.Component):
             parser.data.eq(receiver.data),
             parser.valid.eq(receiver.valid),
             parser.error.eq(receiver.error),
+            receiver.en.eq(counts),
+            transmitter.en.eq(counts),
             parser.pause.eq(tick & ~heard),
             self.line.eq(parser.line),
             self.is_counts.eq(parser.is_counts),
             *(mine.eq(its) for mine, its in zip(self.values, parser.values, strict=True)),
             commander.mode.eq(self.mode),
+            commander.poll.eq(self.poll),
             commander.tick.eq(tick),
             commander.heard.eq(receiver.valid | receiver.error),
             commander.line.eq(parser.line),

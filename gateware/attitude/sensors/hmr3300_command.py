@@ -61,15 +61,20 @@ class Commander(wiring.Component):
     one. If the line was quiet because of a fault, the next attempt corrects the state: at most six
     time-outs and two silences after the line works again.
 
-    With ``mode`` 0 no attempt begins. One under way is finished, so that the compass is not left
-    stopped.
+    With ``poll`` an attempt ends with ``*Q`` in place of the start, and ``*Q`` is sent again
+    ``poll_ticks`` after each sentence, as long as one comes. ``#I`` in place of one says that the
+    compass sends by itself: a new attempt stops it.
+
+    With ``mode`` 0 no attempt begins, and nothing is polled. One under way is finished, so that the
+    compass is not left stopped.
 
     Parameters
     ----------
     timeout_ticks : int, >= 1
         Ticks of a time-out; made one less than a power of two.
-    quiet_ticks : int, >= 1
-        Ticks without a byte after which the line is quiet.
+    quiet_ticks, poll_ticks : int, >= 1
+        Ticks without a byte after which the line is quiet; ticks from a sentence to the next
+        ``*Q``.
 
     Attributes
     ----------
@@ -80,6 +85,8 @@ class Commander(wiring.Component):
     -------
     mode : In(2)
         0 any sentences, 1 heading sentences, 2 and 3 counts.
+    poll : In(1)
+        Sentences are asked for one by one.
     command : In(stream of 9)
         Letter X, sent as ``*X\r\n``; or with bit 8 a byte that is sent as it is, for commands that
         begin with ``#``. It waits for the end of a sequence. With ``mode`` 0 no sequence begins
@@ -100,15 +107,17 @@ class Commander(wiring.Component):
         A sequence is under way; waits after attempts that failed.
     """
 
-    def __init__(self, *, timeout_ticks: int, quiet_ticks: int) -> None:
-        for name, value in (("timeout_ticks", timeout_ticks), ("quiet_ticks", quiet_ticks)):
+    def __init__(self, *, timeout_ticks: int, quiet_ticks: int, poll_ticks: int) -> None:
+        ticks = {"timeout": timeout_ticks, "quiet": quiet_ticks, "poll": poll_ticks}
+        for name, value in ((f"{name}_ticks", value) for name, value in ticks.items()):
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
                 raise ValueError(f"{name} must be an integer from 1 on, not {value!r}")
         self.timeout_ticks = (1 << timeout_ticks.bit_length()) - 1
-        self.quiet_ticks = quiet_ticks
+        self.quiet_ticks, self.poll_ticks = quiet_ticks, poll_ticks
         super().__init__(
             {
                 "mode": In(2),
+                "poll": In(1),
                 "command": In(stream.Signature(9)),
                 "o": Out(stream.Signature(8)),
                 "tick": In(1),
@@ -136,14 +145,16 @@ class Commander(wiring.Component):
         sending = Signal()
         at = _Sequence(stage, left, sending, manual, raw, tries, timer)
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
-        quiet, expired, wanted, other = (
-            Signal(name=n) for n in ("quiet", "expired", "wanted", "other")
+        quiet, expired, wanted, other, poll, again = (
+            Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "poll_due", "again")
         )
         m.d.comb += [
             quiet.eq(silence.all()),
             expired.eq(self.tick & timer.all()),
             other.eq(self.line & self.mode.any() & (self.is_counts ^ self.mode[1])),
             wanted.eq(self.line & ~other),
+            poll.eq(self.poll & self.tick & (timer == self.poll_ticks - 1)),
+            again.eq(self.poll & self.invalid | poll & tries.any()),
             self.busy.eq((stage != Stage.WATCH) & (stage != Stage.PAUSE)),
             self.paused.eq(stage == Stage.PAUSE),
         ]
@@ -174,10 +185,12 @@ class Commander(wiring.Component):
                         m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
                         m.d.sync += [manual.eq(1), *at.send(raw=self.command.payload[8])]
-                    with m.Elif((expired | other) & self.mode.any()):
+                    with m.Elif((expired | other | again) & self.mode.any()):
                         m.d.sync += at.go_to(Stage.STOP, command=True)
                         with m.If(quiet):
                             m.d.sync += at.go_to(Stage.SELECT)
+                    with m.Elif(poll & self.mode.any()):
+                        m.d.sync += at.go_to(Stage.START, command=True)
         m.d.comb += [self.o.valid.eq(sending), *self._characters(at)]
         return m
 
@@ -212,8 +225,9 @@ class Commander(wiring.Component):
 
     def _characters(self, at: _Sequence) -> list[Any]:
         """The characters of the command, with the letter of the stage or of the user."""
+        start = Mux(self.poll & (at.stage == Stage.START), ord("Q"), ord("S"))
         left, of_stage = at.left, Mux(self.mode[1], ord("M"), ord("H"))
-        of_stage = Mux(at.stage != Stage.SELECT, ord("S"), of_stage)
+        of_stage = Mux(at.stage != Stage.SELECT, start, of_stage)
         letter = Mux(at.manual, self.command.payload[:8], of_stage)
         first = Mux(left[0], ord("\n"), Const(ord("*"), 8))
         return [

@@ -36,8 +36,8 @@ class AttitudeOutput(wiring.Component):
     many as the update has outputs, and with ``record`` six with the counts of the sensors
     (`gateware.attitude.system.attitude_frame`).
 
-    **Latency** 1 cycle from ``updated`` to a frame's first byte; then 4 cycles per byte, 5 with
-    ``read_cycles`` 2, or what the line needs.
+    **Latency** 1 cycle from ``updated`` to a frame's first byte; then 4 cycles per byte of a word,
+    5 with ``read_cycles`` 2, or what the line needs.
 
     Parameters
     ----------
@@ -93,7 +93,6 @@ class AttitudeOutput(wiring.Component):
         m = Module()
         state = Signal(_State)
         place = Signal(2 + INDEX_BITS)
-        following = Signal.like(place)
         code = Signal.like(place)
         byte = Signal(8)
         last = Signal(4)
@@ -103,24 +102,19 @@ class AttitudeOutput(wiring.Component):
 
         value = self.port.value
         of_outputs = Signal()  # the last byte of the outputs
-        is_count = place[-2:].all()
+        # Header and stamp, outputs, counts: 16 places each.
+        region, index, part = place[-2:], place[2:6], place[:2]
+        of_counts, of_line, ends_word = region.all(), index[3], part.all()
+        unused = of_counts & ((part == 0) | (of_line & ~part[1]) | (~of_line & index[1:3].all()))
+        leap = of_outputs | (place == (Place.STAMP << 2 | 3))
+        following = Mux(leap, Cat(Const(0, 6), 1, region[0]), place + 1)
         m.d.comb += [
             self.port.index.eq(place[2:]),
             of_outputs.eq(place == Cat(Const(3, 2), last, Const(Place.OUTPUTS >> 4, 2))),
-            following.eq(place + 1),
         ]
-        with m.If(is_count & (place[:2] == 3)):
-            m.d.comb += following[:2].eq(Mux(place[5], 2, 1))
-        for at_end, place_after in (
-            (place == (Place.STAMP << 2 | 3), Place.OUTPUTS << 2),
-            (of_outputs, Place.RAWS << 2 | 1),
-            (place == (Place.RAWS + 5 << 2 | 3), Place.LINE << 2 | 2),
-        ):
-            with m.If(at_end):
-                m.d.comb += following.eq(place_after)
         m.d.sync += [
             code.eq(place),
-            ends.eq(Mux(record, place == (Place.LINE + 2 << 2 | 3), of_outputs)),
+            ends.eq(Mux(record, of_counts & of_line & index[1] & ends_word, of_outputs)),
             byte.eq(value.word_select(code[:2], 8)),
         ]
         with m.If(code == 3):  # the header's upper byte
@@ -148,6 +142,8 @@ class AttitudeOutput(wiring.Component):
                         m.d.sync += state.eq(_State.LOAD)
             with m.Case(_State.LOAD):
                 m.d.sync += state.eq(_State.FORM)
+                with m.If(unused):
+                    m.d.sync += [place.eq(following), state.eq(_State.FETCH)]
             with m.Case(_State.FORM):
                 m.d.sync += [
                     self.o.payload.data.eq(byte),

@@ -14,7 +14,7 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS
+from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS, TEST_BITS
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
@@ -257,6 +257,8 @@ class AttitudeSystem(wiring.Component):
             csr.diag_stat.eq(inertial.diag_stat),
             compass.time.eq(time),
             compass.mode.eq(csr.compass_mode),
+            compass.poll.eq(csr.compass_poll),
+            compass.slower.eq(csr.compass_baud),
             csr.compass_flags.eq(compass.flags),
             *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
         ]
@@ -381,7 +383,11 @@ class AttitudeSystem(wiring.Component):
                 m.d.sync += self.led_running.eq(~self.led_running)
         flags = self._inertial.flags
         m.d.sync += self.led_fault.eq(
-            ~flags.running | flags.link_error | flags.alarm | self._compass.flags.stale
+            ~flags.running
+            | flags.link_error
+            | flags.alarm
+            | self._compass.flags.stale
+            | self._inertial.diag_stat[min(TEST_BITS)]
         )
 
 

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from boresight.gateware.attitude.sensors.adis16385_device import TEST_BITS
 from boresight.gateware.attitude.system.plan import FRONT_NAMES, reset_word
 from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.gateware.core import Core
@@ -88,6 +89,9 @@ def _flags(flags: Mapping[str, str]) -> tuple[BitField, ...]:
     return tuple(BitField(name, bit, text) for bit, (name, text) in enumerate(flags.items()))
 
 
+_TESTED = tuple(BitField(name, bit, "failed in a self-test") for bit, name in TEST_BITS.items())
+
+
 @cache
 def _declared() -> tuple[Register, ...]:
     """The rows of ``registers.csv``."""
@@ -145,6 +149,7 @@ def system_registers(
         "inertial_flags": {"fields": inertial, "width": len(inertial)},
         "compass_flags": {"fields": compass, "width": len(compass)},
         "filter": {"names": tuple(filters), "width": max(1, (len(filters) - 1).bit_length())},
+        "diag_stat": {"fields": _TESTED},
         "order": {"fields": orders, "width": len(orders)},
     }
     return tuple(dataclasses.replace(r, **details.get(r.name, {})) for r in _declared())

@@ -67,6 +67,7 @@ def make_board(
         stall_s=setup.stall_s,
         startup_s=setup.startup_s,
         reset_s=setup.reset_s,
+        self_test_s=setup.self_test_s,
         period_s=1.0 / setup.rate_hz,
     )
     # The compass's waits scale with its lines.

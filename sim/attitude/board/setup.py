@@ -24,6 +24,8 @@ class Setup:
         SPI clock, and pause between frames.
     startup_s, reset_s : float
         Wait after the reset of the ADIS16385, and the length of that reset.
+    self_test_s : float
+        Wait for its self-test.
     rate_hz, lines_hz : int
         Samples and compass lines a second.
     ready_cycles : int
@@ -41,6 +43,7 @@ class Setup:
     stall_s: float = 16e-6
     startup_s: float = 0.3
     reset_s: float = 1e-3
+    self_test_s: float = 0.05
     rate_hz: int = 1024
     lines_hz: int = 8
     ready_cycles: int = 5_000
@@ -54,7 +57,7 @@ class Setup:
 
 
 #: As on the bench, but with short waits after power-up.
-REAL = Setup(startup_s=2e-3, compass_start_cycles=1_000_000)
+REAL = Setup(startup_s=2e-3, self_test_s=1e-3, compass_start_cycles=1_000_000)
 
 #: Sixteen times as fast, so that 500 samples take 3 million cycles.
 SCALED = Setup(
@@ -64,6 +67,7 @@ SCALED = Setup(
     stall_s=1e-6,
     startup_s=0.3e-3,
     reset_s=50e-6,
+    self_test_s=0.1e-3,
     rate_hz=16_384,
     lines_hz=128,
     ready_cycles=200,

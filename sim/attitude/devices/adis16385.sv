@@ -23,6 +23,8 @@
 //  11 lost_settings    settings are at their defaults, and stay there
 //  12 link_failure     DIAG_STAT bit 3
 //
+// +adis_self_test=BITS   bits of DIAG_STAT (hex) that a self-test, MSC_CTRL bit 10, sets at its end
+//
 // What the other side does wrong is printed and counted in `violations`.
 `default_nettype none
 module adis16385_device #(
@@ -35,6 +37,7 @@ module adis16385_device #(
     parameter int HALF_MIN = 25,              // fewest cycles of half a period of sclk
     parameter int SETUP_MIN = 5,              // fewest cycles from cs_n to sclk
     parameter int RESET_MIN = 1_000,          // fewest cycles of a reset pulse
+    parameter int SELF_TEST = 1_000,          // cycles of a self-test
     parameter int DOUT_DELAY = 10,            // cycles from the falling edge to the bit
     parameter int FAST = 8
 ) (
@@ -80,8 +83,11 @@ module adis16385_device #(
         endcase
     endfunction
 
-    integer log_file;
+    integer log_file, testing;
+    reg [15:0] failing;
     initial begin
+        testing = 0;
+        if (!$value$plusargs("adis_self_test=%h", failing)) failing = 16'h0;
         entries = 0;
         if ($value$plusargs("adis_faults=%s", path)) begin
             file = $fopen(path, "r");
@@ -262,6 +268,12 @@ module adis16385_device #(
             if (on[8]) die = 1'b1;
         end
         if (on[11]) defaults;
+        if (!memory[MSC][10]) testing = SELF_TEST;
+        else if (testing != 0) testing = testing - 1;
+        else begin
+            memory[MSC][10] = 1'b0;
+            diag_held = diag_held | failing;
+        end
 
         // Frames.
         falls = cs_before && !cs_n;

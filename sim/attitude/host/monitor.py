@@ -26,6 +26,8 @@ __all__ = ["RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
 
 #: Most bits per second.
 _BAUD_MOST = 100_000_000
+#: Longest command to the compass: with its line end as many bytes as wait on the board.
+_LINE_MOST = 14
 #: Writes that begin a record.
 _RECORDING = ("output_divider=1", "output_mode=record", f"order={INITIAL_STATES.mask}")
 _COLUMNS = (
@@ -213,7 +215,19 @@ def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, 
     """Registers to write, and what."""
     pairs = (_values(text) if text[:1] == "@" else [_assignment(text)] for text in writes)
     to_write = [(table.find(name), value) for name, value in chain.from_iterable(pairs)]
-    return [(register, word_of(register, value)) for register, value in to_write]
+    words = []
+    for register, value in to_write:
+        is_line = register.name == "compass_command" and value[0] in "*#"
+        if is_line and not (value.isascii() and len(value) <= _LINE_MOST):
+            raise InputError.at(
+                f"--write {register.name}",
+                wanted=f"a command of up to {_LINE_MOST} ASCII characters",
+                found=repr(value),
+                fix="shorten it",
+            )
+        texts = [str(0x100 | ord(c)) for c in f"{value}\r\n"] if is_line else [value]
+        words += [(register, word_of(register, text)) for text in texts]
+    return words
 
 
 def _readable(table: RegisterTable, reads: Sequence[str]) -> list[Register]:

@@ -26,7 +26,8 @@ from boresight.sim.records.record import TRUTH, Column, Record
 __all__ = ["log_of", "static_noise"]
 
 _RAW = tuple(f"{s}{a}_counts" for s in "ga" for a in "xyz")
-_LINE = ("line_x", "line_y", "line_z")
+_FIELD = tuple(f"m{a}_counts" for a in "xyz")
+_ANGLES = ("compass_heading_deg", "compass_pitch_deg", "compass_roll_deg")
 _FLAGS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
 
 
@@ -45,8 +46,8 @@ def log_of(
 
     ``t`` [s] from the first row on; the inputs of the filter; its outputs as ``NAME_true``;
     ``number``, ``stamp`` [cycles] and ``flags`` of the frame; the counts of the ADIS16385 (of
-    +-300 deg/s) and the three numbers of the compass's line, empty without a new one. Numbers are
-    exact.
+    +-300 deg/s), and of the compass's line its counts or its angles, empty without a new one.
+    Numbers are exact. ``restart`` is 1 where the filter began anew from its initial states.
 
     Parameters
     ----------
@@ -82,13 +83,13 @@ def log_of(
         )
     first = int(np.argmax(begins))
     filter = np.array([u.filter for u in updates])
-    ends = ~has_counts | (filter != filter[first]) | begins
-    ends[: first + 1] = False
+    ends = ~has_counts | (filter != filter[first])
+    ends[:first] = False
     last = int(np.argmax(ends)) if ends.any() else len(updates)
     rows, number = updates[first:last], np.asarray(numbers[first:last])
     notes = []
     if last < len(updates):
-        notes.append(f"the record ends after {last - first} rows, where the filter starts anew")
+        notes.append(f"the record ends after {last - first} rows, where the filter changes")
     gaps = np.flatnonzero(np.diff(number) != 1)
     if len(gaps):
         notes.append(f"an update is missing after row {gaps[0] + 1}: replay is exact up to there")
@@ -137,7 +138,12 @@ def _record(
     flags = np.array([u.flags for u in rows])
     raw = {"number": number, "stamp": stamp, "flags": flags}
     raw |= dict(zip(_RAW, counts.T, strict=True))
-    raw |= dict(zip(_LINE, np.where(used, line.T, np.nan), strict=True))
+    for names_of, kind, unit in ((_FIELD, COUNTS, 1.0), (_ANGLES, HEADING, 0.1)):
+        values = np.where(samples.line == kind, line.T * unit, np.nan)
+        raw |= dict(zip(names_of, values, strict=True))
+    restart = _flag(rows, "initial_states")
+    if restart[1:].any():
+        raw["restart"] = restart & (np.arange(len(rows)) > 0)
     return Record(source, {**columns, **{n: Column(v.astype(float)) for n, v in raw.items()}})
 
 

@@ -2,9 +2,14 @@
 
 import random
 
+import numpy as np
 import pytest
 
-from boresight.gateware.attitude.sensors.adis16385_device import CONFIG_FRAMES, RUN_FRAMES
+from boresight.gateware.attitude.sensors.adis16385_device import (
+    CONFIG_FRAMES,
+    RUN_FRAMES,
+    TEST_BITS,
+)
 from tests.support.attitude.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
 
@@ -63,7 +68,9 @@ def test_bits_of_diag_stat(bench: ReaderBench, bit: int) -> None:
     reader, wanted = bench.reader, []
     ends = [e + reader.burst_cycles for e in happened.edges if e > happened.samples[0].stamp - 3]
     for k, end in enumerate(ends):
-        temperature, before, now = -k, log[k][7], log[k + 1][7]
+        # Bits of a self-test are those read after one.
+        before, now = (0 if bit in TEST_BITS else row[7] for row in log[k : k + 2])
+        temperature = -k
         wanted += [(end - 8 * reader.spi.frame_cycles, temperature, before)] if k else []
         wanted += [(end - reader.spi.frame_cycles, temperature, now)] if now != before else []
     assert happened.latest == [each for each in wanted if each[0] < happened.samples[-1].time]
@@ -138,6 +145,23 @@ def test_restart_starts_over(bench: ReaderBench) -> None:
     # Numbers go on: edges are counted while the reader runs.
     numbers = [s.number for s in happened.samples]
     assert numbers == sorted(set(numbers))
+
+
+@pytest.mark.parametrize("failing", [0, 1 << 5 | 1 << 12, 0xFC20])
+def test_self_test_at_the_first_start_and_on_request(failing: int) -> None:
+    """What of it fails is told; the sensor is used. A start after a fault has none."""
+    bench, at = ReaderBench(scaled_reader(self_test_s=2e-3)), 60_000
+    happened = bench.run(cycles=120_000, restart=at, self_test=failing, faults=[(8, 26, "absent")])
+    mask = sum(1 << bit for bit in TEST_BITS)
+    told = [(time, diag & mask) for time, _, diag in happened.latest]
+    first = happened.samples[0].time
+    assert {bits for time, bits in told if first < time < 30_000} <= {failing}
+    assert told[0][1] == failing if failing else True
+    assert len(happened.times("restart")) == 2  # of the fault, and the one asked for
+    frames = [t for t in happened.frames if at < t < at + 20_000]
+    assert np.diff(frames).max() >= 2000  # the wait of the second self-test
+    assert told[-1][1] == failing
+    assert happened.violations == 0 and happened.samples[-1].time > 118_000 - PERIOD
 
 
 def test_slow_device_with_a_clock_of_its_own() -> None:

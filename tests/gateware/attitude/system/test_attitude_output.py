@@ -141,7 +141,7 @@ def test_frames_with_the_counts_of_the_sensors(outputs: int) -> None:
             ctx.set(bench.results.w_index, place)
             ctx.set(bench.results.w_data, word & 0xFFFF_FFFF)
             await ctx.tick()
-        await bench.update(ctx, words, pause=400)
+        await bench.update(ctx, words, pause=600)
 
     bench.run(test)
     (body,) = bench.bodies

@@ -66,9 +66,14 @@ def test_replay_with_faults(recorded: Path, tmp_path: Path, capsys) -> None:
     assert first > 20 and len(record) == UPDATES + 1 - first
     assert dt[0] == -0.25 and np.count_nonzero(dt < 0) == 3  # and after the reset, and an order
     assert np.count_nonzero(dt > 0.0015) >= 2 and np.count_nonzero(used) >= 2
-    assert np.array_equal(used, np.isfinite(record.numbers("line_x")))
+    assert np.array_equal(used, np.isfinite(record.numbers("compass_heading_deg")))
     assert (flags & 1 << 28).any()  # a stale compass
     assert differing(log, registers) == 0
+    (tmp_path / "early.bin").write_bytes((recorded / "capture.bin").read_bytes())
+    whole = tmp_path / "whole.parquet"
+    boresight.monitor(str(tmp_path / "early.bin"), register_map=registers, log=whole)
+    assert np.flatnonzero(read_record(whole).numbers("restart")).tolist() == [first - 1]
+    assert differing(whole, registers) == 0
     assert main(["accuracy", "mekf", str(log), "--param", f"@{registers}", "--gaps", "bridge"]) == 0
     assert "mekf" in capsys.readouterr().out
 
@@ -114,6 +119,16 @@ def test_a_port_is_told_to_record(recorded: Path, tmp_path: Path) -> None:
         table.find(n).address for n in ("output_mode", "output_divider", "order")
     )
     assert board.written == [(divider, 1), (mode, 2), (order, INITIAL_STATES.mask), (mode, 1)]
+
+
+def test_a_command_to_the_compass_as_text(recorded: Path, tmp_path: Path, capsys) -> None:
+    registers, command = str(recorded / "registers.json"), "compass_command=#Var=-3.5"
+    with SerialBoard({}) as board:
+        assert main(["monitor", board.port, "--map", registers, "--write", command]) == 0
+    sent = bytes(word & 0xFF for _, word in board.written)
+    assert sent == b"#Var=-3.5\r\n" and all(word >> 8 == 1 for _, word in board.written)
+    assert main(["monitor", "x", "--map", registers, "--write", f"{command}{'0' * 9}"]) == 2
+    assert "wanted a command of up to 14 ASCII characters" in capsys.readouterr().err
 
 
 def test_static_noise() -> None:

@@ -25,6 +25,7 @@ SCALED: Final[Mapping[str, float]] = {
     "stall_s": 30e-6,
     "startup_s": 3e-3,
     "reset_s": 100e-6,
+    "self_test_s": 0.0,
     "period_s": 2e-3,
 }
 #: Cycles between its samples.
@@ -150,6 +151,7 @@ class ReaderBench:
         restart: int | None = None,
         settings: tuple[int, int, int] | None = None,
         command: tuple[int, int] | None = None,
+        self_test: int = 0,
     ) -> Happened:
         """Let them run.
 
@@ -169,12 +171,15 @@ class ReaderBench:
             msc_ctrl, smpl_prd, sens_avg.
         command : (int, int), optional
             Cycle and frame of a command.
+        self_test : int
+            Bits of DIAG_STAT that a self-test sets.
         """
         limit = cycles if cycles is not None else 1000 * PERIOD + 100 * (samples or 0) * PERIOD
         plusargs: dict[str, object] = {
             "adis_log": "log.txt",
             "adis_faults": "faults.txt",
             "cycles": limit,
+            "adis_self_test": f"{self_test:x}",
         }
         if samples is not None:
             plusargs["samples"] = samples

@@ -20,6 +20,8 @@ CLOCK_HZ = 19_200 * _BIT
 LINE_CYCLES = round(CLOCK_HZ / LINES_HZ)
 
 _MODE, _COMMAND, _FAULTS, _END = range(4)
+#: Added to a mode: sentences are asked for.
+POLL = 4
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ def run_reader(
     faults: Iterable[tuple[float, float, str]] = (),
     slot_faults: Iterable[tuple[int, int, str]] = (),
     ppm: int = 0,
+    slower: int = 0,
 ) -> Happened:
     """Reader and compass for ``seconds`` of simulated time.
 
@@ -86,7 +89,7 @@ def run_reader(
     seconds : float
         How long.
     modes : iterable of (time, mode)
-        The reader's ``mode`` from a time on.
+        The reader's ``mode`` from a time on; `POLL` in addition.
     commands : iterable of (time, letter)
         Single commands.
     faults : iterable of (begin, end, name)
@@ -95,8 +98,10 @@ def run_reader(
         The same by slots of sentences.
     ppm : int
         How much longer the compass's bits are than the reader's, 1e-6.
+    slower : int
+        How often the rate of the line is halved.
     """
-    steps = [(time, _MODE, mode) for time, mode in modes]
+    steps = [(time, _MODE, mode | slower << 3) for time, mode in modes or [(0, 0)]]
     steps += [(time, _COMMAND, ord(letter)) for time, letter in commands]
     faults = list(faults)
     for time in {t for begin, end, _ in faults for t in (begin, end)}:
@@ -105,7 +110,7 @@ def run_reader(
         )
         steps.append((time, _FAULTS, active))
     steps.append((seconds, _END, 0))
-    run = _bench().run(
+    run = _bench(slower).run(
         {
             "hmr3300_ppm": ppm,
             "script": "script.txt",
@@ -127,7 +132,7 @@ def run_reader(
 
 
 @cache
-def _bench() -> Compiled:
+def _bench(slower: int) -> Compiled:
     reader = Hmr3300(clock_hz=CLOCK_HZ)
     return build(
         "hmr3300_device_bench",
@@ -137,7 +142,7 @@ def _bench() -> Compiled:
             "bench.sv": (Path(__file__).parent / "hmr3300_device_bench.sv").read_text(),
         },
         parameters={
-            "BIT": _BIT,
+            "BIT": _BIT << slower,
             "LINE": LINE_CYCLES,
             "STARTUP": round(0.8 * CLOCK_HZ),
             "ANSWER": round(0.001 * CLOCK_HZ),
