@@ -4,9 +4,9 @@ A world is named after its filter, and takes the place of a log::
 
     boresight check radar.py worlds.py:Radar
     boresight run radar.py worlds.py:Radar --levels float -o radar.csv
-    boresight montecarlo radar.py worlds.py:Radar
+    boresight montecarlo worlds.py:Radar radar.py
 
-``Radar(n=2000)`` gives 2,000 samples; ``seed`` draws other noise.
+``Uwb(n=2000)`` gives 2,000 samples; ``seed`` draws other noise.
 """
 
 import numpy as np

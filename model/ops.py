@@ -72,6 +72,9 @@ def _call(kind: str, *numbers: Any) -> Any:
     return operation.numpy(*numbers)
 
 
+#: A bound that is reached exactly, with room for rounding.
+_ABOVE = 1.0 + 2.0**-10
+
 #: Units of angles other than half turns: what makes half turns of them, and a full turn.
 ANGLES = {
     **dict.fromkeys(("rad", "radian", "radians"), ("x / math.pi", 2.0 * math.pi)),
@@ -295,8 +298,19 @@ def atan2_ht(y: Any, x: Any) -> Any:
 
 
 def inverse(matrix: Any, least: float | None = None) -> Any:
-    """Inverse (n, n) of a symmetric positive definite matrix; see `solve`."""
-    return solve(matrix, np.eye(len(matrix)), least)
+    """Inverse (n, n) of a symmetric positive definite matrix; see `solve`.
+
+    Of S >= diag(r), an element is at most 1 / sqrt(r_i r_j).
+    """
+    s = np.asarray(matrix, dtype=object)
+    result = solve(s, np.eye(len(s)), least)
+    r = [_interval(s[i, i])[0] if least is None else least for i in range(len(s))]
+    for i, j in np.ndindex(s.shape):
+        if isinstance(result[i, j], Scalar):
+            edge = _ABOVE / math.sqrt(r[i] * r[j])
+            low = 0.0 if i == j else -edge
+            result[i, j] = bounded(result[i, j], low, edge, "inverse of a covariance")
+    return result
 
 
 def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
@@ -312,9 +326,8 @@ def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
         Only the lower triangle is read.
     right : (n,) or (n, m)
     least : float, optional
-        Least pivot, such as the least eigenvalue; by default the least value of each element of
-        the diagonal, which is right for a sum of a covariance and a diagonal matrix. It is a claim,
-        which `check` tests.
+        Least eigenvalue; by default the least value of each element of the diagonal, which is right
+        for a sum of a covariance and a diagonal matrix. It is a claim, which `check` tests.
 
     Returns
     -------
