@@ -237,13 +237,21 @@ class _Fit:
             np.array([turn[k] for turn in turns]).reshape(-1, *shape)
             for k, shape in enumerate(shapes)
         ]
-        # Noise of a line across the sphere, and how much further out than |m| it lies.
+        # The point of the sphere that a line stands for, by its noise: what is left of the noise
+        # there does not depend on the distance. A mean distance comes from noise along the sphere.
         y = self.data.swing @ self.m[2].T - self.d[2]
-        out = y / np.linalg.norm(y, axis=1, keepdims=True)
-        covariance = self.m[2] * self.counts_variance[2] @ self.m[2].T
-        across = np.einsum("ni,ij,nj->n", out, covariance, out)
+        norm, covariance = (
+            np.linalg.norm(self.m_n),
+            self.m[2] * self.counts_variance[2] @ self.m[2].T,
+        )
+        beyond = np.linalg.norm(y, axis=1) - norm
+        out = y / (norm + beyond)[:, None]
+        along = out @ covariance
+        self.foot = y - along * (beyond / (along * out).sum(axis=1))[:, None]
+        out = self.foot / np.linalg.norm(self.foot, axis=1, keepdims=True)
+        across = ((out @ covariance) * out).sum(axis=1)
         self.line_sd = np.sqrt(across)
-        self.further = (np.trace(covariance) - across) / (2.0 * np.linalg.norm(self.m_n))
+        self.beyond = beyond - (np.trace(covariance) - across) / (2.0 * norm)
 
     def _turn(self, turn: Turn) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """A turn as quaternion, its change with E and with d, and its weight.
@@ -310,9 +318,9 @@ class _Fit:
         moved = quaternion_multiply(q[first], turn)
         moved = quaternion_multiply(moved, rotation_vector_to_quaternion(change))
         parts["turns"] = np.einsum("nij,nj->ni", weight, _between(moved, q[first + 1]))
-        y = self.data.swing @ ((np.eye(3) + e[2]) @ self.m[2]).T - self.d[2] - d[2]
-        beyond = np.linalg.norm(y, axis=1) - np.linalg.norm(self.m_n) - self.further
-        parts["swing"] = beyond / self.line_sd
+        moved = self.foot + (self.foot + self.d[2]) @ e[2].T - d[2]
+        change = np.linalg.norm(moved, axis=1) - np.linalg.norm(self.foot, axis=1)
+        parts["swing"] = (self.beyond + change) / self.line_sd
         return {name: part / self.scale.get(name, 1.0) for name, part in parts.items()}
 
     def _uncertainty(self, jacobian: FloatArray, residuals: FloatArray) -> None:
