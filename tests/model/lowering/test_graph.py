@@ -1,6 +1,5 @@
 """The traced graph: folding, merging, intervals, conditions, refusals."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.graph import Node
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import nodes_of
 
@@ -82,14 +81,6 @@ def test_conditions_of_unlike_size_combine(trace: Any, word: int, span: float) -
     )
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
-
-
-@pytest.mark.parametrize(("line", "where"), [("", "unit: "), ("f.py, line 3", "f.py, line 3: ")])
-def test_a_constant_that_is_no_number_is_refused_where_it_is_made(line: str, where: str) -> None:
-    graph = Graph("unit")
-    graph.line = line
-    with pytest.raises(InputError, match=f"^{where}wanted finite constants"):
-        graph.const(math.inf)
 
 
 @pytest.mark.parametrize(

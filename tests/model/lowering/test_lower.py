@@ -221,27 +221,6 @@ def test_unit_ht_is_the_words_own_format_only_within_one_turn() -> None:
     assert [program.values[n].frac for n in program.inputs] == [31, 27]
 
 
-def test_states_exchange_their_values() -> None:
-    """A state may be replaced by another state as it was before the update."""
-    g = Tracer("swap")
-    a, b = g.leaf("state", "a", -1.0, 1.0), g.leaf("state", "b", -4.0, 4.0)
-    program = lower(
-        Trace(g, [], {"a": a, "b": b}, states=[(a, 0.5, 0.25 * b), (b, -2.0, 4.0 * a)]),
-        Arithmetic(),
-    )[0]
-    machine = Interpreter(program)
-    seen = [
-        [
-            float(program.format(n).real(w[0]))
-            for n, w in zip(
-                program.outputs, machine.update(np.zeros((0, 1), np.int64))[0], strict=True
-            )
-        ]
-        for _ in range(3)
-    ]
-    assert seen == [[0.5, -2.0], [-0.5, 2.0], [0.5, -2.0]]
-
-
 # -- refusals -------------------------------------------------------------------------------------
 
 

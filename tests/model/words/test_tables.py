@@ -42,15 +42,6 @@ def domain(table: Table, count: int = 60_000) -> Any:
     return np.sort(np.concatenate([x, borders, np.nextafter(borders[1:], 0.0)]))
 
 
-def quantisation(table: Table, arith: Any) -> Any:
-    """Largest effect of rounding the coefficients, all of one sign at worst."""
-    formats = coefficient_formats(table, arith)
-    c0 = table.coefficients()[:, 0].max()
-    return sum(0.5 * f.lsb for f in formats) + 0.5 * formats[0].lsb * (
-        c0 > formats[0].max
-    )  # a range that ends at a power of two
-
-
 def cubic(c: Any, table: Table, x: Any) -> Any:
     """The piecewise cubic with coefficients ``c`` in float64."""
     position = x * table.segments_per_unit
@@ -64,20 +55,6 @@ def test_the_cubic_is_within_its_bound(table: Table) -> None:
     x = domain(table)
     error = np.abs(cubic(table.coefficients(), table, x) - FUNCTIONS[table.name](x)).max()
     assert 0.8 * CUBIC[table.name] < error < CUBIC[table.name]
-
-
-@pytest.mark.parametrize("word", range(18, 33))
-@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
-def test_quantised_coefficients_cost_little(table: Table, word: int) -> None:
-    arith = Arithmetic(word=word)
-    formats = coefficient_formats(table, arith)
-    memory = np.array(table_memory(arith)).reshape(-1, BLOCK_WORDS // 4, 4)
-    words = memory[table.block, table.first : table.last + 1]
-    c = np.stack([f.real(words[:, k]) for k, f in enumerate(formats)], axis=1)
-    assert quantisation(table, arith) < 1.1 * table.result_format(arith).lsb
-    x = domain(table, 20_000)
-    error = np.abs(cubic(c, table, x) - FUNCTIONS[table.name](x)).max()
-    assert error < CUBIC[table.name] + quantisation(table, arith)
 
 
 #: The same functions to any precision.
