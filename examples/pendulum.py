@@ -1,10 +1,8 @@
 """Angle and rate of a pendulum from the bob's sideways position: an extended Kalman filter.
 
-``pendulum.csv`` is a pendulum that is pushed now and then, seen with 2 cm of noise, with its
-truth::
+After Särkkä, Bayesian Filtering and Smoothing (2013), example 5.1::
 
-    boresight check pendulum.py pendulum.csv
-    boresight accuracy pendulum.py pendulum.csv
+    boresight check pendulum.py worlds.py:Pendulum
 
 The Jacobians are derived: by the sine, F and H depend on the angle. Where the bob is at its turning
 point the derivative of the measurement is near zero and it says nothing.
