@@ -17,6 +17,7 @@ _RESULT = {
     Overflow.SAT: "saturate(acc, &saturated)",
     Overflow.CLIP: "clip(acc)",
     Overflow.WRAP: "wrap(acc)",
+    Overflow.RANGE: "overflow(acc, &beyond)",
 }
 
 
@@ -69,7 +70,7 @@ class Body:
         self.state_members = unique(names[n] for n in self.states)
         ports = zip(program.outputs, program.ports, strict=False)  # made by hand: no ports
         self._units = {number: port.unit for number, port in ports}
-        self.output_members = unique(program.output_names, reserved=["saturated"])
+        self.output_members = unique(program.output_names, reserved=["saturated", "beyond"])
 
     def head(self, suffix: str, brief: str) -> str:
         """First comment of a file."""
@@ -178,7 +179,7 @@ class Body:
             for n, member in zip(numbers, members, strict=True)
             if n in read
         ]
-        lines.append("bool saturated = false;")
+        lines += ["bool saturated = false;", "bool beyond = false;"]
         if p.ops:
             lines.append("uint64_t acc; // accumulator, modulo 2^64")
         if any(_flag(op) is not None for op in p.ops):

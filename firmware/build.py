@@ -170,6 +170,8 @@ class CModel:
     ----------
     library : Path
         The compiled library, with its sources beside it.
+    beyond : bool (n,)
+        Whether an input of each update of the last call was beyond its declared range.
     """
 
     def __init__(
@@ -187,6 +189,7 @@ class CModel:
         words = array_of(np.int32)
         self._files, self._cache = files or emit_c(program), cache
         self.library = compiled_library(self._files, cflags=self.cflags, cache=cache)
+        self.beyond: BoolArray = np.zeros(0, dtype=np.bool_)
         self._memory, self._call = instance(
             self.library,
             set_param=(count, word),
@@ -279,11 +282,12 @@ class CModel:
     ) -> tuple[IntArray, BoolArray]:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
-        saturated = np.empty(len(words), dtype=np.uint8)
+        flags = np.empty(len(words), dtype=np.uint8)
         state_words = None if states is None else states.ctypes
-        self._call["run"](len(words), words, outputs, saturated, state_words)
+        self._call["run"](len(words), words, outputs, flags, state_words)
+        self.beyond = flags > 1
         # Each output's words side by side in memory, as they are used.
-        return outputs.astype(np.int64, order="F"), saturated.view(np.bool_)
+        return outputs.astype(np.int64, order="F"), (flags & 1).view(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
         """Run one update and return all its words by value number.
@@ -345,7 +349,9 @@ def _every_word(body: Body) -> str:
             f"{name}_in_t *const in = &row;",
             "(void) in;",
             *(line.replace("in.", "row.", 1) for line in load(body, "")),
-            *body.statements(after=[*dump, "(void) saturated;"], every_word=True, behind=count),
+            *body.statements(
+                after=[*dump, "(void) saturated;", "(void) beyond;"], every_word=True, behind=count
+            ),
         ],
     )
 

@@ -104,14 +104,17 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
         f"out->{member} = {body.word(n)};"
         for n, member in zip(p.outputs, body.output_members, strict=True)
     ]
-    update = body.statements(after=[*after, "out->saturated = saturated;"])
+    update = body.statements(after=[*after, "out->saturated = saturated;", "out->beyond = beyond;"])
     members = {
         "params": _members(body, body.params, body.param_members),
         "state": _members(body, body.states, body.state_members),
         "in": _members(body, p.inputs, body.input_members),
         "out": _members(body, p.outputs, body.output_members),
     }
-    members["out"].append("bool saturated; // a result of this update was clamped")
+    members["out"] += [
+        "bool saturated; // a result of this update was clamped",
+        "bool beyond; // an input of this update was beyond its declared range",
+    ]
     return {
         f"{name}.h": header(
             name,

@@ -130,6 +130,13 @@ static inline int32_t wrap(const uint64_t acc) {
     const uint64_t q = (uint64_t) shift_right(to_signed(acc), GUARD);
     return (int32_t) ((int64_t) ((q + half) & ((half << 1) - 1u)) - (int64_t) half);
 }""",
+    "overflow": """\
+// Result of an accumulator modulo 2^WORD; raises the flag where it does not fit
+static inline int32_t overflow(const uint64_t acc, bool *const beyond) {
+    const int64_t q = shift_right(to_signed(acc), GUARD);
+    *beyond = *beyond || q > WORD_MAX || q < WORD_MIN;
+    return wrap(acc);
+}""",
 }
 
 

@@ -40,7 +40,7 @@ def _run(body: Body) -> str:
         *load(body, f"k * {n_in}u + "),
         f"{name}_update(self, &in, &out);",
         *store,
-        "saturated[k] = out.saturated ? 1u : 0u;",
+        "flags[k] = (uint8_t) ((out.saturated ? 1u : 0u) | (out.beyond ? 2u : 0u));",
         "if (states != NULL) {",
         *(
             f"    states[k * {n_states}u + {j}u] = self->state.{member};"
@@ -50,11 +50,11 @@ def _run(body: Body) -> str:
     ]
     return (
         f"// Runs updates: inputs[n_updates][{n_in}] -> outputs[n_updates][{n_out}], "
-        "saturated[n_updates],\n"
+        "flags[n_updates],\n"
         f"// and, unless it is NULL, states[n_updates][{n_states}]: the words after each update.\n"
     ) + block(
         f"void {name}_run({name}_t *const self, const size_t n_updates, "
-        "const int32_t *const inputs,\n    int32_t *const outputs, uint8_t *const saturated, "
+        "const int32_t *const inputs,\n    int32_t *const outputs, uint8_t *const flags, "
         "int32_t *const states)",
         [
             "(void) inputs;",
@@ -72,14 +72,14 @@ def _each(body: Body) -> str:
     name, n_in, n_out = body.name, len(body.program.inputs), len(body.program.outputs)
     return (
         f"// Runs one update of each of n estimators: inputs[n][{n_in}] -> outputs[n][{n_out}], "
-        "saturated[n].\n"
+        "flags[n].\n"
     ) + block(
         f"void {name}_each({name}_t *const all, const size_t n, const int32_t *const inputs,\n"
-        "    int32_t *const outputs, uint8_t *const saturated)",
+        "    int32_t *const outputs, uint8_t *const flags)",
         [
             "for (size_t k = 0u; k < n; k++) {",
             f"    {name}_run(&all[k], 1u, inputs + k * {n_in}u, outputs + k * {n_out}u, "
-            "saturated + k, NULL);",
+            "flags + k, NULL);",
             "}",
         ],
     )
@@ -96,9 +96,9 @@ def host_source(body: Body) -> str:
         f"size_t {name}_size(void);\n"
         f"void {name}_set_param({name}_t *self, size_t number, int32_t word);\n"
         f"void {name}_run({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
-        "    int32_t *outputs, uint8_t *saturated, int32_t *states);\n"
+        "    int32_t *outputs, uint8_t *flags, int32_t *states);\n"
         f"void {name}_each({name}_t *all, size_t n, const int32_t *inputs, int32_t *outputs,\n"
-        "    uint8_t *saturated);",
+        "    uint8_t *flags);",
         banner("Functions"),
         "// Bytes of an estimator.\n"
         + block(f"size_t {name}_size(void)", [f"return sizeof({name}_t);"]),

@@ -29,6 +29,11 @@ class ManyCModels:
     runs : int
     cache : Path or None
         See `build.compiled_library`.
+
+    Attributes
+    ----------
+    beyond : bool (runs,)
+        As `build.CModel.beyond`, of the last update.
     """
 
     def __init__(self, program: Program, runs: int, *, cache: Path | None = None) -> None:
@@ -46,6 +51,7 @@ class ManyCModels:
         self._each = getattr(library, f"{stem}_each")
         self._each.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *3 * (ctypes.c_void_p,)]
         self._each.restype = None
+        self.beyond: BoolArray = np.zeros(runs, dtype=np.bool_)
 
     def reset(self) -> None:
         """Set the states of every run to their reset words."""
@@ -75,8 +81,9 @@ class ManyCModels:
             raise ValueError(f"inputs must be int32 {wanted}, not {inputs.dtype} {inputs.shape}")
         words = np.ascontiguousarray(inputs)
         outputs = np.empty((self.runs, len(self.program.outputs)), dtype=np.int32)
-        saturated = np.empty(self.runs, dtype=np.uint8)
+        flags = np.empty(self.runs, dtype=np.uint8)
         self._each(
-            self._memory, self.runs, words.ctypes.data, outputs.ctypes.data, saturated.ctypes.data
+            self._memory, self.runs, words.ctypes.data, outputs.ctypes.data, flags.ctypes.data
         )
-        return outputs, saturated.astype(np.bool_)
+        self.beyond = flags > 1
+        return outputs, (flags & 1).astype(np.bool_)

@@ -22,6 +22,8 @@ from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refut
 
 __all__ = ["validate_c"]
 
+#: Flags of an update, local variables and members of ``out``.
+_FLAGS = ("saturated", "beyond")
 #: Declarations of the standard headers.
 _TYPES = "".join(
     f"typedef int {name};" for name in ("int32_t", "int64_t", "uint32_t", "uint64_t", "bool")
@@ -134,7 +136,7 @@ class _File:
         for statement in self._body("update"):
             update.run(statement)
             self._check_local(statement, update, meaning)
-        outputs = self._places("out", "out", range(len(p.outputs)), extra=["saturated"])
+        outputs = self._places("out", "out", range(len(p.outputs)), extra=_FLAGS)
         following = dict(p.states)
         wanted = {place: meaning.values[p.outputs[k]] for place, k in outputs.items()}
         wanted |= {
@@ -148,8 +150,8 @@ class _File:
                     f"{self.name}.c: {place} must be {terms.text(term)}, "
                     f"not {'undefined' if word is None else terms.text(word)}"
                 )
-        if update.saturated != meaning.saturated or update.flag_written != "last":
-            raise Refuted(f"{self.name}.c: out.saturated must be that of all saturating results")
+        if update.flagged != meaning.flagged or update.flags_written != {*_FLAGS}:
+            raise Refuted(f"{self.name}.c: {' and '.join(_FLAGS)} must be those of all results")
 
     def _check_local(self, statement: c_ast.Node, update: _Update, meaning: Meaning) -> None:
         """Check a local word, ``v<number of the value>_<name>``, so that the first is named."""
@@ -204,9 +206,9 @@ class _Update:
         self.terms = terms
         #: Members of structures, and local words.
         self.places = dict(places)
-        self.saturated: set[int] = set()
-        #: Whether ``out->saturated`` is written: "", "last", or "early" (before another result).
-        self.flag_written = ""
+        self.flagged: set[int] = set()
+        #: Members of ``out`` with the flags, written after the last result that raises one.
+        self.flags_written: set[str] = set()
         #: The sum, None for the rounding half.
         self.acc: int | None = terms.symbol("acc undefined")
         self.flag = self.count = self.index = -1
@@ -217,10 +219,10 @@ class _Update:
         if isinstance(statement, c_ast.Cast):
             return
         if isinstance(statement, c_ast.Decl):
-            if statement.init is not None and statement.name != "saturated":
+            if statement.init is not None and statement.name not in _FLAGS:
                 self.places[statement.name] = self._word(statement.init)
             elif statement.init is not None and _text(statement.init) != "false":
-                raise _Unread("saturated must begin as false")
+                raise _Unread(f"{statement.name} must begin as false")
             return
         if not isinstance(statement, c_ast.Assignment):
             raise _Unread(f"{type(statement).__name__} is no statement of an update")
@@ -229,10 +231,10 @@ class _Update:
             getattr(self, f"_set_{place}")(statement.op, statement.rvalue)
         elif statement.op != "=":
             raise _Unread(f"{place} {statement.op}")
-        elif place == "out.saturated":
-            if _text(statement.rvalue) != "saturated":
-                raise _Unread("out.saturated must be saturated")
-            self.flag_written = "last"
+        elif (flag := place.removeprefix("out.")) in _FLAGS:
+            if _text(statement.rvalue) != flag:
+                raise _Unread(f"{place} must be {flag}")
+            self.flags_written.add(flag)
         else:
             self.places[place] = self._word(statement.rvalue)
 
@@ -321,15 +323,15 @@ class _Update:
     def _result(self, function: str, arguments: list[c_ast.Node]) -> int:
         if function == "fraction":
             return self.terms.fraction(self._word(arguments[0]))
-        flagged = ["&saturated"] if function == "saturate" else []
-        if function not in ("saturate", "clip", "wrap") or self.acc is None:
+        flag = {"saturate": ["&saturated"], "overflow": ["&beyond"]}.get(function, [])
+        if not flag and function not in ("clip", "wrap") or self.acc is None:
             raise _Unread(f"{function} of a word")
-        if [_text(x) for x in arguments] != ["acc", *flagged]:
+        if [_text(x) for x in arguments] != ["acc", *flag]:
             raise _Unread(f"{function} must be of acc")
-        word = self.terms.result(self.acc, wrap=function == "wrap")
-        if flagged and self.terms.is_clamp(word):
-            self.saturated.add(word)
-            self.flag_written = "early" if self.flag_written else ""
+        word = self.terms.result(self.acc, wrap=function in ("wrap", "overflow"))
+        if flag and self.terms.may_overflow(word):
+            self.flagged.add(word)
+            self.flags_written.clear()
         return word
 
 

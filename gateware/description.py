@@ -59,6 +59,7 @@ def core_pins(word: int) -> tuple[Pin, ...]:
     """Ports of the module ``core`` with words of ``word`` bits, in order."""
     payload = f"put record: bit {word} last, below it a word"
     clamped = "a result of the last complete update was clamped"
+    beyond = "an input word of the last complete update was beyond its declared range"
     return (
         Pin("input", "clk", 1, "clock; everything happens at its rising edge"),
         Pin("input", "rst", 1, "reset, synchronous, active high"),
@@ -75,6 +76,7 @@ def core_pins(word: int) -> tuple[Pin, ...]:
         Pin("output", "bus__r_data", word, "word at the addr of the cycle before"),
         Pin("input", "restart", 1, "the next update begins from the initial states"),
         Pin("output", "saturated_update", 1, clamped),
+        Pin("output", "beyond_update", 1, beyond),
     )
 
 

@@ -23,6 +23,7 @@ from boresight.model.lowering.lower import lower
 from boresight.model.lowering.misuse import repeatable
 from boresight.model.lowering.profile import Profile
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.lowering.watch import watched
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
@@ -278,6 +279,8 @@ class Estimator:
         trace = self.record()
         profile = self.profile and self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), profile)
+        raw = (n for n, i in zip(program.inputs, self.inputs, strict=True) if not i.clamp)
+        program = watched(program, raw)
         bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
         meanings = [o.meaning or bits * (o.name == "status") for o in self.outputs]
         ports = tuple(

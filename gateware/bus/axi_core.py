@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, ResetSignal, Shape
+from amaranth.hdl import ClockDomain, ClockSignal, Instance, Module, ResetSignal, Shape
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Member, Out, Signature
 
@@ -27,7 +27,9 @@ _MEMBERS = {
     **_flat("s_axis", AxiStreamSignature().flip()),
     **_flat("m_axis", AxiStreamSignature()),
     **_flat("s_axi", AxiLiteSignature(address=_ADDRESS + 2).flip()),
+    "restart": In(1),
     "saturated_update": Out(1),
+    "beyond_update": Out(1),
 }
 
 
@@ -59,8 +61,8 @@ class AxiCore(wiring.Component):
         Address of a read.
     s_axi_rdata : Out(32), s_axi_rresp : Out(2), s_axi_rvalid : Out(1), s_axi_rready : In(1)
         Its response.
-    saturated_update : Out(1)
-        A result of the last complete update was clamped.
+    restart : In(1), saturated_update, beyond_update : Out(1)
+        As those of the core.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -93,8 +95,9 @@ class AxiCore(wiring.Component):
             i_bus__w_stb=slave.bus.w_stb,
             o_bus__w_ack=slave.bus.w_ack,
             o_bus__r_data=slave.bus.r_data,
-            i_restart=Const(0),
+            i_restart=self.restart,
             o_saturated_update=self.saturated_update,
+            o_beyond_update=self.beyond_update,
         )
         return m
 

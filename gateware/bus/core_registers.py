@@ -73,16 +73,19 @@ class Registers(wiring.Component):
         The selected program has to restart.
     start : In(1), anew : Out(1)
         The program begins; it has to restart, which is done with this cycle.
-    saturated : In(1)
-        A sticky result saturates in this cycle.
+    en : In(1)
+        Clock enable of the machine.
+    saturated, beyond : In(1)
+        With ``en``: a sticky result saturates in this cycle; an input word is found beyond its
+        range.
     framing : In(1)
-        An update is abandoned with this cycle.
+        An update is abandoned with this cycle, only with ``en``.
     commit : In(1)
-        An update is complete with this cycle.
+        An update is complete with this cycle, only with ``en``.
     idle, parity : In(1)
         For the status register.
-    saturated_update : Out(1)
-        The last completed update saturated.
+    saturated_update, beyond_update : Out(1)
+        The last completed update saturated; had an input word beyond its range.
     """
 
     def __init__(
@@ -108,12 +111,15 @@ class Registers(wiring.Component):
                 "restart": In(1),
                 "start": In(1),
                 "anew": Out(1),
+                "en": In(1),
                 "saturated": In(1),
+                "beyond": In(1),
                 "framing": In(1),
                 "commit": In(1),
                 "idle": In(1),
                 "parity": In(1),
                 "saturated_update": Out(1),
+                "beyond_update": Out(1),
             }
         )
 
@@ -149,11 +155,8 @@ class Registers(wiring.Component):
             with m.If(self.grant & self.switch & ~inner):
                 m.d.sync += self.program.eq(bus.w_data)
 
-        saturated, framing, updates = self._flags(m, bus.w_stb & fixed & ~offset.any())
-        flags = {
-            **{"saturated": saturated, "framing": framing},
-            **{"idle": self.idle, "parity": self.parity},
-        }
+        flags, updates = self._flags(m, bus.w_stb & fixed & ~offset.any())
+        flags |= {"idle": self.idle, "parity": self.parity}
         # A shift by 0 would be a separate cell.
         bits = (flags[f.name] << f.bit if f.bit else flags[f.name] for f in STATUS.fields)
         with m.Switch(offset):
@@ -185,26 +188,29 @@ class Registers(wiring.Component):
             return Const(0)
         return self.bus.addr[lower.bit_length() - 1]
 
-    def _flags(self, m: Module, cleared: Value) -> tuple[Signal, Signal, Signal]:
+    def _flags(self, m: Module, cleared: Value) -> tuple[dict[str, Value], Signal]:
         """Sticky flags, which a write clears, and the number of updates."""
-        saturated, framing, pending = (Signal(name=n) for n in ("saturated", "framing", "pending"))
+        flags: dict[str, Value] = {}
         updates = Signal(self.machine.arithmetic.word)
         written: Any = data.View(
             layout_of(STATUS.fields, width=len(self.bus.w_data)), self.bus.w_data
         )
-        with m.If(cleared):
-            m.d.sync += [
-                saturated.eq(saturated & ~written.saturated),
-                framing.eq(framing & ~written.framing),
-            ]
-        with m.If(self.saturated):
-            m.d.sync += [saturated.eq(1), pending.eq(1)]
-        with m.If(self.framing):
-            m.d.sync += [framing.eq(1), pending.eq(0)]
+        for name, event in (
+            ("saturated", self.saturated & self.en),
+            ("beyond", self.beyond & self.en),
+            ("framing", self.framing),
+        ):
+            flags[name] = flag = Signal(name=name)
+            m.d.sync += flag.eq(event | flag & ~(cleared & written[name]))
+        for event, last in (
+            (self.saturated, self.saturated_update),
+            (self.beyond, self.beyond_update),
+        ):
+            pending = Signal(name=f"{last.name}_pending")
+            with m.If(self.en):
+                m.d.sync += pending.eq((pending | event) & ~(self.framing | self.commit))
+            with m.If(self.commit):
+                m.d.sync += last.eq(pending | event)
         with m.If(self.commit):
-            m.d.sync += [
-                self.saturated_update.eq(pending | self.saturated),
-                pending.eq(0),
-                updates.eq(updates + 1),
-            ]
-        return saturated, framing, updates
+            m.d.sync += updates.eq(updates + 1)
+        return flags, updates

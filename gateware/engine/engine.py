@@ -52,8 +52,8 @@ class Engine(wiring.Component):
         Parameters and status (`gateware.bus.core_registers`).
     restart : In(1)
         The next update of the selected program begins from its initial states.
-    saturated_update : Out(1)
-        A sticky result of the last completed update saturated.
+    saturated_update, beyond_update : Out(1)
+        A sticky result of the last completed update saturated; an input word was beyond its range.
     choice : In, chosen, framing, restarting : Out(1)
         With a selector: the program that shall run (`gateware.bus.core_registers`), whether it did
         in the cycle before, a pulse when an update is abandoned, and whether initial states are
@@ -75,6 +75,7 @@ class Engine(wiring.Component):
                 "bus": In(BusSignature(word=word)),
                 "restart": In(1),
                 "saturated_update": Out(1),
+                "beyond_update": Out(1),
                 **(port if selector else {}),
             }
         )
@@ -99,6 +100,7 @@ class Engine(wiring.Component):
             *self._control(sequencer, registers),
             registers.parity.eq(parity),
             self.saturated_update.eq(registers.saturated_update),
+            self.beyond_update.eq(registers.beyond_update),
             operands.en.eq(sequencer.en),
             operands.parity.eq(parity),
         ]
@@ -115,11 +117,14 @@ class Engine(wiring.Component):
         # The choice among a lane's writes from outside does not depend on the handshakes; these
         # only affect the write enable.
         claimed = sequencer.word.get & sequencer.claim
-        saturated = [
+        raised = [
             self._lane(m, k, sequencer, operands, claimed=claimed, granted=granted)
             for k in range(machine.lanes)
         ]
-        m.d.comb += registers.saturated.eq(Cat(saturated).any())
+        for flag, lanes in zip(
+            (registers.saturated, registers.beyond), zip(*raised, strict=True), strict=True
+        ):
+            m.d.comb += flag.eq(Cat(lanes).any())
         return m
 
     def _streams(self, sequencer: Sequencer, emitted: Value) -> list[Any]:
@@ -144,6 +149,7 @@ class Engine(wiring.Component):
             sequencer.request.eq(registers.request),
             sequencer.switch.eq(registers.switch),
             registers.grant.eq(sequencer.grant),
+            registers.en.eq(sequencer.en),
             registers.framing.eq(sequencer.framing),
             registers.commit.eq(sequencer.commit & ~sequencer.restarting),
             registers.idle.eq(sequencer.idle),
@@ -158,8 +164,8 @@ class Engine(wiring.Component):
         *,
         claimed: Value,
         granted: Value,
-    ) -> Value:
-        """Lane k between its operands and its bank; whether a result of it saturated.
+    ) -> tuple[Value, Value]:
+        """Lane k between its operands and its bank; whether it saturated, and found a word beyond.
 
         Lane 0 also writes input words, every lane parameters of its bank.
         """
@@ -167,7 +173,8 @@ class Engine(wiring.Component):
         word = sequencer.word
         fields = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
         write = sequencer.write[k]
-        saturated = lane.saturated & write
+        writes = sequencer.active & fields["we"]  # if enabled
+        raised = lane.saturated & writes, lane.beyond & writes
         offset: Value = self.bus.addr
         if self.machine.bus_bank_words < self.machine.bank_depth:  # the next bank's begin sooner
             offset = offset[: (self.machine.bus_bank_words - 1).bit_length()]
@@ -196,7 +203,7 @@ class Engine(wiring.Component):
             operands.w_addr[k].eq(Mux(claimed, offset, fields["dest"])),
             operands.w_data[k].eq(lane.result),
         ]
-        return saturated
+        return raised
 
     def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
         """Parity of the selected program: the current copy of its states."""

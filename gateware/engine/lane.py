@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
@@ -81,8 +83,8 @@ class Lane(wiring.Component):
         Outside words.
     result : Out(W)
         Word to write.
-    saturated : Out(1)
-        The result was clamped and is marked sticky.
+    saturated, beyond : Out(1)
+        The result is marked sticky and was clamped, or overflowed modulo 2^W.
     """
 
     def __init__(self, *, machine: Machine, sources: int = 1) -> None:
@@ -105,6 +107,7 @@ class Lane(wiring.Component):
                 "words": In(word).array(sources),
                 "result": Out(word),
                 "saturated": Out(1),
+                "beyond": Out(1),
             }
         )
 
@@ -253,14 +256,23 @@ class Lane(wiring.Component):
         for k, bits in enumerate(groups):
             m.submodules[f"differs{k}"] = unit = Bitwise(function=_differs, inputs=1 + len(bits))
             differs.append(unit.connect(m, negative, *bits))
-        clamp: Value = Signal()
-        m.d.comb += clamp.eq(Cat(differs).any() & ~self.wrap)
+        m.submodules.clamp = unit = Bitwise(function=_clamps, inputs=1 + len(differs))
+        clamp: Value = unit.connect(m, self.wrap, *differs)
+        beyond: Value = self.wrap & Cat(differs).any()
         if self.machine.has("limit"):
-            clamp, negative, q = (
-                delayed(m, value, en=self.en, names=[name])
-                for value, name in ((clamp, "clamp7"), (negative, "negative7"), (q[:word], "q7"))
+            clamp, beyond, negative, q = (
+                delayed(m, value, en=self.en, names=[f"{name}7"])
+                for value, name in (
+                    (clamp, "clamp"),
+                    (beyond, "beyond"),
+                    (negative, "negative"),
+                    (q[:word], "q"),
+                )
             )
-        m.d.comb += [self.saturated.eq(clamp & self.sticky & ~self.outside)]
+        m.d.comb += [
+            self.saturated.eq(clamp & self.sticky & ~self.outside),
+            self.beyond.eq(beyond & self.sticky & ~self.outside),
+        ]
         # Two more lines: equal, they give the sign of acc; unequal, they select an outside word.
         line = []
         for k, decide in enumerate((_line0, _line1)):
@@ -285,6 +297,11 @@ def _differs(sign: Any, *bits: Any) -> Any:
     for bit in bits[1:]:
         every, some = every & bit, some | bit
     return choose(sign, ~every, some)
+
+
+def _clamps(wrap: Any, *differs: Any) -> Any:
+    """The sum does not fit the word, which is not modulo 2^W."""
+    return ~wrap & reduce(or_, differs)
 
 
 def _line0(outside: Any, which: Any, negative: Any) -> Any:

@@ -115,8 +115,8 @@ def _slot_fields(
     yield f"first{lane}", int(slot.first)
     if slot.last:
         yield f"we{lane}", 1
-        yield f"wrap{lane}", int(op.overflow is Overflow.WRAP)
-        yield f"sticky{lane}", int(op.overflow is Overflow.SAT)
+        yield f"wrap{lane}", int(op.overflow in (Overflow.WRAP, Overflow.RANGE))
+        yield f"sticky{lane}", int(op.overflow in (Overflow.SAT, Overflow.RANGE))
         yield f"dest{lane}", registers[op.dest] % schedule.machine.bank_depth
     if slot.term is None:
         return

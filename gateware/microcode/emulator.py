@@ -98,7 +98,7 @@ class Emulator:
         Number of the selected program.
     parities : list of int
         Parity of each program: the current copy of its states.
-    saturated, framing : bool
+    saturated, beyond, framing : bool
         Sticky flags.
     """
 
@@ -124,7 +124,7 @@ class Emulator:
         self.registers = [self._signed(w) for w in image.registers]
         self.tables = [self._signed(w) for w in image.tables]
         self.pc = self.cycle = 0
-        self.saturated = False
+        self.saturated = self.beyond = False
         self.framing = False
         self.swallowing = False
         #: Registers that are written at the end of this cycle.
@@ -290,14 +290,13 @@ class Emulator:
         return result
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
-        """Word of the accumulator; raises the flag where it is clamped."""
+        """Word of the accumulator; raises the flag, if sticky, where the sum does not fit."""
         arith = self.machine.arithmetic
         q = acc >> arith.guard
-        if wrap:
-            return self._signed(q)
-        clamped = min(max(q, arith.min_int), arith.max_int)
-        self.saturated |= sticky and clamped != q
-        return clamped
+        word = self._signed(q) if wrap else min(max(q, arith.min_int), arith.max_int)
+        self.beyond |= sticky and wrap and word != q
+        self.saturated |= sticky and not wrap and word != q
+        return word
 
     def _sum(self, acc: int | None, shifted: Any) -> int:
         """The accumulator (None: the rounding half) and one term more."""

@@ -124,12 +124,12 @@ class _Core:
 
 
 class _Symbolic(Emulator):
-    """The emulator on terms; ``saturated`` becomes the set of words that raise the flag."""
+    """The emulator on terms; ``flagged`` is the set of words that raise a flag."""
 
     def __init__(self, machine: Machine, image: Image, terms: Terms) -> None:
         self.terms = terms
         super().__init__(machine, image)
-        self.clamped: set[int] = set()
+        self.flagged: set[int] = set()
         self.registers = [terms.symbol(f"left in register {k}") for k in range(len(self.registers))]
 
     def _word_of(self, register: int) -> int:
@@ -151,8 +151,8 @@ class _Symbolic(Emulator):
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
         word = self.terms.result(acc, wrap=wrap)
-        if sticky and self.terms.is_clamp(word):
-            self.clamped.add(word)
+        if sticky and self.terms.may_overflow(word):
+            self.flagged.add(word)
         return word
 
     def _sum(self, acc: int | None, shifted: Any) -> int:
@@ -233,10 +233,10 @@ class _Update:
         for what, word, wanted in self._words(record, meaning):
             if word != wanted:
                 raise Refuted(self._difference(what, word, wanted, meaning, record))
-        if self.emulator.clamped != meaning.saturated:
-            differ = self.emulator.clamped ^ meaning.saturated
+        if self.emulator.flagged != meaning.flagged:
+            differ = self.emulator.flagged ^ meaning.flagged
             raise Refuted(
-                f"{program.name}: the saturation flag differs by {self.terms.text(min(differ))}"
+                f"{program.name}: a sticky flag differs by {self.terms.text(min(differ))}"
             )
 
     def check_restart(self) -> None:
@@ -255,8 +255,8 @@ class _Update:
                     f"{program.name}: a restart must load {value.name} with {value.initial}, "
                     f"not {self.terms.text(word)}"
                 )
-        if record.outputs or self.emulator.clamped:
-            raise Refuted(f"{program.name}: a restart must neither emit nor saturate")
+        if record.outputs or self.emulator.flagged:
+            raise Refuted(f"{program.name}: a restart must neither emit nor raise a flag")
 
     def _words(self, record: Record, meaning: Meaning) -> Iterator[tuple[str, int, int]]:
         """Each word that leaves or lasts: its name, its term in the microcode, in the program."""

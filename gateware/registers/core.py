@@ -18,6 +18,7 @@ STATUS = Register(
         BitField("framing", 1, "a record had the wrong length and was dropped", clear=True),
         BitField("idle", 2, "waiting for the first word of a record"),
         BitField("parity", 3, "which copy of the states is the current one"),
+        BitField("beyond", 4, "an input word was beyond its declared range", clear=True),
     ),
 )
 UPDATES = Register("updates", FIRST + 1, Access.READ_ONLY, "completed updates, modulo 2^W")

@@ -11,8 +11,8 @@ from boresight.gateware.description import Description
 from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, RESTART, STATUS, UPDATES
 from boresight.model.arrays import BoolArray, IntArray
 
-#: Marks of an input line, besides its word.
-LAST, PAUSES, COMPARES, SATURATED = 1, 2, 4, 8
+#: Marks of a line besides its word: of input and output; of input; of output.
+LAST, PAUSES, SATURATED, BEYOND = 1, 2, 2, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,8 @@ class Recorded:
         The words of its input records.
     outputs : int (n, n_outputs)
         The words of its output records.
-    saturated : bool (n,)
-        Whether a result of the update was clamped.
+    saturated, beyond : bool (n,)
+        Whether a result of the update was clamped, an input word beyond its range.
     source : str
         Source of the inputs.
     """
@@ -37,6 +37,7 @@ class Recorded:
     inputs: IntArray
     outputs: IntArray
     saturated: BoolArray
+    beyond: BoolArray
     source: str
 
     @property
@@ -50,7 +51,7 @@ def input_hex(core: Description, runs: Sequence[Recorded]) -> str:
 
     ``cycles`` are those since the first word of the record before, in the first word of a record;
     0 says that they are not compared. Of the marks 1 is the last word of the record, 2 that pauses
-    are made, 4 that the update before is complete and 8 that it saturated.
+    are made.
     """
     return "".join(_input_lines(core, runs))
 
@@ -59,7 +60,8 @@ def expected_hex(core: Description, runs: Sequence[Recorded]) -> str:
     """A line ``cycles_marks_word`` for each output word, in the order of the runs.
 
     ``cycles`` are those since the first word of the input record, both counted; 0 says that they
-    are not compared. The mark is 1 in the last word of the record.
+    are not compared. Mark 1 is the last word of the record; with it, 2 says that the update
+    saturated and 4 that an input word was beyond its range.
     """
     return "".join(_expected_lines(core, runs))
 
@@ -71,8 +73,6 @@ def _input_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str]:
         for k, record in enumerate(run.inputs):
             for n, value in enumerate(record):
                 marks = LAST * (n == last) + PAUSES * (k >= run.unhurried)
-                if n == 0 and k:
-                    marks += COMPARES + SATURATED * bool(run.saturated[k - 1])
                 timed = n == 0 and 0 < k < run.unhurried
                 yield _line(interval if timed else 0, marks, int(value), core.word)
 
@@ -83,7 +83,8 @@ def _expected_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str
         for k, record in enumerate(run.outputs):
             for n, value in enumerate(record):
                 timed = k < run.unhurried
-                marks = LAST * (n == len(latencies) - 1)
+                flags = SATURATED * bool(run.saturated[k]) + BEYOND * bool(run.beyond[k])
+                marks = (LAST + flags) * (n == len(latencies) - 1)
                 yield _line(latencies[n] if timed else 0, marks, int(value), core.word)
 
 
@@ -106,17 +107,12 @@ def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]
             "source": run.source,
             "inputs": inputs[k],
             "outputs": outputs[k],
-            "saturated": int(run.saturated[-1]),
         }
         for k, run in enumerate(runs)
     ]
     return {
         "runs": rows,
-        "again": {
-            "inputs": runs[0].inputs.shape[1],
-            "outputs": runs[0].outputs.shape[1],
-            "saturated": int(runs[0].saturated[0]),
-        },
+        "again": {"inputs": runs[0].inputs.shape[1], "outputs": runs[0].outputs.shape[1]},
         "inputs": inputs[-1],
         "outputs": outputs[-1],
         "digits": -(-core.word // 4),

@@ -18,6 +18,7 @@ from typing import Any, get_args, get_origin
 
 import numpy as np
 
+from boresight.model.arrays import BoolArray
 from boresight.model.tools.typed import hints
 from boresight.model.words.fixed import Arithmetic, Format, IntArray
 
@@ -52,6 +53,7 @@ class Overflow(StrEnum):
     SAT = "SAT"  #: clamp, and raise the sticky saturation flag
     CLIP = "CLIP"  #: clamp by declaration, without a flag
     WRAP = "WRAP"  #: modulo 2^W: binary angles
+    RANGE = "RANGE"  #: modulo 2^W; raise the sticky flag of an input beyond its declared range
 
 
 class Negate(StrEnum):
@@ -221,6 +223,24 @@ class Program:
             if value.name == name:
                 return number
         raise KeyError(name)
+
+    @cached_property
+    def input_ranges(self) -> IntArray:
+        """Least and largest word of every input, (2, n_inputs); of one not watched, of any."""
+        watched = {op.terms[0].a for op in self.ops if op.overflow is Overflow.RANGE}
+        ends = (
+            [self.format(n).quantise((self.values[n].low, self.values[n].high))]
+            if n in watched
+            else [(self.arithmetic.min_int, self.arithmetic.max_int)]
+            for n in self.inputs
+        )
+        return np.array([end for (end,) in ends], dtype=np.int64).reshape(-1, 2).T
+
+    def beyond(self, words: IntArray) -> BoolArray:
+        """Whether a word of a record (..., n_inputs) is beyond its declared range, (...)."""
+        low, high = self.input_ranges
+        found: BoolArray = ((words < low) | (words > high)).any(axis=-1)
+        return found
 
     def of_kind(self, kind: Kind) -> list[int]:
         """Numbers of all values of one kind, in order."""

@@ -108,9 +108,9 @@ class Terms:
         copied = self._copied(total)
         return self._number("wrap" if wrap else "clamp", total) if copied is None else copied
 
-    def is_clamp(self, number: int) -> bool:
-        """Whether the word is a clamped sum, which may raise the saturation flag."""
-        return bool(self._terms[number][0] == "clamp")
+    def may_overflow(self, number: int) -> bool:
+        """Whether the word is a clamped or wrapped sum, which may raise a flag."""
+        return self._terms[number][0] in ("clamp", "wrap")
 
     def _copied(self, total: int) -> int | None:
         """The word whose copy the sum is, 0 of no terms; None for any other sum."""
@@ -170,12 +170,13 @@ class Meaning:
     ----------
     values : tuple of int
         Term of each value, by its number.
-    saturated : frozenset of int
-        Terms of the results that raise the flag when they are clamped.
+    flagged : frozenset of int
+        Terms of the results that raise a flag when they overflow: clamped words the saturation
+        flag, words modulo 2^W that of inputs beyond their ranges.
     """
 
     values: tuple[int, ...]
-    saturated: frozenset[int]
+    flagged: frozenset[int]
 
     @classmethod
     def of(cls, program: Program, terms: Terms, symbols: Mapping[int, int]) -> Meaning:
@@ -183,10 +184,13 @@ class Meaning:
         values = dict(symbols)
         for number in program.of_kind(Kind.CONST):
             values[number] = terms.word(program.values[number].initial)
-        saturated = set()
+        flagged = set()
         for op in program.ops:
             total = walk.total(op, values.__getitem__, terms)
-            values[op.dest] = terms.result(total, wrap=op.overflow is Overflow.WRAP)
-            if op.overflow is Overflow.SAT and terms.is_clamp(values[op.dest]):
-                saturated.add(values[op.dest])  # not a copy, which is never clamped
-        return cls(tuple(values[n] for n in range(len(program.values))), frozenset(saturated))
+            wraps = op.overflow in (Overflow.WRAP, Overflow.RANGE)
+            values[op.dest] = terms.result(total, wrap=wraps)
+            if op.overflow in (Overflow.SAT, Overflow.RANGE) and terms.may_overflow(
+                values[op.dest]
+            ):
+                flagged.add(values[op.dest])  # not a copy, which always fits
+        return cls(tuple(values[n] for n in range(len(program.values))), frozenset(flagged))

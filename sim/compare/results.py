@@ -135,6 +135,8 @@ class Agreement:
             return None
         same = (run.words == wanted.words[:n]).all(axis=1)
         same &= run.saturated == wanted.saturated[:n]
+        if run.beyond is not None and wanted.beyond is not None:
+            same &= run.beyond == wanted.beyond[:n]
         if run.states is not None:
             assert wanted.states is not None
             same &= (run.states == wanted.states[:n]).all(axis=1)

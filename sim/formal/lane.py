@@ -177,12 +177,14 @@ class LaneHarness(InductiveHarness[Lane]):
         m.d.comb += [
             Assert(~is_defined | (dut.result == Mux(dut.outside, outside, result)[: arith.word])),
             Assert(dut.saturated == (dut.sticky & ~wrap & ~dut.outside & (clamped != q))),
+            Assert(dut.beyond == (dut.sticky & wrap & ~dut.outside & (clamped != q))),
             reached(m, dut.saturated & (q < 0), "clamped_below"),
             reached(m, dut.saturated & (q > 0), "clamped_above"),
         ]
         if limited:
             m.d.comb += [
                 Assert(inside["clamp7"] == (~wrap & (clamped != q))),
+                Assert(inside["beyond7"] == (wrap & (clamped != q))),
                 Assert(inside["negative7"] == (q < 0)),
                 Assert(inside["q7"] == q[: arith.word]),
             ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Assume, Const, Module, Mux, Signal
+from amaranth.hdl import Array, Assert, Assume, Cat, Const, Module, Mux, Signal
 
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import ALL_CONFIGS
@@ -15,7 +15,7 @@ from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "RegistersHarness"]
 
-_EVENTS = ("saturated", "framing", "commit", "idle", "parity")
+_EVENTS = ("en", "saturated", "beyond", "framing", "commit", "idle", "parity")
 
 
 class RegistersHarness(InductiveHarness[Registers]):
@@ -117,7 +117,9 @@ class RegistersHarness(InductiveHarness[Registers]):
         addr: Any,
         w_data: Any,
         w_stb: Any,
+        en: Any,
         saturated: Any,
+        beyond: Any,
         framing: Any,
         commit: Any,
         idle: Any,
@@ -126,13 +128,15 @@ class RegistersHarness(InductiveHarness[Registers]):
         """A second model of the registers 512 to 516."""
         dut, word = self.dut, self.dut.machine.arithmetic.word
         mask = (1 << word) - 1
-        flags, updates = Signal(2, name="flags"), Signal(word, name="updates")
-        pending, last = Signal(name="pending"), Signal(name="last_update")
-        cleared = Mux(w_stb & addr[9] & (addr[:3] == 0), w_data[:2], 0)
-        m.d.sync += flags.eq(flags & ~cleared | saturated | framing << 1)
+        flags, updates = Signal(5, name="flags"), Signal(word, name="updates")
+        pending, last = Signal(2, name="pending"), Signal(2, name="last_update")
+        cleared = Mux(w_stb & addr[9] & (addr[:3] == 0), w_data[:5], 0)
+        found = Mux(en, Cat(saturated, beyond), 0)
+        m.d.comb += Assume(en | ~(commit | framing))
+        m.d.sync += flags.eq(flags & ~cleared | found[0] | framing << 1 | found[1] << 4)
         with m.If(commit):
-            m.d.sync += [updates.eq(updates + 1), last.eq(pending | saturated)]
-        m.d.sync += pending.eq(Mux(commit | framing, 0, pending | saturated))
+            m.d.sync += [updates.eq(updates + 1), last.eq(pending | found)]
+        m.d.sync += pending.eq(Mux(commit | framing, 0, pending | found))
         status = flags | idle << 2 | parity << 3
         values = Array(
             [
@@ -148,10 +152,13 @@ class RegistersHarness(InductiveHarness[Registers]):
         documented = before(m, (addr >= 512) & (addr <= PROGRAM), "documented")
         m.d.comb += [
             Assert(~documented | (dut.bus.r_data == before(m, value, "read_before"))),
-            Assert(dut.saturated_update == last),
+            Assert(Cat(dut.saturated_update, dut.beyond_update) == last),
             # For induction.
-            Assert(flags == inside["saturated"] + 2 * inside["framing"]),
-            Assert((updates == inside["updates"]) & (pending == inside["pending"])),
+            Assert(flags == Cat(inside["saturated"], inside["framing"], 0, 0, inside["beyond"])),
+            Assert(updates == inside["updates"]),
+            Assert(
+                pending == Cat(inside["saturated_update_pending"], inside["beyond_update_pending"])
+            ),
             reached(m, after_start(m) & documented & (dut.bus.r_data == 2), "counted"),
         ]
 

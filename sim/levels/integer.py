@@ -72,7 +72,8 @@ class Interpreted(Level):
             machine.states = states[-1:].T
         fault = "" if broken is None else f"states differ from C after step {self._rows + broken}"
         self._rows += len(words)
-        return run_of_words(program, out, saturated, states=states, fault=fault)
+        beyond = program.beyond(words)
+        return run_of_words(program, out, saturated, states=states, beyond=beyond, fault=fault)
 
 
 class Emitted(Level):
@@ -106,10 +107,12 @@ class Emitted(Level):
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         inputs = words_of(self.program, records).astype(np.int32, order="C")
-        if not self.traced:
-            return run_of_words(self.program, *self._model.update(inputs))
-        words, saturated, states = self._model.trajectory(inputs)
-        return run_of_words(self.program, words, saturated, states=states)
+        model, states = self._model, None
+        if self.traced:
+            words, saturated, states = model.trajectory(inputs)
+        else:
+            words, saturated = model.update(inputs)
+        return run_of_words(self.program, words, saturated, states=states, beyond=model.beyond)
 
     def observe(self, records: FloatArray) -> WordRanges:
         """Run updates, at least one: extremes and saturations of every value."""
@@ -149,8 +152,10 @@ class _EmittedBatch(Level):
     def run(self, records: FloatArray) -> Run:
         """Updates of every run: inputs (n, runs, n_inputs)."""
         words = words_of(self.program, records).astype(np.int32)
-        outputs, saturated = zip(*(self._models.update(row) for row in words), strict=True)
-        return run_of_words(self.program, np.stack(outputs).astype(np.int64), np.stack(saturated))
+        models = self._models
+        updates = ((*models.update(row), models.beyond) for row in words)
+        outputs, saturated, beyond = (np.stack(x) for x in zip(*updates, strict=True))
+        return run_of_words(self.program, outputs.astype(np.int64), saturated, beyond=beyond)
 
 
 #: Levels of this module, for `sim.levels.registry`.

@@ -36,6 +36,8 @@ class Run:
         Updates in which an operation was clamped.
     states : int64 (n, n_states) or None
         State words after each update, where the level shows them.
+    beyond : bool (n,) or None
+        Updates with an input word beyond its declared range.
     latency_cycles, interval_cycles : int64 (n, n_outputs), (n,) or None
         See `sim.rtl.replay.RtlRun`; None for levels without a clock.
     fault : str
@@ -46,6 +48,7 @@ class Run:
     words: IntArray | None = None
     saturated: BoolArray | None = None
     states: IntArray | None = None
+    beyond: BoolArray | None = None
     latency_cycles: IntArray | None = field(default=None, repr=False)
     interval_cycles: IntArray | None = field(default=None, repr=False)
     fault: str = ""

@@ -121,6 +121,7 @@ class Simulated(Level):
             self.program,
             replayed.outputs,
             replayed.saturated,
+            beyond=replayed.beyond,
             latency_cycles=replayed.latency_cycles,
             interval_cycles=replayed.interval_cycles,
             fault="output cycles differ from the schedule" if late else "",
@@ -271,5 +272,6 @@ def run_in_turns(
     for k, part in enumerate(parts):
         mine, n_out = np.array(numbers) == k, len(part.program.outputs)
         words, latency = run.outputs[mine, :n_out], run.latency_cycles[mine, :n_out]
-        out.append(RtlRun(words, run.saturated[mine], latency, run.interval_cycles[mine]))
+        flags = run.saturated[mine], run.beyond[mine]
+        out.append(RtlRun(words, *flags, latency, run.interval_cycles[mine]))
     return out

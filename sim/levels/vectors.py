@@ -35,19 +35,20 @@ def recorded(build: Build) -> list[Recorded]:
     """Return records of every program from power-up on.
 
     Inputs come from the bundled log if it has the estimator's columns, else from random walks
-    within the declared ranges, the same on every machine. All records of one program come before
-    those of the next.
+    within the declared ranges, the same on every machine; in the last record but one each input
+    word is the largest one. All records of one program come before those of the next.
     """
     records = []
     for number, program in enumerate(build.programs):
         interval = build.core.parts[number].schedule.interval
         count = min(max(_CYCLES // interval, _RECORDS[0]), _RECORDS[1])
         words, source = _inputs(build, number, count)
+        words[-2] = program.arithmetic.max_int
         machine = Interpreter(program)
         answers = [machine.update(row[:, None]) for row in words]
         outputs = np.stack([out[:, 0] for out, _ in answers])
         saturated = np.array([bool(flag[0]) for _, flag in answers])
-        records.append(Recorded(number, words, outputs, saturated, source))
+        records.append(Recorded(number, words, outputs, saturated, program.beyond(words), source))
     return records
 
 

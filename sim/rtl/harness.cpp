@@ -10,7 +10,7 @@
 // -1 and the cycles from the first word taken to it; for a restart -2 in place of -1. If the update is
 // complete before, they come then.
 // Results: four arrays of int32, each behind its size (int64). For each record the number of output
-// words, the saturation flag, the cycles until the next record could begin (-2: a reset came before;
+// words, its flags (1: saturated, 2: input beyond its range), the cycles until the next record could begin (-2: a reset came before;
 // -1, in the last one: not complete after `limit` cycles); all output words; the cycle of each; for
 // each register write of the traced record lane, address, word, cycle.
 
@@ -105,7 +105,7 @@ void Harness::run(
     bool offer = true, counting = false, complete = false;
     const auto finish = [&](int64_t interval) {
         const int32_t count(words.size() - begin);
-        updates.insert(updates.end(), {count, bench.saturated, int32_t(interval)});
+        updates.insert(updates.end(), {count, bench.flags, int32_t(interval)});
         begin += count;
         complete = false;
         ++update;

@@ -18,7 +18,7 @@ module harness #(
     input wire bus_stb,
     output wire bus_ack,
     input wire restart,
-    output wire saturated,
+    output wire [1:0] flags,
     output wire [LANES-1:0] w_en,
     output wire [10*LANES-1:0] w_addr,
     output wire [WORD*LANES-1:0] w_data
@@ -29,7 +29,7 @@ module harness #(
         .o__payload(out_payload), .o__valid(out_valid), .o__ready(out_ready),
         .bus__addr(bus_addr), .bus__w_data(bus_data), .bus__w_stb(bus_stb),
         .bus__w_ack(bus_ack), .bus__r_data(), .restart(restart),
-        .saturated_update(saturated)
+        .saturated_update(flags[0]), .beyond_update(flags[1])
     );
 `ifdef NETLIST
     assign w_en = 0;

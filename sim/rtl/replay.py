@@ -69,8 +69,8 @@ class RtlRun:
     ----------
     outputs : int64 (steps, n_outputs)
         Output words in stream order, padded with 0.
-    saturated : bool (steps,)
-        The update's saturation flag.
+    saturated, beyond : bool (steps,)
+        The update's flags: a result was clamped; an input word was beyond its declared range.
     latency_cycles : int64 (steps, n_outputs)
         Cycles from the first input word taken to each output word taken, both inclusive; 0 for a
         word that was not given.
@@ -83,6 +83,7 @@ class RtlRun:
 
     outputs: IntArray
     saturated: BoolArray
+    beyond: BoolArray
     latency_cycles: IntArray
     interval_cycles: IntArray
     writes: tuple[RegisterWrite, ...] = ()
@@ -177,7 +178,7 @@ class Batch:
         valid = np.arange(self.n_out.max()) < n_out[:, None]
         outputs, latency = np.zeros((2, *valid.shape), dtype=np.int64)
         outputs[valid], latency[valid] = words, cycles + 1
-        return RtlRun(outputs, flags != 0, latency, intervals, writes)
+        return RtlRun(outputs, flags & 1 == 1, flags > 1, latency, intervals, writes)
 
 
 class ReplayFailed(SimulationFailed):

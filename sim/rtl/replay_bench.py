@@ -107,7 +107,7 @@ class _Bench:
             begins = ready and index == 0 and counting and complete and record == self.update + 1
             if begins or not self.limit:
                 count, interval = len(self.words) - first, self.cycle if begins else -1
-                self.updates.extend((count, self.read("saturated"), interval))
+                self.updates.extend((count, self.read("flags"), interval))
                 self.update, first, complete = self.update + 1, len(self.words), False
             if self.update == len(self.records) or not self.limit:
                 return

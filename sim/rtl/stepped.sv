@@ -19,14 +19,15 @@ module stepped #(
     input wire bus_stb,
     output reg bus_ack,
     input wire restart,
-    output reg saturated,
+    output reg [1:0] flags,
     output reg [LANES-1:0] w_en,
     output reg [10*LANES-1:0] w_addr,
     output reg [WORD*LANES-1:0] w_data
 );
     reg last = 0;
     wire clk = step ^ last;
-    wire ready, valid, ack, flag;
+    wire ready, valid, ack;
+    wire [1:0] raised;
     wire [WORD:0] payload;
     wire [LANES-1:0] en;
     wire [10*LANES-1:0] addr;
@@ -37,11 +38,11 @@ module stepped #(
         .out_payload(payload), .out_valid(valid), .out_ready(out_ready),
         .bus_addr(bus_addr), .bus_data(bus_data), .bus_stb(bus_stb), .bus_ack(ack),
         .restart(restart),
-        .saturated(flag), .w_en(en), .w_addr(addr), .w_data(data)
+        .flags(raised), .w_en(en), .w_addr(addr), .w_data(data)
     );
     always @(posedge clk) begin
         last <= step;
-        {in_ready, out_valid, bus_ack, saturated} <= {ready, valid, ack, flag};
+        {in_ready, out_valid, bus_ack, flags} <= {ready, valid, ack, raised};
         {out_payload, w_en, w_addr, w_data} <= {payload, en, addr, data};
     end
 endmodule

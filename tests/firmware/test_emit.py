@@ -30,7 +30,7 @@ from boresight.model.words.program import (
     Value,
     When,
 )
-from tests.support.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program, with_ranges
 
 # -- `firmware.emit`: same text for the same program, no warning, no undefined behaviour ----------
 # ``BORESIGHT_UPDATE=1 pytest tests/firmware/test_emit.py`` rewrites the golden files.
@@ -55,15 +55,15 @@ void p_observe(p_t *, size_t, const int32_t *, int32_t *, int32_t *, int64_t *, 
 int main(void) {
     static int32_t inputs[@n_in@], outputs[@n_out@], words[2][@n_values@];
     static int64_t counts[3][@n_values@];
-    uint8_t saturated;
+    uint8_t flags;
     p_t p;
     p_init(&p);
     while (fread(inputs, sizeof inputs, 1, stdin) == 1) {
         p_t copy = p;
         p_observe(&copy, 1, inputs, words[0], words[1], counts[0], counts[1], counts[2]);
-        p_run(&p, 1, inputs, outputs, &saturated, NULL);
+        p_run(&p, 1, inputs, outputs, &flags, NULL);
         fwrite(outputs, sizeof outputs, 1, stdout);
-        fputc(saturated, stdout);
+        fputc(flags, stdout);
     }
     return 0;
 }
@@ -201,7 +201,7 @@ def test_no_warning(
     program = (
         programs[which]()
         if which in programs
-        else random_program(3, word=int(which[-2:]), n_ops=60)
+        else with_ranges(random_program(3, word=int(which[-2:]), n_ops=60), 3)
     )
     write(all_files(program, prefix="p"), tmp_path)
     compile_(tmp_path, *STRICT, "-O2", "-c", "p.c")
@@ -257,11 +257,12 @@ def test_no_undefined_behaviour(
         env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"},
     )
     assert done.returncode == 0, done.stderr.decode()
-    record = np.dtype([("outputs", np.int32, len(program.outputs)), ("saturated", np.uint8)])
+    record = np.dtype([("outputs", np.int32, len(program.outputs)), ("flags", np.uint8)])
     got = np.frombuffer(done.stdout, dtype=record)
     outputs, saturated = Interpreter(program).run(np.array(rows)[:, :, None])
     np.testing.assert_array_equal(got["outputs"], outputs[:, :, 0])
-    np.testing.assert_array_equal(got["saturated"] != 0, saturated[:, 0])
+    flags = saturated[:, 0] + 2 * program.beyond(np.array(rows))
+    np.testing.assert_array_equal(got["flags"], flags)
 
 
 # -- `firmware.many`: each run gives the words of a model of its own ------------------------------

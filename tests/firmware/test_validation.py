@@ -11,7 +11,7 @@ from boresight.firmware.validation import validate_c
 from boresight.model.attitude.front import FRONT
 from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
-from tests.support.random_program import random_program
+from tests.support.random_program import random_program, with_ranges
 
 
 @pytest.mark.parametrize("name", {**ALL, **FRONT})
@@ -47,6 +47,7 @@ PLACES = {"+=": "-=", "-=": "+=", "& flag": "& ~flag", "& ~flag": "& flag", "n >
 HELPERS = {"sign_mask(": "sign_mask_quarter(", "segment_index(": "segment_index_quarter("}
 RESULTS = {
     "saturate(acc, &saturated)": "clip(acc)",
+    "overflow(acc, &beyond)": "wrap(acc)",
     "clip(acc)": "wrap(acc)",
     "wrap(acc)": "clip(acc)",
 }
@@ -96,7 +97,7 @@ def dropped(code: str, text: str, rng: random.Random) -> str:
 def test_faults(seeds: int = 60) -> None:
     for seed in range(seeds):
         rng = random.Random(seed)
-        program = random_program(seed % 10, n_ops=20, n_states=3)
+        program = with_ranges(random_program(seed % 10, n_ops=20, n_states=3), seed)
         texts = emit_c(program, prefix="filter")
         text = faulty(texts["filter.c"], rng)
         with pytest.raises(Refuted):

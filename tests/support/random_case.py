@@ -27,7 +27,7 @@ from boresight.model.words.terms import Refuted
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
 from boresight.sim.rtl.simulators import SimulationFailed
-from tests.support.random_program import random_inputs, random_programs
+from tests.support.random_program import random_inputs, random_programs, with_ranges
 
 __all__ = ["Case", "check", "drawn"]
 
@@ -102,7 +102,12 @@ def drawn(seed: int, *, rtl: bool = False) -> Case:
 
 def check(case: Case) -> str:
     """What is wrong; empty: all forms agree. A case that does not fit its machine is good."""
-    programs = random_programs(case.seed, case.programs, word=case.word, n_ops=case.n_ops)
+    programs = [
+        with_ranges(program, case.seed + k)
+        for k, program in enumerate(
+            random_programs(case.seed, case.programs, word=case.word, n_ops=case.n_ops)
+        )
+    ]
     urgents = [min(case.urgent, len(p.outputs)) or None for p in programs]
     try:
         core = build_shared_core(programs, case.config, urgents=urgents)
@@ -150,20 +155,20 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             bus.append(reset)
             begun = [number] if reset.restart else list(range(len(parts)))
             if not reset.restart and reset.cycle < core.parts[number].schedule.interval - 1:
-                wanted.append(_Update(_updated(models[number], row)[0], abandoned=True))
+                wanted.append(_Update(*_updated(models[number], row), abandoned=True))
                 _begin(begun, models, c, emulator)
                 continue
-        words, saturated = _updated(models[number], row)
+        words, flags = _updated(models[number], row)
         c_out, c_saturated = c[number].update([row])
-        if c_out[0].tolist() != words or bool(c_saturated[0]) != saturated:
+        if (c_out[0].tolist(), [*c_saturated, *c[number].beyond]) != (words, flags):
             yield f"C: update {k} of {program.name}: {c_out[0].tolist()}, not {words}"
-        emulator.saturated = False
+        emulator.saturated = emulator.beyond = False
         if (got := emulator.update(row).outputs) != words:
             yield f"emulator: update {k} of {program.name}: {got}, not {words}"
-        if emulator.saturated != saturated:
-            yield f"emulator: saturation of update {k} of {program.name}"
+        if [emulator.saturated, emulator.beyond] != flags:
+            yield f"emulator: flags of update {k} of {program.name}, not {flags}"
         whole = bool(bus) and bus[-1] == Reset(k, core.parts[number].schedule.interval - 1)
-        wanted.append(_Update(words, saturated, in_last_cycle=whole))
+        wanted.append(_Update(words, flags, in_last_cycle=whole))
         _begin(begun, models, c, emulator)
     if case.rtl:
         width = max(map(len, rows))
@@ -190,18 +195,18 @@ def _begin(
         emulator.restart()
 
 
-def _updated(model: Interpreter, row: list[int]) -> tuple[list[int], bool]:
-    """Output words of an update, and whether a result saturated."""
-    words, flags = model.update([[word] for word in row])
-    return words[:, 0].tolist(), bool(flags[0])
+def _updated(model: Interpreter, row: list[int]) -> tuple[list[int], list[bool]]:
+    """Output words of an update; whether a result saturated, an input was beyond its range."""
+    words, saturated = model.update([[word] for word in row])
+    return words[:, 0].tolist(), [bool(saturated[0]), bool(model.program.beyond(np.array(row)))]
 
 
 @dataclass(frozen=True)
 class _Update:
-    """Words and flag of an update, of which a reset may leave the first words alone."""
+    """Words and flags of an update, of which a reset may leave the first words alone."""
 
     words: list[int]
-    saturated: bool = False
+    flags: list[bool]
     abandoned: bool = False
     in_last_cycle: bool = False
 
@@ -224,5 +229,5 @@ def _beside(run: RtlRun, wanted: list[_Update]) -> Iterator[str]:
         words = update.words[: len(got)] if update.abandoned else update.words
         if got != words or (run.interval_cycles[k] == -2) != cut:
             yield f"RTL: update {k}: {got}, not {words}; interval {run.interval_cycles[k]}"
-        elif not cut and bool(run.saturated[k]) != update.saturated:
-            yield f"RTL: saturation of update {k}"
+        elif not cut and [run.saturated[k], run.beyond[k]] != update.flags:
+            yield f"RTL: flags of update {k}, not {update.flags}"

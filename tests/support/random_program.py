@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field, replace
 
+from boresight.model.lowering.watch import watched
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
     Kind,
@@ -58,6 +59,20 @@ def random_program(
     )
 
 
+def with_ranges(program: Program, seed: int) -> Program:
+    """The program with random ranges of its inputs, which it watches."""
+    rng = random.Random(seed)
+    first, last = program.arithmetic.min_int, program.arithmetic.max_int
+    values = list(program.values)
+    for n in program.inputs:
+        a, b = sorted(_word(rng, program.arithmetic) for _ in range(2))
+        high = min(max(abs(a), 1), last)
+        low, high = rng.choice(((a, b), (first, b), (a, last), (-high, high), (0, high)))
+        form = program.format(n)
+        values[n] = replace(values[n], low=float(form.real(low)), high=float(form.real(high)))
+    return watched(replace(program, values=tuple(values)), program.inputs)
+
+
 def random_programs(
     seed: int, count: int, *, word: int = 32, n_ops: int = 20, n_states: int | None = None
 ) -> list[Program]:
@@ -83,10 +98,15 @@ def random_programs(
 
 
 def random_inputs(program: Program, seed: int, steps: int) -> list[list[int]]:
-    """``steps`` records of input words: small ones, large ones, the extremes, zero."""
+    """``steps`` records of input words: small ones, large ones, the extremes, zero, ends."""
     rng = random.Random(seed)
-    arith = program.arithmetic
-    return [[_word(rng, arith) for _ in program.inputs] for _ in range(steps)]
+    arith, ranges = program.arithmetic, program.input_ranges.T.tolist()
+
+    def word(low: int, high: int) -> int:
+        ends = [x for x in (low - 1, high + 1) if arith.min_int <= x <= arith.max_int]
+        return rng.choice([low, high, *ends]) if ends and rng.random() < 0.3 else _word(rng, arith)
+
+    return [[word(*ends) for ends in ranges] for _ in range(steps)]
 
 
 def _word(rng: random.Random, arith: Arithmetic) -> int:
@@ -278,7 +298,7 @@ class _Builder:
             Op(
                 dest,
                 terms,
-                rng.choice(list(Overflow)),
+                rng.choice((Overflow.SAT, Overflow.CLIP, Overflow.WRAP)),
                 flag=flag,
                 flag_quarter=flag is not None and rng.random() < 0.3,
                 norm=norm,

@@ -275,6 +275,7 @@ void golden_update(golden_t *const self, const golden_in_t *const in, golden_out
     const int32_t v2_gain = self->params.gain; // fixed<32,1>, [0, 1]
     const int32_t v3_angle_ht = self->state.angle_ht; // fixed<32,1>, half turns, [-1, 1]
     bool saturated = false;
+    bool beyond = false;
     uint64_t acc; // accumulator, modulo 2^64
     uint64_t flag; // all ones where the sign bit of the flag is set
     uint32_t n; // normalisation count
@@ -305,6 +306,7 @@ void golden_update(golden_t *const self, const golden_in_t *const in, golden_out
     out->angle_ht = v4_turned_ht;
     out->smooth = v6_smooth;
     out->saturated = saturated;
+    out->beyond = beyond;
     self->state.angle_ht = v4_turned_ht;
 }
 

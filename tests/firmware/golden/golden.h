@@ -57,6 +57,7 @@ typedef struct {
     int32_t angle_ht; // fixed<32,1>, half turns, [-1, 1]
     int32_t smooth; // fixed<32,5>, rad/s, [-16, 16]
     bool saturated; // a result of this update was clamped
+    bool beyond; // an input of this update was beyond its declared range
 } golden_out_t;
 
 //------------------------------------------------------------------------------

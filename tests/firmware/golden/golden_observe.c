@@ -36,6 +36,7 @@ static void golden_every_word(golden_t *const self, const int32_t *const inputs,
     const int32_t v2_gain = self->params.gain; // fixed<32,1>, [0, 1]
     const int32_t v3_angle_ht = self->state.angle_ht; // fixed<32,1>, half turns, [-1, 1]
     bool saturated = false;
+    bool beyond = false;
     uint64_t acc; // accumulator, modulo 2^64
     uint64_t flag; // all ones where the sign bit of the flag is set
     uint32_t n; // normalisation count
@@ -73,6 +74,7 @@ static void golden_every_word(golden_t *const self, const int32_t *const inputs,
     words[5] = v5_sine; // sine: fixed<32,2>, [-1, 1]
     words[6] = v6_smooth; // smooth: fixed<32,5>, rad/s, [-16, 16]
     (void) saturated;
+    (void) beyond;
     self->state.angle_ht = v4_turned_ht;
 }
 

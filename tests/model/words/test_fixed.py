@@ -82,7 +82,8 @@ def test_group_is_what_apytypes_says(case: Any) -> None:
         total = (total - term if negative else total + term).cast(
             int_bits=62 - guard, frac_bits=guard
         )
-    mode = OverflowMode.WRAP if overflow is Overflow.WRAP else OverflowMode.SAT
+    limited = overflow in (Overflow.SAT, Overflow.CLIP)
+    mode = OverflowMode.SAT if limited else OverflowMode.WRAP
     want = total.cast(int_bits=word, frac_bits=0, quantization=QuantizationMode.RND, overflow=mode)
     exact = total.cast(int_bits=62, frac_bits=0, quantization=QuantizationMode.RND)
     got, saturated = run_group(word, products, overflow)

@@ -30,7 +30,7 @@ def rtl_run(core: Core) -> RtlRun:
     rows, n = 6, len(core.program.outputs)
     return RtlRun(
         np.arange(rows * n).reshape(rows, n),
-        np.zeros(rows, dtype=bool),
+        *np.zeros((2, rows), dtype=bool),
         np.tile(core.schedule.latencies, (rows, 1)),
         np.full(rows, core.schedule.interval),
     )

@@ -16,7 +16,7 @@ from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.simulators import available
 from tests.support.random_case import Case, check
-from tests.support.random_program import random_program
+from tests.support.random_program import random_program, with_ranges
 
 VERILATOR, ICARUS = (
     pytest.mark.skipif(not available(name), reason=f"needs {name}")
@@ -51,7 +51,10 @@ def inputs_for(program: Program, steps: int, seed: int) -> IntArray:
     small = rng.integers(0, 2, words.shape)
     words >>= rng.integers(0, program.arithmetic.word, words.shape) * small
     extreme = rng.random(words.shape) < 0.1
-    return np.where(extreme, rng.choice([low, high, 0, -1, 1], words.shape), words)
+    words = np.where(extreme, rng.choice([low, high, 0, -1, 1], words.shape), words)
+    first, last = program.input_ranges
+    ends = np.clip(rng.choice([first, last, first - 1, last + 1], steps), low, high)
+    return np.where(rng.random(words.shape) < 0.5, ends, words)
 
 
 def reference(program: Program, inputs: IntArray):
@@ -76,14 +79,16 @@ def odd(tmp_path, monkeypatch):
 def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd):
     compared = 0
     for seed in seeds:
-        program = random_program(seed, word=word)
+        program = with_ranges(random_program(seed, word=word), seed)
         if not program.inputs:
             continue
         inputs = inputs_for(program, steps, seed)
         wanted, flags = reference(program, inputs)
-        c_words, c_flags = CModel(program).update(inputs)
+        beyond, model = program.beyond(inputs), CModel(program)
+        c_words, c_flags = model.update(inputs)
         assert np.array_equal(c_words, wanted), f"seed {seed}: C"
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
+        assert np.array_equal(model.beyond, beyond), f"seed {seed}: C ranges"
         core = build_core(program, config)
         icarus = simulator == "icarus"
         simulation = CocotbSimulation(core, cache=odd) if icarus else CompiledSimulation(core)
@@ -91,6 +96,7 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
             run = simulation.run(inputs, stall=stall)
             assert np.array_equal(run.outputs, wanted), f"seed {seed}: RTL, stall {stall}"
             assert np.array_equal(run.saturated, flags), f"seed {seed}: RTL saturation"
+            assert np.array_equal(run.beyond, beyond), f"seed {seed}: RTL ranges"
             if stall == 0:
                 assert (run.latency_cycles == np.array(core.schedule.latencies)).all()
                 assert (run.interval_cycles == core.schedule.interval).all()
