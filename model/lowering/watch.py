@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
@@ -116,17 +115,16 @@ def _stretched(arith: Arithmetic, low: int, high: int) -> _Sum | None:
         fits = [bottom <= s.of(word) < top for word in words]
         return fits == [low == first, True, True, high == last]
 
-    if low == first:
-        sign = partial(replace, when=When.UNLESS)
-    elif high == last:
-        sign = partial(replace, when=When.IF)
-    else:
-        sign = partial(replace, negate=Negate.IF)
     largest = high if low == first else -low
-    if largest > 0:
-        for s in map(sign, nearest(2 * largest + 1)):
-            if exact(s):
-                return s
+    for s in nearest(2 * largest + 1) if largest > 0 else ():
+        if low == first:
+            s = replace(s, when=When.UNLESS)
+        elif high == last:
+            s = replace(s, when=When.IF)
+        else:
+            s = replace(s, negate=Negate.IF)
+        if exact(s):
+            return s
     if low == first or high == last:
         return None
     for s in nearest(high - low + 1):

@@ -72,8 +72,8 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
         units.setdefault(number, port.unit)
     rows = []
     for n, value in enumerate(program.values):
-        if value.kind is not Kind.CONST:
-            mode = overflow.get(next_value.get(n, n))
+        mode = overflow.get(next_value.get(n, n))
+        if value.kind is not Kind.CONST and mode is not Overflow.RANGE:
             rows.append(
                 {
                     "signal": value.name if observed is None else _called(program, observed, n),
