@@ -77,7 +77,7 @@ class Plain:
             if t.when is When.ALWAYS or (t.when is When.IF) == flag:
                 acc += part
         q = acc // 2**arith.guard
-        if op.overflow is Overflow.WRAP:
+        if op.overflow in (Overflow.WRAP, Overflow.RANGE):
             return (q - arith.min_int) % 2**arith.word + arith.min_int, False
         word = max(arith.min_int, min(arith.max_int, q))
         return word, word != q
@@ -115,7 +115,7 @@ def _corner(word: int) -> Program:
             norm=(x, last)[k % 2],
         )
     for overflow, (a, b), shift in product(
-        Overflow, ((x, y), (x, least), (gain, right), (x, x)), (0, usual - 1, 31)
+        list(Overflow)[:3], ((x, y), (x, least), (gain, right), (x, x)), (0, usual - 1, 31)
     ):
         op(Term(a, b, shift), overflow=overflow)
     for coefficient, quarter, fraction, block in product(

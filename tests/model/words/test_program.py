@@ -149,7 +149,7 @@ def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
 def test_everything_occurs() -> None:
     ops = [op for seed in range(40) for op in random_program(seed).ops]
     terms = [t for op in ops for t in op.terms]
-    assert {op.overflow for op in ops} == set(Overflow)
+    assert {op.overflow for op in ops} == set(Overflow) - {Overflow.RANGE}  # see `with_ranges`
     assert {t.negate for t in terms} == set(Negate)
     assert {t.when for t in terms} == set(When)
     assert {t.scale for t in terms} == set(Scale)
