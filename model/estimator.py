@@ -91,6 +91,10 @@ class SecondForm:
     gates: Sequence[str] = ()
 
 
+#: Angle [deg] of a start that needs no warning.
+FINE_START = 0.02
+
+
 class Estimator:
     """Base class of every estimator.
 
@@ -124,6 +128,9 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Shortest word, in bits, in which the estimator's claims about its values hold.
     least_word: int = 18
+    #: Largest angle [deg] from float64 in the first rows, at rest with the noise of sensors, by the
+    #: shortest word from which on it holds; empty: unknown.
+    start_deg: Mapping[int, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.
     nis_freedom: int = 0
     #: States that are elements of a covariance, with their row and column by name; empty: those
@@ -262,6 +269,17 @@ class Estimator:
             (named).
         """
         return self.compile_traced(word=word)[0]
+
+    def start_note(self, word: int) -> str:
+        """A line about a start that is coarse in a word of so many bits; empty if it is not."""
+        bound = max((of for of in self.start_deg.items() if of[0] <= word), default=(0, 0.0))[1]
+        fine = min((bits for bits, deg in self.start_deg.items() if deg <= FINE_START), default=0)
+        if bound <= FINE_START:
+            return ""
+        return (
+            f"{self.name}: the first rows are up to {bound:g} deg from float64 in a word of {word} "
+            f"bits, {FINE_START:g} deg from {fine} bits on"
+        )
 
     def compile_traced(self, *, word: int = 32) -> tuple[Program, dict[int, Node]]:
         """`compile`, and the node of each value of the program, by value number.

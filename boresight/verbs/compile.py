@@ -254,7 +254,8 @@ def _result(
     slow = (routed or math.inf) < (clock or 0.0)
     failures = [f"clock {routed} MHz, below {clock:g} MHz"] if slow and clock else []
     tables = {"outputs": rows}
-    return Result(data, tables, "\n".join(lines), failures=failures, judged=JUDGED)
+    notes = [note for e in build.estimators if (note := e.start_note(word))]
+    return Result(data, tables, "\n".join(lines), notes, failures, JUDGED)
 
 
 def _target(target: str | None, board: str | None) -> str:

@@ -108,6 +108,7 @@ class EkfQuaternion(Estimator):
     )
     outputs = OUTPUTS
     restarts = True
+    start_deg = {18: 8.0, 22: 0.4, 25: 0.05, 26: 0.02}
     status_bits = STATUS_BITS
     urgent = 7
 

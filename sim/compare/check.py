@@ -290,6 +290,7 @@ class Check:
                     claims_of(self.build.programs[k], self.build.nodes[k]),
                     self.build.params[k],
                 ),
+                warnings=dict.fromkeys(filter(None, [estimator.start_note(self.build.word)])),
             )
             for k, estimator in enumerate(self.build.estimators)
         ]
