@@ -154,7 +154,7 @@ class Commander(wiring.Component):
             other.eq(self.line & self.mode.any() & (self.is_counts ^ self.mode[1])),
             wanted.eq(self.line & ~other),
             poll.eq(self.poll & self.tick & (timer == self.poll_ticks - 1)),
-            again.eq(self.poll & self.invalid | poll & tries.any()),
+            again.eq(poll & tries.any()),
             self.busy.eq((stage != Stage.WATCH) & (stage != Stage.PAUSE)),
             self.paused.eq(stage == Stage.PAUSE),
         ]

@@ -102,11 +102,11 @@ class AttitudeOutput(wiring.Component):
 
         value = self.port.value
         of_outputs = Signal()  # the last byte of the outputs
-        # Header and stamp, outputs, counts: 16 places each.
+        # Header and stamp, outputs, counts: regions 0, 1, 3 of 16 places each.
         region, index, part = place[-2:], place[2:6], place[:2]
-        of_counts, of_line, ends_word = region.all(), index[3], part.all()
+        of_counts, of_line, ends_word = region[1], index[3], part.all()
         unused = of_counts & ((part == 0) | (of_line & ~part[1]) | (~of_line & index[1:3].all()))
-        leap = of_outputs | (place == (Place.STAMP << 2 | 3))
+        leap = of_outputs | (~region.any() & index[0] & ends_word)
         following = Mux(leap, Cat(Const(0, 6), 1, region[0]), place + 1)
         m.d.comb += [
             self.port.index.eq(place[2:]),
