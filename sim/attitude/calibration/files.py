@@ -91,9 +91,7 @@ def calibrate(sources: Sequence[Any], settings: Mapping[str, Any], output: str |
     ]
     count = sum(map(len, solution.registers.values()))
     if "tick_s" not in solution.registers["calibrate_inertial"]:
-        notes.append(
-            "no register tick_s: it needs a column stamp [cycles] beside t of a computer's clock"
-        )
+        notes.append("no register tick_s: it needs the computer's time, of a log from a port")
     tables = {"registers": [*_rows(solution)], "noise at rest": [*_noise(solution)]}
     tables["residuals, in standard deviations"] = [
         {"kind": m.kind, "number": m.count, "rms": m.rms} for m in solution.misfits

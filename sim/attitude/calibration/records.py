@@ -2,8 +2,9 @@
 
 A record has the columns of `boresight monitor --log`: ``t`` [s], ``gx_counts`` to ``az_counts``,
 and ``mx_counts`` to ``mz_counts``, empty between lines of the compass. ``stamp`` [cycles, modulo
-2^32] is the board's time, if it is there. A sighted attitude stands in ``qw`` to ``qz``, or in
-``heading``, ``pitch`` and ``roll`` [deg], in one row of its rest or in all.
+2^32] is the board's time, if it is there; ``computer`` [s], or else ``t``, is the computer's. A
+sighted attitude stands in ``qw`` to ``qz``, or in ``heading``, ``pitch`` and ``roll`` [deg], in one
+row of its rest or in all.
 """
 
 from __future__ import annotations
@@ -176,10 +177,12 @@ def _clock(record: Record) -> tuple[FloatArray, Tick | None]:
         return t, None
     stamp = record.numbers("stamp")
     cycles = np.concatenate([[0.0], np.cumsum(np.diff(stamp) % 2.0**STAMP_BITS)])
+    clock = record.values("computer", "s") if "computer" in record.columns else t
+    clock = clock - clock[0]
     # Means of blocks: errors of the computer's times depend on those just before.
-    x, y = (np.array([b.mean() for b in np.array_split(v, 100)]) for v in (cycles, t))
+    x, y = (np.array([b.mean() for b in np.array_split(v, 100)]) for v in (cycles, clock))
     (slope, start), covariance = np.polyfit(x, y, 1, cov=True)
-    if np.abs(t - slope * cycles - start).max() < 2.0 * slope:
+    if np.abs(clock - slope * cycles - start).max() < 2.0 * slope:
         return t, None
     return cycles * slope, Tick(float(slope), float(np.sqrt(covariance[0, 0])))
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from boresight.gateware.attitude.system.attitude_frame import Attitude, Update, Values
 from boresight.gateware.attitude.system.interface import INITIAL_STATES
@@ -20,6 +23,7 @@ from boresight.sim.attitude.host.plot import plot_image
 from boresight.sim.attitude.host.record import log_of
 from boresight.sim.records.files import check_written, content_of
 from boresight.sim.records.reading import kind_of, read_json
+from boresight.sim.records.record import Column
 from boresight.sim.result import Result
 
 __all__ = ["RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
@@ -252,20 +256,22 @@ def _read(line: BoardLine, register: Register) -> RegisterWord:
 
 def _attitudes(
     line: BoardLine, count: int | None, silence_s: float, each: Callable[[str], None] | None
-) -> list[Update]:
-    """What comes, up to ``count``, the end of a file or Ctrl-C."""
+) -> tuple[list[Update], list[float]]:
+    """What comes, up to ``count``, the end of a file or Ctrl-C; and when, by this computer [s]."""
     attitudes: list[Update] = []
+    heard: list[float] = []
     try:
         for item in line.items(silence_s=silence_s):
             if isinstance(item, Update):
                 attitudes.append(item)
+                heard.append(time.monotonic())
                 if each is not None:
                     each(attitude_line(item))
             if count is not None and len(attitudes) >= count:
                 break
     except KeyboardInterrupt:
         pass
-    return attitudes
+    return attitudes, heard
 
 
 def monitor(
@@ -321,7 +327,8 @@ def monitor(
         if log is not None and line.is_port:
             for register, word in _words(table, _RECORDING):
                 line.access(Kind.WRITE, [register.address, word])
-        attitudes = [] if accesses_only else _attitudes(line, count, silence_s, each)
+        nothing: tuple[list[Update], list[float]] = ([], [])
+        attitudes, heard = nothing if accesses_only else _attitudes(line, count, silence_s, each)
         if log is not None and line.is_port:
             ((register, word),) = _words(table, ["output_mode=binary"])
             line.access(Kind.WRITE, [register.address, word])
@@ -339,6 +346,10 @@ def monitor(
     notes: list[str] = []
     if log_file is not None and log is not None:
         record, notes = log_of(source, attitudes, track.number, table.described, written)
+        if line.is_port:
+            at = dict(zip(track.number, heard, strict=True))
+            times = np.array([at[int(n)] for n in record.numbers("number")])
+            record = record.derived({**record.columns, "computer": Column(times, "s")})
         log_file.write(content_of(log, record))
     data = {
         "attitudes": attitudes,

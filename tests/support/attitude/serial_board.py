@@ -6,7 +6,7 @@ import os
 import threading
 from collections.abc import Iterable
 
-from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
 from boresight.gateware.registers.model import Access, BitField, Register
 
@@ -71,9 +71,15 @@ def frames(numbers: Iterable[int], *, step: int = 100_000) -> bytes:
 
 
 class SerialBoard:
-    """The other end of a port: answers accesses from a dict, sends attitudes."""
+    """The other end of a port: answers accesses from a dict, sends attitudes.
 
-    def __init__(self, words: dict[int, int], *, deaf: int = 0, noise: bytes = b"") -> None:
+    After three writes it sends what a host heard instead, if there is a ``capture``.
+    """
+
+    def __init__(
+        self, words: dict[int, int], *, deaf: int = 0, noise: bytes = b"", capture: bytes = b""
+    ) -> None:
+        self.capture = capture
         self.words, self.deaf, self.noise = words, deaf, noise
         self.written: list[tuple[int, int]] = []
         self._master, slave = os.openpty()
@@ -86,7 +92,11 @@ class SerialBoard:
         os.set_blocking(self._master, False)
         while not self._stop.wait(0.005):
             number += 8
-            os.write(self._master, frames([number]) + self.noise)
+            if self.capture and len(self.written) >= 3:
+                os.write(self._master, self.capture[:300])
+                self.capture = self.capture[300:] or bytes([END])
+            else:
+                os.write(self._master, frames([number]) + self.noise)
             try:
                 data = os.read(self._master, 4096)
             except BlockingIOError:

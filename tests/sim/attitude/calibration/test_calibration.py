@@ -120,7 +120,19 @@ def test_simulated_board_takes_the_file(calibration, tmp_path, monkeypatch) -> N
 def test_without_stamps_there_are_36() -> None:
     found = boresight.fit(BOARD, *changed("stamp", None), output="/dev/null")
     assert sum(map(len, found["parameters"].values())) == 36
-    assert "stamp" in found.notes[0]
+    assert "tick_s" in found.notes[0]
+
+
+def test_clock_of_a_log_whose_times_are_stamps() -> None:
+    logs = []
+    for record in records():
+        stamp = record.numbers("stamp")
+        t = np.cumsum(np.diff(stamp, prepend=stamp[0]) % 2**32) * 1e-8
+        columns = {**record.columns, "t": Column(t), "computer": record.columns["t"]}
+        logs.append(Record(record.name, columns))
+    found = boresight.fit(BOARD, *logs, output="/dev/null")
+    tick, sigma = (found[k]["calibrate_inertial"]["tick_s"] for k in ("parameters", "sigma"))
+    assert abs(tick - device(3).tick_s) < 4.0 * sigma < 1e-13
 
 
 REFUSED = {

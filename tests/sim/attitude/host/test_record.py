@@ -121,6 +121,16 @@ def test_a_port_is_told_to_record(recorded: Path, tmp_path: Path) -> None:
     assert board.written == [(divider, 1), (mode, 2), (order, INITIAL_STATES.mask), (mode, 1)]
 
 
+def test_a_port_s_record_has_the_computer_s_time(recorded: Path, tmp_path: Path) -> None:
+    capture, log = (recorded / "capture.bin").read_bytes(), tmp_path / "port.csv"
+    registers = recorded / "registers.json"
+    with SerialBoard({}, capture=capture) as board:
+        boresight.monitor(board.port, steps=100, register_map=registers, log=log)
+    record = read_record(log)
+    assert (np.diff(record.numbers("computer")) >= 0.0).all()
+    assert record.numbers("computer")[-1] > record.numbers("computer")[0]
+
+
 def test_a_command_to_the_compass_as_text(recorded: Path, tmp_path: Path, capsys) -> None:
     registers, command = str(recorded / "registers.json"), "compass_command=#Var=-3.5"
     with SerialBoard({}) as board:
