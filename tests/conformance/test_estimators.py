@@ -227,10 +227,10 @@ CYCLES = [
     ("satcom", "fast", 511, 489),
     ("satcom_pointing", "small", 262, 262),
     ("satcom_pointing", "fast", 239, 239),
-    ("calibrate_inertial", "small", 66, 0),
+    ("calibrate_inertial", "small", 54, 0),
     ("calibrate_inertial", "fast", 49, 0),
-    ("calibrate_field", "small", 28, 27),
-    ("calibrate_field", "fast", 23, 23),
+    ("calibrate_field", "small", 27, 27),
+    ("calibrate_field", "fast", 22, 22),
     ("compass_field", "small", 87, 87),
     ("compass_field", "fast", 65, 65),
 ]

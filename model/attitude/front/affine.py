@@ -15,8 +15,8 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def counts(*names: str, unit: str = "counts") -> tuple[Input, ...]:
-    """Inputs of 16-bit two's complement words."""
-    return tuple(Input(name, -32768.0, 32767.0, unit) for name in names)
+    """Inputs of 16-bit two's complement words; a converter has no others, so none is watched."""
+    return tuple(Input(name, -32768.0, 32767.0, unit, clamp=True) for name in names)
 
 
 def matrix_params(
