@@ -31,8 +31,6 @@ from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import overwriting
 from boresight.verbs import VERBS
 
-__all__ = ["DEBUG", "app", "main", "parse", "tell"]
-
 #: Environment variable that makes a bug show its traceback.
 DEBUG = "BORESIGHT_DEBUG"
 #: No --no-OPTION, and no default that says nothing.

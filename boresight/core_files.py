@@ -37,25 +37,6 @@ from boresight.model.tools.cache import Cache
 from boresight.sim.boards import board_system
 from boresight.sim.levels.build import Build
 
-__all__ = [
-    "SYSTEM_CLOCK_HZ",
-    "TARGET_NAMES",
-    "check_routable",
-    "core_files",
-    "core_texts",
-    "has_primitives",
-    "map_core",
-    "is_open",
-    "project_files",
-    "project_folder",
-    "route_core",
-    "together",
-    "write_core",
-    "write_project",
-    "write_system",
-    "write_text",
-]
-
 #: Targets of ``core.v``; the first by default.
 TARGET_NAMES = ("xc6slx9", "generic", *(name for name in TARGETS if name != "xc6slx9"))
 

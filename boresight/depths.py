@@ -12,8 +12,6 @@ from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.sim.levels.build import Build
 
-__all__ = ["DepthChoice", "build_for", "depth_by_time"]
-
 
 @dataclass(frozen=True)
 class DepthChoice:

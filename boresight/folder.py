@@ -20,8 +20,6 @@ from boresight.model.tools.files import MANIFEST, changed_files
 from boresight.sim.levels.build import Build
 from boresight.sim.records.reading import read_json
 
-__all__ = ["build_in", "changes_in", "is_folder", "made_of"]
-
 _REPORT = "report.json"
 
 

@@ -18,32 +18,6 @@ from cyclopts import Parameter
 from boresight.model.resolve import Named, profiles
 from boresight.model.tolerances import tolerances
 
-__all__ = [
-    "Config",
-    "EstimatorName",
-    "EstimatorNames",
-    "ExperimentName",
-    "Group",
-    "Jobs",
-    "Level",
-    "LogRows",
-    "Logs",
-    "OptionalFile",
-    "OptionalFolder",
-    "OutputFolder",
-    "Params",
-    "Profiles",
-    "Progress",
-    "PythonOnly",
-    "Repeated",
-    "Scheduler",
-    "Steps",
-    "Texts",
-    "Tolerances",
-    "Word",
-    "WorldName",
-]
-
 
 def _text(kind: Any, tokens: Sequence[Any]) -> Any:
     """The only text of an argument."""

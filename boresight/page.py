@@ -18,8 +18,6 @@ from boresight.sim.levels.build import Build
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 
-__all__ = ["write_page"]
-
 
 def write_page(
     folder: Path,

@@ -21,8 +21,6 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.typed import Malformed
 from boresight.sim.records.reading import kind_of, read_json
 
-__all__ = ["estimator_names", "numbers", "params_of", "params_of_each"]
-
 
 def estimator_names(*texts: Named) -> list[Named]:
     """Split texts of one or several names with commas.

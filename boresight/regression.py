@@ -14,8 +14,6 @@ from boresight.options import Group
 from boresight.sim.baseline import compared, read_baseline
 from boresight.sim.result import Result
 
-__all__ = ["Baseline", "baseline"]
-
 
 def baseline(result: Result, file: str | Path) -> Result:
     """Compare a result with an earlier one.

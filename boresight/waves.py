@@ -15,8 +15,6 @@ from boresight.sim.records.files import Log
 from boresight.sim.records.record import joined
 from boresight.sim.rtl.wave import write_wave
 
-__all__ = ["WAVE_FOLDER", "write_waves"]
-
 #: Where waveforms are, unless said otherwise.
 WAVE_FOLDER = "wave"
 

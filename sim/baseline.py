@@ -30,8 +30,6 @@ from boresight.model.errors import InputError
 from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.result import Result
 
-__all__ = ["Figure", "compared", "read_baseline"]
-
 Number: TypeAlias = float | str | None
 #: Keys whose values name an entry of a list.
 NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "signal")

@@ -15,8 +15,6 @@ from boresight.gateware.description import Description
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, load, names_of_entry_points
 
-__all__ = ["BOARD_GROUP", "BoardSystem", "board_system"]
-
 #: Entry points of installed packages that are complete systems.
 BOARD_GROUP = "boresight.boards"
 

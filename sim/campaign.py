@@ -33,18 +33,6 @@ from boresight.model.tools.extras import optional
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.records.selection import Selection, selected, selection
 
-__all__ = [
-    "BATCH",
-    "Journal",
-    "cluster",
-    "complete",
-    "digest",
-    "dispatch",
-    "duration",
-    "processes",
-    "sources",
-]
-
 BATCH = 5  #: Tasks that one process runs before it returns their results.
 
 Label = TypeVar("Label")

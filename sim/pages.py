@@ -13,18 +13,6 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, NamedTuple
 
-__all__ = [
-    "UNKNOWN",
-    "Section",
-    "Verdict",
-    "degrees",
-    "number",
-    "page",
-    "page_of",
-    "section_of",
-    "unit",
-]
-
 #: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
 

@@ -14,21 +14,6 @@ from boresight.model.arrays import FloatArray
 from boresight.model.tools.extras import optional
 from boresight.model.tools.folders import matplotlib_environment
 
-__all__ = [
-    "COLOUR",
-    "INK",
-    "PALETTE",
-    "RED",
-    "band",
-    "dots",
-    "error_history",
-    "figure_and_axes",
-    "legend",
-    "log_axis",
-    "settings",
-    "svg",
-]
-
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {
     "heading": "#0072B2",

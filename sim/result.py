@@ -18,8 +18,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-__all__ = ["Json", "JsonObject", "Result", "Row", "plain", "table_text"]
-
 #: Values of JSON.
 Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
 JsonObject: TypeAlias = dict[str, Json]

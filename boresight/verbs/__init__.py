@@ -6,8 +6,6 @@ line adds (`boresight.options`); ``typed`` returns arguments that differ there f
 
 from __future__ import annotations
 
-__all__ = ["VERBS"]
-
 #: What each verb is for.
 VERBS = {
     "new": "Write a first estimator with its world, a log and a test.",

@@ -41,8 +41,6 @@ from boresight.sim.plotting import dots
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import ALIGNMENTS
 
-__all__ = ["GROUPS", "accuracy"]
-
 GROUPS = (LogRows, Profiles, Baseline)
 
 #: What runs where nothing is named: ours, and the published filters that take seconds.

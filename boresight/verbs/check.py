@@ -62,8 +62,6 @@ from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import is_world, world_of
 from boresight.waves import WAVE_FOLDER, write_waves
 
-__all__ = ["GROUPS", "JUDGED", "check", "typed"]
-
 GROUPS = (LogRows, Profiles, Tolerances, Baseline)
 
 #: Where the command line keeps a difference.

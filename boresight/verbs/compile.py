@@ -69,8 +69,6 @@ from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import JUDGED, report_data
 from boresight.sim.result import Result, plain
 
-__all__ = ["GROUPS", "compile", "figures_of"]
-
 GROUPS = (Profiles, Tolerances, Baseline)
 
 #: What a board's project can be made of.

@@ -19,8 +19,6 @@ from boresight.sim.experiments.experiment import Experiment, Target, grouped, re
 from boresight.sim.experiments.registry import experiment_of
 from boresight.sim.result import Result, plain
 
-__all__ = ["experiment"]
-
 
 def experiment(
     name: Annotated[str | type[Experiment] | Experiment, ExperimentName],

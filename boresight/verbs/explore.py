@@ -57,8 +57,6 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import logs_of
 from boresight.sim.result import Result, Row
 
-__all__ = ["GROUPS", "explore"]
-
 GROUPS = (LogRows, Profiles, Tolerances)
 
 #: Word widths that are tried.

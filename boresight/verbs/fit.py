@@ -55,8 +55,6 @@ from boresight.sim.result import Result
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import is_world, world_of
 
-__all__ = ["GROUPS", "fit"]
-
 GROUPS = (LogRows, Tolerances)
 
 

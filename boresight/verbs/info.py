@@ -35,9 +35,6 @@ from boresight.sim.result import Result
 from boresight.sim.rtl.simulators import available, version
 from boresight.sim.worlds.world import WORLD_GROUP
 
-__all__ = ["info"]
-
-
 _WHAT = Parameter(help="Estimator (name, FILE.py or FILE.py:CLASS), or a log; by default tools.")
 
 

@@ -18,8 +18,6 @@ from boresight.model.errors import InputError
 from boresight.options import Progress, PythonOnly, Repeated
 from boresight.sim.boards import board_system
 
-__all__ = ["monitor", "typed"]
-
 
 def monitor(
     source: Annotated[str, Parameter(metavar="PORT|CAPTURE")],

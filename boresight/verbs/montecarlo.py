@@ -38,8 +38,6 @@ from boresight.sim.montecarlo.figures import figures, result_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
-__all__ = ["GROUPS", "montecarlo"]
-
 GROUPS = (Profiles,)
 
 LEVELS = ("c", "fixed", "float")

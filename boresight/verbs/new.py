@@ -20,9 +20,6 @@ from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
 from boresight.model.tools.files import OutputFile
 from boresight.sim.result import Result
 
-__all__ = ["new"]
-
-
 #: What is written, by name of the file, and the text that it is made of.
 _FILES = {
     "{}.py": "estimator.txt",

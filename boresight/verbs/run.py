@@ -67,8 +67,6 @@ from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
 from boresight.sim.worlds.world import World, drawn, is_world, world_of
 
-__all__ = ["GROUPS", "run", "typed"]
-
 GROUPS = (LogRows, Profiles)
 
 #: Levels without words.

@@ -41,8 +41,6 @@ from boresight.sim.accuracy.tuning import Tuning, tuned_result, weights_of
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result
 
-__all__ = ["GROUPS", "tune"]
-
 GROUPS = (LogRows, Profiles)
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 
-__all__ = ["comment", "identifier", "unique"]
-
 
 def identifier(name: str) -> str:
     """Return the letters, digits and underscores of ``name``, beginning with a letter.

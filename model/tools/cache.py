@@ -22,8 +22,6 @@ from filelock import FileLock
 from boresight.model.tools.files import digest
 from boresight.model.tools.folders import cache_folder
 
-__all__ = ["Cache"]
-
 #: Size above which entries are removed, in bytes.
 _LIMIT = 1_000_000_000
 _LIST = "entry.json"

@@ -7,8 +7,6 @@ from types import ModuleType
 
 from boresight.model.errors import ToolMissing
 
-__all__ = ["optional"]
-
 #: Extra of `pyproject.toml` by library.
 _EXTRAS = {
     "amaranth_boards": "board",

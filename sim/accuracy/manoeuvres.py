@@ -17,9 +17,6 @@ from boresight.sim.rotations.rotation import (
     rotation_vector_to_quaternion,
 )
 
-__all__ = ["MANOEUVRES", "WITHIN", "hostile", "manoeuvre", "within"]
-
-
 #: Stimuli that `manoeuvre` makes.
 MANOEUVRES = (
     "still",

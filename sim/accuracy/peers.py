@@ -40,9 +40,6 @@ from boresight.sim.rotations.rotation import (
     rotate,
 )
 
-__all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers", "run_peer"]
-
-
 #: ENU out of axes with x to the north and y to the west: a quarter turn about the vertical.
 _QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
 

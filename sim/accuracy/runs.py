@@ -23,8 +23,6 @@ from boresight.sim.levels.integer import Emitted
 from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.worlds.loop import drive
 
-__all__ = ["LogRuns", "Scores"]
-
 
 @dataclass(frozen=True)
 class Scores:

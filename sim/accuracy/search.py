@@ -19,8 +19,6 @@ from boresight.model.declarations import Param
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 
-__all__ = ["Axis", "Tuned", "axes_of", "folds_of", "pattern_search"]
-
 #: Values are tried with so many significant digits, as they are printed.
 DIGITS = 4
 #: First step on an axis, the largest, and the one below which a parameter rests.

@@ -17,8 +17,6 @@ from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
 from boresight.sim.records.files import Log, logs_of
 from boresight.sim.records.nine_axis import NineAxis
 
-__all__ = ["Trial", "read_trials"]
-
 
 @dataclass(frozen=True, eq=False)
 class Trial:

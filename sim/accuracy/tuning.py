@@ -24,8 +24,6 @@ from boresight.sim.accuracy.search import Axis, Tuned, pattern_search
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Result, Row
 
-__all__ = ["Tuning", "tuned_result", "weights_of"]
-
 #: Errors of a log, by name.
 Score = Mapping[str, float]
 

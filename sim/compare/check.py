@@ -38,9 +38,6 @@ from boresight.sim.records.plausible import estimate_warnings
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
-__all__ = ["EXACT", "KEPT", "ROWS", "USUAL", "Check"]
-
-
 #: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
 #: Those that are checked by default.

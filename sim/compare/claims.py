@@ -14,8 +14,6 @@ from boresight.sim.ranges.claims import TOLERANCE, Claim
 from boresight.sim.ranges.examine import Examined
 from boresight.sim.ranges.search import Witness
 
-__all__ = ["ClaimResult", "FoldedClaims", "claim_lines", "claim_results"]
-
 
 @dataclass(frozen=True, eq=False)
 class ClaimResult:

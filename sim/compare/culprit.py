@@ -20,8 +20,6 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.twin import KINDS, Twin, authors_name, parts_of, twins
 
-__all__ = ["Culprit", "find_culprit", "near_floor"]
-
 #: Share of the word below which an argument is too coarse to be normalised.
 _FEW = 0.375
 #: Functions that normalise their argument.

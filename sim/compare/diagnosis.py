@@ -21,17 +21,6 @@ from boresight.model.words.program import Kind, Overflow, Program
 from boresight.sim.compare.twin import authors_name, becomes
 from boresight.sim.ranges.intervals import Ends, ends_of
 
-__all__ = [
-    "MARGIN_BITS",
-    "NAMED",
-    "Wasted",
-    "coarse_state",
-    "headroom_bits",
-    "reached_by",
-    "rounding_text",
-    "wasted_bits",
-]
-
 #: Bits above the largest value of a log that are no waste: other logs go further.
 MARGIN_BITS = 2
 #: Values that messages name.

@@ -32,9 +32,6 @@ from boresight.model.declarations import (
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["Decided", "Difference", "Differences", "Spread", "around", "differences"]
-
-
 #: Natural logarithm of a quaternion's norm that is no attitude's.
 _NORMS = math.log(2.0)
 

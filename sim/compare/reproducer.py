@@ -26,14 +26,6 @@ from boresight.sim.levels.registry import LEVELS
 from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = [
-    "first_divergence",
-    "load_reproducer",
-    "program_at",
-    "replay_reproducer",
-    "write_reproducer",
-]
-
 _WANTED = "a reproducer of `boresight check`"
 
 

@@ -20,8 +20,6 @@ from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 from boresight.sim.result import JsonObject, plain
 
-__all__ = ["Agreement", "CheckResult", "LevelResult", "Part", "verdict"]
-
 
 @dataclass(frozen=True)
 class LevelResult:

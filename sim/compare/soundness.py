@@ -18,9 +18,6 @@ from boresight.model.words.program import Program
 from boresight.sim.compare.twin import Twin
 from boresight.sim.levels.build import Build
 
-__all__ = ["check_sound"]
-
-
 #: Drawn updates in which words have to move, and the fewest of them without a saturation.
 ROWS, FEWEST_CLEAN = 128, 16
 #: Share of these updates in which float64 has to leave a word that stands still.

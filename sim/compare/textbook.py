@@ -15,8 +15,6 @@ from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
 
-__all__ = ["Book", "beside_textbook", "textbook_line"]
-
 #: Leading updates that are compared: the second form is slow.
 _MOST = 2000
 #: Largest ratio of a model's time step to that of the log.

@@ -21,22 +21,6 @@ from boresight.model.words.program import Program, Value
 from boresight.model.words.tables import ASIN, SIN
 from boresight.sim.compare.difference import around
 
-__all__ = [
-    "CHUNK",
-    "KINDS",
-    "Rounding",
-    "Twin",
-    "authors_name",
-    "becomes",
-    "function_arguments",
-    "made_of",
-    "outside",
-    "parts_of",
-    "rounding_errors",
-    "twins",
-]
-
-
 #: Updates whose words are held at a time.
 CHUNK = 4096
 #: Least significant bits that rounding, tables and constants explain.

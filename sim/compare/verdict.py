@@ -31,9 +31,6 @@ from boresight.sim.levels.integer import Emitted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.ranges.claims import Claim, claims_of
 
-__all__ = ["Accuracy", "Judge", "judge", "saturated_text", "saturations"]
-
-
 #: Saturated values that a line names, the most frequent first.
 MOST_SATURATED = 5
 

@@ -20,8 +20,6 @@ from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 
-__all__ = ["broad_record", "broad_trials"]
-
 #: Arrays of a trial, and their widths.
 _ARRAYS = {"imu_gyr": 3, "imu_acc": 3, "imu_mag": 3, "opt_quat": 4, "movement": 1}
 

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
-from boresight.sim.experiments.page import Section, render
+from boresight.sim.experiments.page import render
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
-
-__all__ = ["Case", "CasesExperiment"]
+from boresight.sim.pages import Section
 
 
 class Case(Protocol):

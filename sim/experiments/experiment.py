@@ -16,8 +16,6 @@ from typing import Any, ClassVar
 from boresight.model.errors import InputError
 from boresight.model.methods import called
 
-__all__ = ["Experiment", "ExperimentResult", "Target", "grouped", "result_of"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Target:

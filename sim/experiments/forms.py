@@ -15,8 +15,6 @@ from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
 from boresight.sim.rotations.zyx import wrapped
 
-__all__ = ["differences_of", "run_forms", "schedules_of"]
-
 
 def run_forms(
     estimator: Estimator,

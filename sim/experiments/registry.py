@@ -5,8 +5,6 @@ from __future__ import annotations
 from boresight.model.resolve import load
 from boresight.sim.experiments.experiment import Experiment
 
-__all__ = ["EXPERIMENT_GROUP", "experiment_of"]
-
 #: Entry points of installed packages that are experiments.
 EXPERIMENT_GROUP = "boresight.experiments"
 

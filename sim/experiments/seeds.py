@@ -12,8 +12,6 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.sim.campaign import dispatch, duration
 
-__all__ = ["Runs", "figures_of", "run_cases", "spreads_of"]
-
 Case = TypeVar("Case")
 
 #: How the figures of all runs become one, by the end of their name; else it is the mean.

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from boresight.sim.experiments.experiment import Target
 
-__all__ = ["targets_of"]
-
 
 def targets_of(
     place: str | Path,

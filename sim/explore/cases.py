@@ -14,8 +14,6 @@ from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 
-__all__ = ["Case", "Exploration", "arguments_of", "cases_of"]
-
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*=")
 
 

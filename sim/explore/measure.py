@@ -41,8 +41,6 @@ from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.records.selection import Selection, selected, selection
 
-__all__ = ["ANGLE_NAMES", "Plan", "Task", "digest_of", "measured", "planned"]
-
 #: Names of the angles between attitudes, distinct from the names of outputs.
 ANGLE_NAMES = {ANGLES[0]: ATTITUDE} | {name: f"{ATTITUDE}_{name}" for name in ANGLES[1:]}
 

@@ -21,8 +21,6 @@ from boresight.sim.explore.measure import ANGLE_NAMES, Plan
 from boresight.sim.records.selection import selection
 from boresight.sim.result import Result, Row
 
-__all__ = ["OF_AREA", "Demand", "Quantity", "demands_of", "quantities", "quantity_of", "result_of"]
-
 
 @dataclass(frozen=True)
 class Quantity:

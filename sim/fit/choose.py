@@ -16,8 +16,6 @@ from boresight.model.words.rounded import binary_exponent
 from boresight.sim.compare.diagnosis import MARGIN_BITS
 from boresight.sim.fit.observe import Reached, joined
 
-__all__ = ["between", "chosen", "intervals", "profile_of"]
-
 #: Bits above the largest value of hostile runs.
 HOSTILE_BITS = 1.0
 #: Most bits added by half of the spare bits, and bits added where nothing limits a value.

@@ -23,18 +23,6 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 
-__all__ = [
-    "SPARE",
-    "WORSE",
-    "Effect",
-    "Fitted",
-    "Selection",
-    "effect",
-    "fitted",
-    "select_ranges",
-    "wasted_ranges",
-]
-
 #: Updates of each hostile stimulus.
 HOSTILE_STEPS = 2000
 #: Factor by which an error has to grow with a profile to be worse.

@@ -21,8 +21,6 @@ from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Expression, Trace
 from boresight.model.recorded import evaluate
 
-__all__ = ["Inputs", "Observer", "Reached", "joined", "pieces_of"]
-
 #: Smallest and largest value by the number of an expression; for a comparison, of the difference.
 Reached = Mapping[int, Range]
 

@@ -15,8 +15,6 @@ from boresight.model.errors import ToolMissing
 from boresight.sim.formal import axi, dispatcher, frames, lane, operands, registers, sequencer, uart
 from boresight.sim.formal.prove import Proof, ProofError, prove
 
-__all__ = ["PROOFS", "main"]
-
 PROOFS: tuple[Proof, ...] = tuple(
     proof
     for module in (axi, dispatcher, frames, lane, operands, registers, sequencer, uart)

@@ -19,8 +19,6 @@ from boresight.sim.formal.harness import (
 )
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "AxiLiteHarness", "FromAxiHarness", "ToAxiHarness"]
-
 #: Bits of a word.
 WORD = 4
 #: Words of a script: more than the buffers hold.

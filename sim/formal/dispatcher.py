@@ -21,8 +21,6 @@ from boresight.sim.formal.harness import (
 )
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "DispatcherHarness", "RecordHarness", "ReplyHarness"]
-
 #: Bits of a word; three bytes.
 WORD = 18
 

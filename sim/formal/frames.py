@@ -12,8 +12,6 @@ from boresight.gateware.boards.unpack import Unpacker
 from boresight.sim.formal.harness import Harness, Stream, drive, fixed, reached
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "FramesHarness", "Line"]
-
 #: Bits of a word; three bytes.
 WORD = 18
 

@@ -8,18 +8,6 @@ from typing import Any, Generic, TypeVar
 from amaranth.asserts import AnyConst, AnySeq
 from amaranth.hdl import Array, Assert, Assume, Cat, Cover, Elaboratable, Module, Signal, Value
 
-__all__ = [
-    "after_start",
-    "Harness",
-    "Stream",
-    "StreamHarness",
-    "before",
-    "drive",
-    "fixed",
-    "reached",
-    "unknown",
-]
-
 T = TypeVar("T")
 
 

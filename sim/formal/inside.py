@@ -12,8 +12,6 @@ from amaranth.hdl import Cat, Const, Fragment, MemoryInstance, Module, Shape, Si
 
 from boresight.sim.formal.harness import Harness
 
-__all__ = ["InductiveHarness", "Inside"]
-
 T = TypeVar("T")
 
 

@@ -18,8 +18,6 @@ from boresight.sim.formal.harness import reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "FourSlicesHarness", "LaneHarness", "OneSliceHarness", "machine"]
-
 
 class _Registers:
     """Registers of a harness: like those of the component they have an enable and no reset."""

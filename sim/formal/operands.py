@@ -14,8 +14,6 @@ from boresight.sim.formal.harness import fixed, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "OperandsHarness", "numbered"]
-
 
 def numbered(machine: Machine) -> Image:
     """An image whose table words are their own addresses, and whose registers are 0."""

@@ -32,8 +32,6 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.folders import yosys_environment
 from boresight.sim.formal.harness import Harness
 
-__all__ = ["Proof", "ProofError", "Result", "prove"]
-
 #: Longest run of one task, seconds.
 TIMEOUT_S = 600
 

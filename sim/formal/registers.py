@@ -13,8 +13,6 @@ from boresight.sim.formal.harness import after_start, before, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "RegistersHarness"]
-
 _EVENTS = ("en", "saturated", "beyond", "framing", "commit", "idle", "parity")
 
 

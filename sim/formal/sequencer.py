@@ -14,8 +14,6 @@ from boresight.sim.formal.harness import reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROGRAMS", "PROOFS", "RESTARTS", "SequencerHarness", "tiny_image"]
-
 #: Programs, word by word: the fields that are 1. The second gets its only word late.
 PROGRAMS = (
     ("get we", "we", "get", "get_last", "emit we", "", "emit"),

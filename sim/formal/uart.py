@@ -10,8 +10,6 @@ from boresight.gateware.boards.uart import Receiver, Transmitter
 from boresight.sim.formal.harness import Harness, Stream, reached
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "Line", "LineHarness"]
-
 
 class Line(Elaboratable):
     """A transmitter, a wire and a receiver.

@@ -14,8 +14,6 @@ from boresight.model.estimator import Estimator, with_params
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 
-__all__ = ["Build", "heaviest", "operations_by_line"]
-
 #: Files that hold the core and the primitives in it.
 _VERILOG = ("core.v", "spartan6.v")
 

@@ -13,8 +13,6 @@ from boresight.model.step import Values
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, wrapped
 
-__all__ = ["LEVELS", "CompiledFloat", "NumpyFloat"]
-
 
 class NumpyFloat(Level):
     """The float reference: `Estimator.step` on numpy's float64."""

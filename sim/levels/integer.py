@@ -17,8 +17,6 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, Seen, formats_of, run_of_words
 from boresight.sim.levels.segments import interpret
 
-__all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
-
 
 def words_of(program: Program, records: FloatArray) -> IntArray:
     """Input words (..., n_inputs) of records in their units; clamped to the word."""

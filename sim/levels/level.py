@@ -17,8 +17,6 @@ from boresight.model.words.fixed import Format, IntArray
 from boresight.model.words.program import Port, Program
 from boresight.sim.levels.build import Build
 
-__all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "wrapped"]
-
 
 @dataclass(frozen=True, eq=False)
 class Run:

@@ -7,8 +7,6 @@ from boresight.sim.levels import floating, integer, rtl, synthesised
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 
-__all__ = ["LEVELS", "level_of", "make_level"]
-
 #: Float64 with numpy and compiled, integer interpreter, C, Verilog, synthesised netlist.
 LEVELS: dict[str, type[Level]] = {
     level.name: level for module in (floating, integer, rtl, synthesised) for level in module.LEVELS

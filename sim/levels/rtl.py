@@ -23,9 +23,6 @@ from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
 
-__all__ = ["LEVELS", "Simulated", "run_in_turns"]
-
-
 #: Cycles of Icarus in a check: enough for a comparison, few enough for its speed.
 ICARUS_CYCLES = 10_000
 

@@ -16,8 +16,6 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 
-__all__ = ["interpret"]
-
 
 def interpret(
     program: Program,

@@ -12,8 +12,6 @@ from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.netlist import NetlistSimulation
 
-__all__ = ["LEVELS", "NetlistSimulated"]
-
 
 class NetlistSimulated(Simulated):
     """The core after synthesis for the build's target, in Verilator (`sim.rtl.netlist`)."""

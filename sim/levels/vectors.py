@@ -20,9 +20,6 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 
-__all__ = ["recorded"]
-
-
 #: Bundled log, and its first sample for the bench, during a motion.
 _LOG, _FROM = "synthetic_60s", 4000
 #: Cycles of all records of a program together; minimum and maximum number of records.

@@ -25,8 +25,6 @@ from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.sim.worlds.world import NamedWorld, World, drawn, world_of
 
-__all__ = ["Campaign", "draws", "record_count"]
-
 MARKS = 50  #: Records of the first draw at which errors are stored, at most.
 
 

@@ -21,8 +21,6 @@ from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Result, Row
 
-__all__ = ["chi2", "figures", "result_of"]
-
 _Z = 1.959963984540054  #: Normal quantile of 95 %, two-sided.
 
 

@@ -19,8 +19,6 @@ from boresight.model.lowering.graph import LEAVES, Node
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.intervals import Ends, FloatArray, ends_of
 
-__all__ = ["is_proven"]
-
 #: Steps back to the values of a box that are tried, and most of these values.
 DEPTHS = (1, 2, 3, 4, 6, 8)
 MOST_VALUES = 8

@@ -15,8 +15,6 @@ from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Overflow, Program
 from boresight.sim.compare.twin import RANGE_SLACK
 
-__all__ = ["Claim", "claims_of", "live", "live_nodes"]
-
 #: Share of a range's larger magnitude, and last bits of its word, by which rounding may exceed it.
 TOLERANCE = 1e-4
 ROUNDING_LSB = 8.0

@@ -12,8 +12,6 @@ from boresight.sim.ranges.boxes import is_proven
 from boresight.sim.ranges.claims import Claim, claims_of, live
 from boresight.sim.ranges.search import Reach, Search, Witness
 
-__all__ = ["Examined", "examine"]
-
 #: Operations that the search runs by default, each on all runs: about half a second. A claim takes
 #: as long as so many operations.
 WORK, CLAIM = 20_000, 6

@@ -9,8 +9,6 @@ import numpy.typing as npt
 
 from boresight.model.lowering.graph import Node
 
-__all__ = ["Ends", "FloatArray", "ends_of"]
-
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
 Ends = tuple[FloatArray, FloatArray]

@@ -24,8 +24,6 @@ from boresight.sim.compare.twin import Twin, outside
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.intervals import FloatArray
 
-__all__ = ["RUNS", "Reach", "Search", "Witness"]
-
 #: Runs side by side.
 RUNS = 384
 #: Updates from one selection of runs to the next.

@@ -27,8 +27,6 @@ from boresight.sim.records.selection import GAP_STEPS, Clock
 from boresight.sim.records.topics import NS, Order, Recording, Topic
 from boresight.sim.rotations.rotation import quaternion_normalise
 
-__all__ = ["Reader", "record_from"]
-
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
 

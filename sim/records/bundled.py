@@ -6,8 +6,6 @@ from pathlib import Path
 
 from boresight.model.errors import InputError
 
-__all__ = ["bundled", "bundled_names", "is_comparison"]
-
 #: Bundled logs whose attitude is another device's estimate, not truth.
 _COMPARISONS = ("ximu_walk",)
 

@@ -23,8 +23,6 @@ from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import ROWS, Place, Record, check_norm, joined, truth_names
 from boresight.sim.records.selection import Clock, selection
 
-__all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "require_rate"]
-
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
 #: Longest step that is no gap, and longest gap whose length is told, as shares of the range of dt.

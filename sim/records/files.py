@@ -29,23 +29,6 @@ from boresight.sim.records.recordings import read_bag, read_ulog
 from boresight.sim.records.selection import selection
 from boresight.sim.records.text import read_csv, write_csv
 
-__all__ = [
-    "FORMATS",
-    "RECORDINGS",
-    "Log",
-    "ahead",
-    "blocks_of",
-    "check_written",
-    "content_of",
-    "log_files",
-    "logs_of",
-    "read_pieces",
-    "read_record",
-    "record_of",
-    "recording_of",
-    "write_pieces",
-]
-
 T = TypeVar("T")
 
 

@@ -14,9 +14,6 @@ from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.rotations.rotation import matrix_to_quaternion, quaternion_multiply
 
-__all__ = ["attitude_from", "vector_from"]
-
-
 #: Axis and sign of each letter, in FLU and in ENU.
 _BODY = {"F": (0, 1), "B": (0, -1), "L": (1, 1), "R": (1, -1), "U": (2, 1), "D": (2, -1)}
 _NAVIGATION = {"E": (0, 1), "W": (0, -1), "N": (1, 1), "S": (1, -1), "U": (2, 1), "D": (2, -1)}

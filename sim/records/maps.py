@@ -19,8 +19,6 @@ from typing import Any
 from boresight.model.errors import InputError
 from boresight.sim.records.reading import kind_of, read_bytes
 
-__all__ = ["READY", "Source", "read_map", "ready_map"]
-
 #: Maps that are ready, by name.
 READY = ("px4", "ros")
 #: Nanoseconds of the units that times may have.

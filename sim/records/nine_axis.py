@@ -18,9 +18,6 @@ from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.sim.records.record import Column, Place, Record, check_norm, steps_of, truth_names
 
-__all__ = ["NineAxis"]
-
-
 #: Columns of each sensor, and their unit.
 TRIADS = {
     "gyr": (("gx", "gy", "gz"), "rad/s"),

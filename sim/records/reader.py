@@ -13,8 +13,6 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.records.record import RESTART_S
 
-__all__ = ["InputReader"]
-
 
 class InputReader:
     """Converts samples to inputs, in one or more calls: missing samples, flags, ranges.

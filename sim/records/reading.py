@@ -12,8 +12,6 @@ from typing import Any, BinaryIO
 
 from boresight.model.errors import InputError
 
-__all__ = ["kind_of", "opened", "read_bytes", "read_json", "reason"]
-
 #: Maximum number of digits of a number in JSON.
 _DIGITS = 100
 #: Largest file of JSON, bytes.

@@ -20,25 +20,6 @@ from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.units import UnitError, linear
 
-__all__ = [
-    "MEDIAN_OF",
-    "RESTART_S",
-    "ROWS",
-    "SECONDS",
-    "TRUTH",
-    "Column",
-    "Place",
-    "Record",
-    "check_norm",
-    "joined",
-    "resized",
-    "rows_of",
-    "steps_of",
-    "timed",
-    "truth_names",
-]
-
-
 #: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"
 #: Tolerance of the norm of a reference quaternion, for its rounding in a log.

@@ -24,8 +24,6 @@ from boresight.model.tools.extras import optional
 from boresight.sim.records.reading import opened, read_bytes
 from boresight.sim.records.topics import Recording, Topic
 
-__all__ = ["read_bag", "read_ulog"]
-
 #: First bytes, length of the header, and types of messages.
 _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
 #: Whole messages that show where the log goes on behind damaged bytes.

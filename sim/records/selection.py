@@ -30,8 +30,6 @@ from boresight.sim.records.record import (
     rows_of,
 )
 
-__all__ = ["GAPS", "GAP_STEPS", "Clock", "Selection", "selected", "selection"]
-
 #: Median steps from which on a step is a gap.
 GAP_STEPS = 3.0
 #: Meaning of a gap: an error, one long step, a restart of an attitude filter.

@@ -27,19 +27,6 @@ from boresight.model.tools.extras import optional
 from boresight.sim.records.nine_axis import TRIADS
 from boresight.sim.records.record import RESTART_S, Place, Record, columns_of, name_of, steps_of
 
-__all__ = [
-    "Arrays",
-    "feather_of",
-    "mat_of",
-    "npz_of",
-    "read_feather",
-    "read_mat",
-    "read_npz",
-    "read_parquet",
-    "records_of",
-    "write_parquet",
-]
-
 #: Arrays by the names of their columns.
 Arrays: TypeAlias = Sequence[tuple[str, npt.NDArray[Any]]]
 

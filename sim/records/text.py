@@ -25,9 +25,6 @@ from boresight.model.errors import InputError
 from boresight.model.units import check_unit
 from boresight.sim.records.record import SECONDS, Column, Place, Record, name_of, split_headers
 
-__all__ = ["read_csv", "write_csv"]
-
-
 #: Values from which on pyarrow is worth its import.
 _FAST_FROM = 100_000
 #: Texts of no sample, in any case.

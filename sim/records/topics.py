@@ -13,9 +13,6 @@ import numpy.typing as npt
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.sim.records.selection import Clock
 
-__all__ = ["Order", "Recording", "Topic", "clock_of"]
-
-
 NS = 1e9  #: nanoseconds of a second
 
 

@@ -23,9 +23,6 @@ from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import quaternion_to_euler
 
-__all__ = ["ANGLES", "BINS", "accuracy_section", "worst_output"]
-
-
 #: Outputs that are Euler angles, with their columns in `quaternion_to_euler`.
 ANGLES = {"heading": 2, "pitch": 0, "roll": 1}
 #: Points of a curve, at most.

@@ -9,8 +9,6 @@ from typing import Any
 
 from boresight.sim.plotting import COLOUR
 
-__all__ = ["CHART_COLOURS", "schedule_chart"]
-
 #: Fill of each kind of slot: apart in hue and, printed in grey, in lightness.
 CHART_COLOURS = {
     "multiply-add": COLOUR["heading"],

@@ -24,8 +24,6 @@ from boresight.sim.report.observed import Observed
 from boresight.sim.report.schedule import schedule_section
 from boresight.sim.report.timing import timing_section
 
-__all__ = ["JUDGED", "report_data"]
-
 _AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp"}
 
 #: Figures of a report, by their place, that are judged against an earlier one; see `JUDGED`.

@@ -15,8 +15,6 @@ from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
 from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import KINDS
 
-__all__ = ["render_html"]
-
 #: Cycles whose chart is unfolded, at most.
 _MAX_CYCLES = 640
 #: Rows of the table of advice, at most.

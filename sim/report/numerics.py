@@ -9,8 +9,6 @@ from boresight.model.words.program import Kind, Overflow, Program, Value
 from boresight.sim.compare.twin import KINDS
 from boresight.sim.report.observed import Observed
 
-__all__ = ["numerics_section"]
-
 #: Keys whose values need a log.
 _OBSERVED = (
     *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice"),

@@ -15,8 +15,6 @@ from boresight.sim.compare.diagnosis import Wasted, headroom_bits, wasted_bits
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.twin import Rounding, rounding_errors
 
-__all__ = ["Extreme", "Observed"]
-
 
 @dataclass(frozen=True)
 class Extreme:

@@ -13,8 +13,6 @@ from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.pages import unit as shown_unit
 from boresight.sim.plotting import COLOUR, INK, PALETTE, RED, figure_and_axes, legend, settings, svg
 
-__all__ = ["error_plot", "log_difference_plot", "output_plot"]
-
 Curve = Sequence[float | None]
 
 #: Data of each output in a plot by unit: see `sim.report.accuracy`.

@@ -9,8 +9,6 @@ from typing import Any
 from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import Schedule, Slot
 
-__all__ = ["KINDS", "schedule_section"]
-
 #: Kinds of issue slots, in the order of the chart's legend.
 KINDS = ("multiply-add", "function table", "capture", "emit")
 

@@ -12,8 +12,6 @@ from boresight.gateware.synthesis.family import Step
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.sim.compare.results import LevelResult
 
-__all__ = ["timing_section"]
-
 
 def timing_section(
     core: Core,

@@ -23,18 +23,6 @@ from boresight.sim.rotations.rotation import (
     quaternion_normalise,
 )
 
-__all__ = [
-    "ALIGNMENTS",
-    "NO_SAMPLE",
-    "AttitudeError",
-    "AttitudeRmse",
-    "ConstantOffset",
-    "attitude_error",
-    "attitude_rmse",
-    "largest_turn_deg",
-]
-
-
 #: Components of a quaternion that a constant offset may have.
 ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
 

@@ -9,8 +9,6 @@ import numpy as np
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
 
-__all__ = ["attitude_of", "euler_deg_of", "status_of"]
-
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
     """Quaternions (..., 4) of output records by name."""

@@ -22,26 +22,6 @@ import numpy.typing as npt
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 
-__all__ = [
-    "angle_between",
-    "euler_to_matrix",
-    "euler_to_quaternion",
-    "matrix_to_euler",
-    "matrix_to_quaternion",
-    "quaternion_conjugate",
-    "quaternion_multiply",
-    "quaternion_running_product",
-    "quaternion_normalise",
-    "quaternion_to_euler",
-    "quaternion_to_matrix",
-    "quaternion_to_rotation_vector",
-    "rotate",
-    "rotation_vector_to_quaternion",
-    "turns_between",
-    "wrap_rad",
-]
-
-
 #: Half angle [rad] below which sin(x)/x is written as its series: the first term left out,
 #: x^4/120, is then below 2^-53.
 _SERIES_BELOW = 3e-4

@@ -8,8 +8,6 @@ import numpy.typing as npt
 from boresight.model.arrays import FloatArray
 from boresight.sim.rotations.rotation import quaternion_multiply
 
-__all__ = ["angles_of", "quaternions_of", "wrapped"]
-
 
 def quaternions_of(euler: FloatArray) -> FloatArray:
     """Quaternions (..., 4) of roll, pitch, heading (..., 3) [rad]; the sign is not forced."""

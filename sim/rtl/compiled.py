@@ -17,8 +17,6 @@ from boresight.model.tools.cache import Cache
 from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed, require, version
 from boresight.sim.rtl.verilator import build_program
 
-__all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
-
 #: Cycles for which ``rst`` is held.
 RESET_CYCLES = 4
 

@@ -21,8 +21,6 @@ from boresight.model.tools.failure import failure
 from boresight.sim.rtl.replay import Batch, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed, require, version
 
-__all__ = ["CocotbSimulation", "quiet"]
-
 
 class CocotbSimulation(RtlSimulation):
     """See `RtlSimulation`.

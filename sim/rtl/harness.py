@@ -25,8 +25,6 @@ from boresight.sim.rtl.compiled import RESET_CYCLES, build
 from boresight.sim.rtl.replay import Batch, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = ["CompiledSimulation", "CoreProcess"]
-
 
 class CompiledSimulation(RtlSimulation):
     """See `RtlSimulation`.

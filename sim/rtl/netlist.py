@@ -22,8 +22,6 @@ from boresight.gateware.synthesis.yosys import cell_library
 from boresight.model.tools.cache import Cache
 from boresight.sim.rtl.harness import CompiledSimulation
 
-__all__ = ["CELLS", "SIMULATED", "Cells", "NetlistSimulation", "verilog_of"]
-
 #: Cells that only tell where something came from.
 _NO_HARDWARE = "$scopeinfo"
 #: Module of a file in Verilog.

@@ -17,17 +17,6 @@ from boresight.model.arrays import BoolArray
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = [
-    "Batch",
-    "BusWrite",
-    "RegisterWrite",
-    "ReplayFailed",
-    "Reset",
-    "RtlRun",
-    "RtlSimulation",
-    "split_memories",
-]
-
 
 @dataclass(frozen=True)
 class BusWrite:

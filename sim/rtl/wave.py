@@ -22,8 +22,6 @@ from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.program import Kind
 from boresight.sim.rtl.harness import CompiledSimulation
 
-__all__ = ["CORE", "Signal", "Wave", "changes_of", "wires_of", "write_wave"]
-
 _WaveValue = int | float | str
 
 #: Nanoseconds of a cycle.

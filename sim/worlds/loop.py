@@ -19,8 +19,6 @@ from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Place, Record
 from boresight.sim.worlds.world import World
 
-__all__ = ["Loop", "Parting", "close_loop", "drive", "parting"]
-
 
 @dataclass(frozen=True, eq=False)
 class Loop:

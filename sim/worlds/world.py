@@ -12,17 +12,6 @@ from boresight.model.errors import InputError
 from boresight.model.methods import called
 from boresight.model.resolve import load, names_of_entry_points
 
-__all__ = [
-    "WORLD_GROUP",
-    "BatchedWorld",
-    "NamedWorld",
-    "World",
-    "bound_of",
-    "drawn",
-    "is_world",
-    "world_of",
-]
-
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
 

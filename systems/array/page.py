@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from boresight import Target
-from boresight.sim.experiments.page import Section, numbers
+from boresight.sim.experiments.page import numbers
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
+from boresight.sim.pages import Section
 from boresight.sim.plotting import COLOUR, band, figure_and_axes, legend, settings, svg
 from boresight.systems.array.cases import CASES, RATES
 from boresight.systems.array.runs import EVERY

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from boresight import Target
-from boresight.sim.experiments.page import Section
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
+from boresight.sim.pages import Section
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.systems.mls.deck import RATE_HZ
 from boresight.systems.mls.patterns import Trial

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from boresight import Target
-from boresight.sim.experiments.page import Section
 from boresight.sim.experiments.page import render as page
+from boresight.sim.pages import Section
 from boresight.sim.plotting import COLOUR, figure_and_axes, settings, svg
 from boresight.systems.radar.interface import AXES, BIASES
 from boresight.systems.radar.runs import Predicted, Watched

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from boresight import Target
-from boresight.sim.experiments.page import Section
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
+from boresight.sim.pages import Section
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.systems.satcom.cases import CASES, WHAT_IF, Case
 from boresight.systems.satcom.innovations import plot_innovations

@@ -23,7 +23,8 @@ from boresight.sim.attitude.ma2014.sections import (
 from boresight.sim.attitude.ma2014.targets import targets
 from boresight.sim.attitude.ma2014.world import CASES, E2, make_log
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult, Target
-from boresight.sim.experiments.page import Section, render
+from boresight.sim.experiments.page import render
+from boresight.sim.pages import Section
 from boresight.sim.records.record import Record
 
 __all__ = ["Ma2014", "measure"]
