@@ -79,7 +79,7 @@ class LevelResult:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
-        data = dataclasses.asdict(self)
+        data = {**dataclasses.asdict(self), "good": self.good, "failure": self.failure}
         return data if self.slices else {k: v for k, v in data.items() if k != "slices"}
 
     def line(self) -> str:
@@ -313,9 +313,7 @@ class CheckResult:
             "model_faults": list(self.book.faults),
             "claims": [claim.to_json() for claim in self.claims],
             "warnings": list(self.given.warnings),
-            "verification": plain(
-                [{**x.to_json(), "good": x.good, "failure": x.failure} for x in self.levels]
-            ),
+            "verification": [x.to_json() for x in self.levels],
         }
 
 

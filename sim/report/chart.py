@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from html import escape
+from collections.abc import Mapping
 from typing import Any
 
-from boresight.sim.plotting import COLOUR
+from boresight.sim.plotting import COLOUR, figure_and_axes, settings, svg
 
 #: Fill of each kind of slot: apart in hue and, printed in grey, in lightness.
 CHART_COLOURS = {
@@ -18,109 +17,55 @@ CHART_COLOURS = {
     "get": COLOUR["other"],
     "idle": "#F1F1F1",
 }
-
-_WIDTH = 1120.0
-_LEFT = 62.0
-_RIGHT = 50.0
-_ROW = 20.0
-_GAP = 5.0
-_LINE = 12.0  # height of a line of output names
-_BAND = 128  # cycles of one band, at most
-
-
-def _text(x: float, y: float, text: str, *, attributes: str = "") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}"{attributes}>{escape(text)}</text>'
-
-
-def _box(x: float, y: float, width: float, kind: str, title: str) -> str:
-    return (
-        f'<rect x="{x:.2f}" y="{y:.1f}" width="{width:.2f}" height="{_ROW:g}" '
-        f'fill="{CHART_COLOURS[kind]}"><title>{escape(title)}</title></rect>'
-    )
-
-
-class _Band:
-    """Cycles first..last-1 of the schedule.
-
-    From top to bottom: names of the outputs, lanes, inputs, cycle numbers. Names that would run
-    into the next one stand a line above it.
-    """
-
-    def __init__(self, schedule: Mapping[str, Any], first: int, last: int, scale: float) -> None:
-        self.schedule, self.first, self.last, self.scale = schedule, first, last, scale
-        self.lanes = len(schedule["lanes"])
-        outputs = sorted(o for o in schedule["chart"]["outputs"] if first <= o[0] < last)
-        self.outputs: list[tuple[int, str, int]] = []  # cycle, text, line
-        line, right = -1, math.inf
-        for cycle, name, latency in reversed(outputs):
-            text = f"{name}: {latency}"
-            fits = self.x(cycle) + 9 + 5.8 * len(text) < right
-            line = 0 if fits else line + 1
-            right = self.x(cycle)
-            self.outputs.append((cycle, text, line))
-        lines = max((line + 1 for _, _, line in self.outputs), default=0)
-        self.names = _LINE * lines + 6
-        self.height = self.names + (self.lanes + 1) * (_ROW + _GAP) + 22
-
-    def x(self, cycle: float) -> float:
-        return _LEFT + (cycle - self.first) * self.scale
-
-    def draw(self, top: float) -> Iterator[str]:
-        chart, first, last = self.schedule["chart"], self.first, self.last
-        lanes = [top + self.names + k * (_ROW + _GAP) for k in range(self.lanes)]
-        inputs = lanes[-1] + _ROW + _GAP
-        for name, y in (*((f"lane {k}", y) for k, y in enumerate(lanes)), ("inputs", inputs)):
-            yield _text(_LEFT - 6, y + _ROW * 0.7, name, attributes=' text-anchor="end"')
-            yield _box(
-                self.x(first),
-                y,
-                (last - first) * self.scale,
-                "idle",
-                "no input word" if name == "inputs" else "idle",
-            )
-        op_at = {(s[1], s[0]): s[4] for s in chart["slots"]}
-        for cycle, lane, kind, label, op in chart["slots"]:
-            if first <= cycle < last:
-                # Slots of one result stand together; a gap parts them from the next.
-                gap = 0.0 if op is not None and op_at.get((lane, cycle + 1)) == op else 0.9
-                yield _box(
-                    self.x(cycle),
-                    lanes[lane],
-                    self.scale - gap,
-                    kind,
-                    f"cycle {cycle}, lane {lane}: {label}",
-                )
-        for cycle, name in chart["gets"]:
-            if first <= cycle < last:
-                yield _box(self.x(cycle), inputs, self.scale - 0.9, "get", f"cycle {cycle}: {name}")
-        for cycle, text, line in self.outputs:
-            x, y = self.x(cycle + 0.5), lanes[0] - 6 - line * _LINE
-            yield f'<line x1="{x:.1f}" y1="{y - 8:.1f}" x2="{x:.1f}" y2="{lanes[0] + 3:.1f}"/>'
-            yield _text(x + 3, y, text, attributes=' class="out"')
-        bottom = inputs + _ROW
-        step = 10 if last - first > 60 else 5
-        for cycle in range(-(-first // step) * step, last + 1, step):
-            x = self.x(cycle)
-            yield (
-                f'<line class="tick" x1="{x:.1f}" y1="{bottom:.1f}" x2="{x:.1f}" '
-                f'y2="{bottom + 4:.1f}"/>'
-            )
-            yield _text(x, bottom + 14, str(cycle), attributes=' text-anchor="middle" class="tick"')
+#: Cycles of one band, at most, and inches of a row and of a line of output names.
+_BAND, _ROW, _LINE = 128, 0.26, 0.13
 
 
 def schedule_chart(schedule: Mapping[str, Any]) -> str:
-    """SVG element of ``schedule`` (`sim.report.schedule.schedule_section`)."""
-    cycles = schedule["cycles"]
+    """SVG element of ``schedule`` (`sim.report.schedule.schedule_section`), in bands of cycles."""
+    cycles, chart, lanes = schedule["cycles"], schedule["chart"], len(schedule["lanes"])
     size = -(-cycles // -(-cycles // _BAND))
-    scale = (_WIDTH - _LEFT - _RIGHT) / size
-    parts: list[str] = []
-    top = 0.0
-    for first in range(0, cycles, size):
-        band = _Band(schedule, first, min(cycles, first + size), scale)
-        parts += band.draw(top)
-        top += band.height
-    return (
-        f'<svg class="chart" role="img" viewBox="0 0 {_WIDTH:g} {top:g}">\n'
-        + "\n".join(parts)
-        + "\n</svg>"
-    )
+    bands = [(first, min(cycles, first + size)) for first in range(0, cycles, size)]
+    # (row, kind) of bars: start and width. Slots of one result stand together; a gap parts others.
+    op_at = {(lane, cycle): op for cycle, lane, _, op in chart["slots"]}
+    bars: dict[tuple[int, str], list[tuple[float, float]]] = {}
+    for cycle, lane, kind, op in chart["slots"]:
+        gap = 0.0 if op is not None and op_at.get((lane, cycle + 1)) == op else 0.12
+        bars.setdefault((lane, kind), []).append((cycle, 1.0 - gap))
+    bars[lanes, "get"] = [(cycle, 0.88) for cycle, _ in chart["gets"]]
+    outputs = sorted(chart["outputs"])
+    named = [_lines([o for o in outputs if a <= o[0] < b], a, size) for a, b in bands]
+    tops = [_LINE * (1 + max((line for *_, line in names), default=0)) for names in named]
+    heights = [top + _ROW * (lanes + 1) + 0.3 for top in tops]
+    with settings():
+        figure, plots = figure_and_axes(
+            sum(heights), len(bands), squeeze=False, gridspec_kw={"height_ratios": heights}
+        )
+        for axes, (first, stop), names, top in zip(plots[:, 0], bands, named, tops, strict=True):
+            axes.grid(False)
+            axes.spines[:].set_visible(False)
+            axes.set_xlim(first, first + size)
+            axes.set_ylim(lanes + 0.5, -0.5 - top / _ROW)
+            axes.set_yticks(range(lanes + 1), [*(f"lane {k}" for k in range(lanes)), "inputs"])
+            axes.tick_params(axis="y", length=0)
+            axes.set_xticks(range(-(-first // 10) * 10, stop + 1, 10))
+            idle = {(row, "idle"): [(first, stop - first)] for row in range(lanes + 1)}
+            for (row, kind), spans in (idle | bars).items():
+                here = [x for x in spans if first <= x[0] < stop]
+                axes.broken_barh(here, (row - 0.4, 0.8), color=CHART_COLOURS[kind], linewidth=0)
+            for cycle, text, line in names:
+                y = -0.5 - line * _LINE / _ROW
+                axes.vlines(cycle + 0.5, y - 0.4, -0.3, color=CHART_COLOURS["emit"])
+                axes.text(cycle + 0.9, y, text, fontsize=7.5)
+        return svg(figure, "schedule")
+
+
+def _lines(outputs: list[Any], first: int, size: int) -> list[tuple[int, str, int]]:
+    """Cycle, text and line of each output; one that would run into the next stands above it."""
+    named, line, right = list[tuple[int, str, int]](), -1, math.inf
+    for cycle, name, latency in reversed(outputs):
+        text = f"{name}: {latency}"
+        fits = (cycle - first) / size + 0.008 + 0.0057 * len(text) < right
+        line, right = 0 if fits else line + 1, (cycle - first) / size
+        named.append((cycle, text, line))
+    return named

@@ -86,7 +86,7 @@ def report_data(
     warn = warnings.append
     if area is None:
         warn("resources and clock: not known, no synthesis was run")
-    observed = Observed.of(program, checks) if checks else None
+    observed = Observed(program, checks) if checks else None
     if observed is None:
         warn("numerics: no log was run, ranges are not observed")
     else:
@@ -152,27 +152,7 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
             warn(f"verification: {x.level} ({x.simulator}) failed: {x.failure}")
     if not levels:
         warn("verification: not run")
-    return [
-        {
-            "log": log,
-            "level": x.level,
-            "simulator": x.simulator,
-            "n_total": x.n_total,
-            "n_mismatch": x.n_mismatch,
-            "reference": x.reference,
-            "seconds": round(x.seconds, 3),
-            "cycles": None
-            if x.cycles_predicted is None
-            else {"predicted": x.cycles_predicted, "min": x.cycles_min, "max": x.cycles_max},
-            "interval": None
-            if x.interval_predicted is None
-            else {"predicted": x.interval_predicted, "min": x.interval_min, "max": x.interval_max},
-            "good": x.good,
-            "failure": x.failure,
-            "divergence": x.divergence,
-        }
-        for log, x in levels
-    ]
+    return [{"log": log, **x.to_json()} for log, x in levels]
 
 
 def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:

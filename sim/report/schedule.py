@@ -12,8 +12,6 @@ from boresight.gateware.schedule.slots import Schedule, Slot
 #: Kinds of issue slots, in the order of the chart's legend.
 KINDS = ("multiply-add", "function table", "capture", "emit")
 
-_SIGN = {"no": "+", "yes": "-", "if": "-/+", "unless": "+/-"}
-
 
 def _kind(schedule: Schedule, slot: Slot) -> str:
     if slot.op is None:
@@ -22,35 +20,6 @@ def _kind(schedule: Schedule, slot: Slot) -> str:
         return "capture"
     term = schedule.program.ops[slot.op].terms[slot.term]
     return "multiply-add" if term.coefficient is None else "function table"
-
-
-def _label(schedule: Schedule, slot: Slot) -> str:
-    """Description of the slot, with the names of its values."""
-    program = schedule.program
-    name = [v.name for v in program.values]
-    emission = "" if slot.emit is None else f"emit {program.output_names[slot.emit]}"
-    if slot.op is None:
-        return emission
-    emission = emission and f"; {emission}"
-    op = program.ops[slot.op]
-    if slot.term is None:
-        captures = [
-            w
-            for w, on in (
-                ("sign", slot.cap_flag),
-                ("segment", slot.cap_index),
-                ("normalisation count", slot.cap_norm),
-            )
-            if on
-        ]
-        return f"{name[op.dest]}: capture {', '.join(captures)} of {name[slot.a]}{emission}"
-    term = op.terms[slot.term]
-    b = f"c{term.coefficient}[table {op.table}]" if term.b is None else name[term.b]
-    condition = "" if term.when.value == "always" else f" {term.when.value} flag"
-    return (
-        f"{name[op.dest]}: term {slot.term + 1} of {len(op.terms)}, "
-        f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{condition}{emission}"
-    )
 
 
 #: Source lines that are named, at most.
@@ -74,12 +43,12 @@ def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict
 
     ``emitted`` are the slots that only send an output. ``units`` has a row for every lane and kind
     of slot, and for the input and output words. In ``chart``, ``slots`` are
-    [cycle, lane, kind, label, op], ``gets`` [cycle, name] and ``outputs`` [cycle of the emit slot,
+    [cycle, lane, kind, op], ``gets`` [cycle, name] and ``outputs`` [cycle of the emit slot,
     name, latency].
     """
     s = core.schedule
     names = [v.name for v in s.program.values]
-    slots = [[x.cycle, x.lane, _kind(s, x), _label(s, x), x.op] for x in s.slots]
+    slots = [[x.cycle, x.lane, _kind(s, x), x.op] for x in s.slots]
     lanes = range(s.machine.lanes)
 
     def unit(unit_: str, op: str, count: int) -> dict[str, Any]:
@@ -91,7 +60,7 @@ def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict
             "utilisation": round(count / s.length, 4),
         }
 
-    count = Counter((lane, kind) for _, lane, kind, _, _ in slots)
+    count = Counter((lane, kind) for _, lane, kind, _ in slots)
     units = [unit(f"lane {lane}", kind, count[lane, kind]) for lane in lanes for kind in KINDS]
     units += [unit("input", "get", len(s.gets)), unit("output", "emit", len(s.latencies))]
     return {
