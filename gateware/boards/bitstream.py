@@ -9,8 +9,8 @@ from pathlib import Path
 
 from boresight.gateware.boards.project import Design, Project, board_named, prepared
 from boresight.gateware.synthesis.family import Router, Target
-from boresight.gateware.synthesis.nextpnr import command, find_router, pack, place_and_route
-from boresight.gateware.synthesis.routed import Routed, netlist_for
+from boresight.gateware.synthesis.nextpnr import find_router, pack
+from boresight.gateware.synthesis.routed import Routed, netlist_for, route
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.tools.failure import ToolFailed
 
@@ -130,31 +130,25 @@ def build_bitstream(
     """
     target, router = design.target, design.router
     clock_mhz = design.project.clock_hz / 1e6
-    tool = find_router(router)
+    find_router(router)  # before the work
     mapped = netlist_for(design.verilog, "top", target, cache_dir=cache_dir)
     option, placed = router.placed
-    runs = []
-    for seed in range(1, seeds + 1):
-        progress(f"{tool.version}, {target.title}, seed {seed}")
-        runs.append(
-            place_and_route(
-                mapped.netlist,
-                target,
-                seed=seed,
-                clock_mhz=clock_mhz,
-                constraints={router.pins[0]: (router.pins[1], design.pins)},
-                writes={option: placed},
-                cache_dir=cache_dir,
-            )
-        )
-    shown = " ".join((tool.name, *command(target, seed=1, clock_mhz=clock_mhz)))
-    routed = Routed(mapped=mapped, runs=tuple(runs), version=tool.version, command=shown)
-    best = max(runs, key=lambda run: run.clock_mhz or 0.0)
+    routed = route(
+        mapped,
+        mapped.netlist,
+        clock_mhz,
+        seeds,
+        progress=progress,
+        constraints={router.pins[0]: (router.pins[1], design.pins)},
+        writes={option: placed},
+        cache_dir=cache_dir,
+    )
+    best = max(routed.runs, key=lambda run: run.clock_mhz or 0.0)
     if (best.clock_mhz or 0.0) < clock_mhz:
         raise ClockMissed(
             f"clock: wanted {clock_mhz:g} MHz, found {best.clock_mhz or 0.0:.1f} MHz at best, "
-            f"{routed.seeds} ({tool.version}): ask for a slower --clock, more --seeds or a greater "
-            "--depth"
+            f"{routed.seeds} ({routed.version}): ask for a slower --clock, more --seeds or a "
+            "greater --depth"
         )
     return Bitstream(routed, best.seed, pack(router, placed, best.files[placed]))
 

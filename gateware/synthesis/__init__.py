@@ -9,10 +9,9 @@ device       a part: how many of each resource
 spartan6/    the families, a folder each (``docs/targets.md``)
 ecp5/, ice40/
 nexus/, gowin/
-area_alone/  families that no router has
+area_alone   families that no router has
 yosys        Verilog to the netlist of a family
 registers    flip-flops move into multipliers and memories
-harness      flip-flops in place of pins
 nextpnr      placed, routed, timed
 routed       all of these in one call
 blocks       block RAM of a core, before any synthesis

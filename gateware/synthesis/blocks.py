@@ -53,7 +53,7 @@ def check_memory(machine: Machine, image: Image, target: Target) -> None:
     fits = (t.name for t in parts if t.device.capacity(t.device.memory) >= total)
     raise InputError.at(
         f"target {target.name}",
-        wanted=f"{room} {device.resources[device.memory].unit}",
+        wanted=f"{room} {device.unit(device.memory)}",
         found=f"{total:g} ({total - room:g} too many)",
         fix=f"{len(image.rom):,} microwords of {machine.word_bits} bits take {microcode:g}, "
         f"{machine.register_words:,} registers and the tables {data:g}: "

@@ -1,39 +1,11 @@
-"""A part of an FPGA family, as data.
-
-Capacities are counts of primitives on the die; the package decides only the pins. Every figure
-carries the place it was read from, so that a report can repeat it. The parts themselves stand in
-the folders of their families.
-"""
+"""A part of an FPGA family, as data; the parts are in the modules of their families."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from dataclasses import dataclass
+from typing import Final
 
-
-@dataclass(frozen=True, kw_only=True)
-class Resource:
-    """How many of one primitive the part holds.
-
-    Attributes
-    ----------
-    count : int
-        Number on the die, >= 1.
-    unit : str
-        Name of the resource, in words.
-    source : str
-        Where the number was read.
-    """
-
-    count: int
-    unit: str
-    source: str
-
-
-def resources(source: str, **counts: tuple[int, str]) -> Mapping[str, Resource]:
-    """Resources of a part by key, from (count, unit), all read in one place."""
-    return MappingProxyType(
-        {key: Resource(count=n, unit=unit, source=source) for key, (n, unit) in counts.items()}
-    )
+#: Words and bits that a block RAM of 18 Kbit can have.
+BLOCK_18K: Final = {(512 << k, bits): 1.0 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,34 +17,30 @@ class Device:
     name : str
         Part name without grade or package, lower case.
     resources : mapping
-        Keys ``lut``, ``ff``, ``dsp``, that of ``memory``, and more of the family's own.
-    packages : mapping
-        Package name -> user I/O pins, None where no source gave the number.
+        How many of a primitive are on the die, and its name in texts. Keys are ``lut``, ``ff``,
+        ``dsp``, that of ``memory``, and more of the family's own.
     grades : tuple of int
         Speed grades with delays, slow first.
-    package_source : str
-        Where packages and grades were read.
     memory : str
         Key of the block RAM.
     options : tuple of str
-        Options of the family's router for the part and its first package, ``{grade}`` in place of
-        the speed grade.
+        Options of the family's router for the part and a package, ``{grade}`` in place of the speed
+        grade.
     """
 
     name: str
-    resources: Mapping[str, Resource]
-    packages: Mapping[str, int | None] = field(default_factory=lambda: MappingProxyType({}))
+    resources: Mapping[str, tuple[int, str]]
     grades: tuple[int, ...]
-    package_source: str
     memory: str = "ram"
     options: tuple[str, ...] = ()
 
     def capacity(self, key: str) -> int:
         """Return how many of the resource ``key`` the part holds."""
-        if key not in self.resources:
-            names = ", ".join(sorted(self.resources))
-            raise ValueError(f"resource must be one of {names}, not {key!r}")
-        return self.resources[key].count
+        return self.resources[key][0]
+
+    def unit(self, key: str) -> str:
+        """Return the name of the resource ``key``."""
+        return self.resources[key][1]
 
     def percent(self, key: str, used: float) -> float:
         """Return ``used`` as a percentage of the resource ``key``, 0.01 steps."""

@@ -12,7 +12,6 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,10 +19,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from boresight.gateware.synthesis.family import Router, Step, Target
-from boresight.gateware.synthesis.yosys import Tool
+from boresight.gateware.synthesis.yosys import Tool, run_tool, yowasp
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.cache import Cache
-from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.folders import yosys_environment
 
 __all__ = ["RouteError", "Run", "find_program", "pack", "place_and_route"]
@@ -71,9 +69,7 @@ def find_program(program: str, package: str, extra: str) -> Tool:
     if native is not None:
         argv: tuple[str, ...] = (native,)
     elif importlib.util.find_spec(module) is not None:
-        function = f"{module}.run_{program.replace('-', '_')}"
-        run = f"import sys, {module}; sys.exit({function}(sys.argv[1:]))"
-        argv = (sys.executable, "-c", run)
+        argv = (sys.executable, "-c", yowasp(program, module))
     else:
         raise ToolMissing(
             f"{program} is not installed: run 'pip install boresight[{extra}]' in this Python "
@@ -145,7 +141,19 @@ def place_and_route(
     files, outputs = dict(constraints or {}), dict(writes or {})
 
     def routed() -> dict[str, Any]:
-        return _run(tool, netlist, target, options, files, outputs)
+        named = [w for option, (file, _) in files.items() for w in (option, file)]
+        named += [word for item in outputs.items() for word in item]
+        results = run_tool(
+            tool,
+            ("-q", "--json", "netlist.json", "--report", "report.json", *options, *named),
+            {"netlist.json": json.dumps(netlist), **dict(files.values())},
+            ("report.json", *outputs.values()),
+            f"{tool.name} cannot place and route the design on {target.name}",
+            RouteError,
+        )
+        report = json.loads(results.pop("report.json"))
+        written = {file: content.decode("latin-1") for file, content in results.items()}
+        return {**_timing(report), "files": written}
 
     if cache_dir is None:
         result = routed()
@@ -161,48 +169,6 @@ def place_and_route(
         result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
     path = tuple(Step(**step) for step in result["path"])
     return Run(seed=seed, clock_mhz=result["clock_mhz"], path=path, files=result["files"])
-
-
-def _run(
-    tool: Tool,
-    netlist: Mapping[str, Any],
-    target: Target,
-    options: tuple[str, ...],
-    constraints: Mapping[str, tuple[str, str]],
-    writes: Mapping[str, str],
-) -> dict[str, Any]:
-    with tempfile.TemporaryDirectory(prefix="route-") as name:
-        folder = Path(name)
-        (folder / "netlist.json").write_text(json.dumps(netlist), encoding="utf-8")
-        files: list[str] = []
-        for option, (file, text) in constraints.items():
-            (folder / file).write_text(text, encoding="utf-8")
-            files += [option, file]
-        for option, file in writes.items():
-            files += [option, file]
-        run = subprocess.run(
-            [
-                *tool.argv,
-                "-q",
-                "--json",
-                "netlist.json",
-                "--report",
-                "report.json",
-                *options,
-                *files,
-            ],
-            cwd=folder,
-            env={**os.environ, **yosys_environment()},
-            capture_output=True,
-            text=True,
-        )
-        report = folder / "report.json"
-        if run.returncode != 0 or not report.exists():
-            message = f"{tool.name} cannot place and route the design on {target.name}"
-            raise RouteError(failure(message, run.stdout + run.stderr))
-        data = json.loads(report.read_text(encoding="utf-8"))
-        written = {file: (folder / file).read_text(encoding="latin-1") for file in writes.values()}
-    return {**_timing(data), "files": written}
 
 
 def pack(router: Router, name: str, text: str) -> bytes:
@@ -223,20 +189,9 @@ def pack(router: Router, name: str, text: str) -> bytes:
     """
     program, *options = router.packer
     tool = find_program(program, f"yowasp-{router.program}", router.extra)
-    with tempfile.TemporaryDirectory(prefix="pack-") as place:
-        folder = Path(place)
-        (folder / name).write_text(text, encoding="latin-1")
-        run = subprocess.run(
-            [*tool.argv, *options, name, router.bitstream],
-            cwd=folder,
-            env={**os.environ, **yosys_environment()},
-            capture_output=True,
-            text=True,
-        )
-        bitstream = folder / router.bitstream
-        if run.returncode != 0 or not bitstream.exists():
-            raise ToolFailed(failure(f"{tool.name} makes no bitstream", run.stdout + run.stderr))
-        return bitstream.read_bytes()
+    arguments, file = (*options, name, router.bitstream), {name: text.encode("latin-1")}
+    message = f"{tool.name} makes no bitstream"
+    return run_tool(tool, arguments, file, (router.bitstream,), message)[router.bitstream]
 
 
 def _timing(report: Mapping[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ __all__ = [
     "implement",
     "netlist_for",
     "netlist_of",
+    "route",
 ]
 
 #: Default clock that the router works towards: higher than any core reaches, MHz.
@@ -66,8 +67,7 @@ class Mapped:
     @property
     def amounts(self) -> str:
         """Resources used, as a text."""
-        resources = self.device.resources
-        return ", ".join(f"{n:,g} {resources[key].unit}" for key, n in self.used.items())
+        return ", ".join(f"{n:,g} {self.device.unit(key)}" for key, n in self.used.items())
 
     @property
     def source(self) -> str:
@@ -232,7 +232,7 @@ def _check_room(used: Mapping[str, float], target: Target) -> None:
     ]
     raise InputError.at(
         f"target {target.name}",
-        wanted=", ".join(f"{device.capacity(k):,} {device.resources[k].unit}" for k in over),
+        wanted=", ".join(f"{device.capacity(k):,} {device.unit(k)}" for k in over),
         found=", ".join(f"{used[k]:,g} ({used[k] - device.capacity(k):,g} too many)" for k in over),
         fix=f"choose {fits[0]}" if fits else "compile less into the core, or choose another family",
     )
@@ -273,17 +273,31 @@ def implement(
         The part is too small.
     """
     assert target.family.router is not None
-    tool = find_router(target.family.router)
+    find_router(target.family.router)  # before the work
     mapped = netlist_for(verilog, top, target, cache_dir=cache_dir)
     inner = enclosed(mapped.netlist, top, target.family)
     wanted = clock_mhz or _CLOCK_MHZ
-    runs = []
+    return route(mapped, inner, wanted, seeds, progress=progress, cache_dir=cache_dir)
+
+
+def route(
+    mapped: Mapped,
+    netlist: Mapping[str, Any],
+    clock_mhz: float,
+    seeds: int,
+    *,
+    progress: Callable[[str], None],
+    **options: Any,
+) -> Routed:
+    """Place and route a netlist with seeds 1, 2, ...; ``options`` as of `place_and_route`."""
+    target, runs = mapped.target, []
+    assert target.family.router is not None
+    tool = find_router(target.family.router)
     for seed in range(1, seeds + 1):
-        progress(f"{tool.version}, seed {seed}")
-        runs.append(
-            place_and_route(inner, target, seed=seed, clock_mhz=wanted, cache_dir=cache_dir)
-        )
-    shown = " ".join((tool.name, *command(target, seed=1, clock_mhz=wanted)))
+        progress(f"{tool.version}, {target.title}, seed {seed}")
+        run = place_and_route(netlist, target, seed=seed, clock_mhz=clock_mhz, **options)
+        runs.append(run)
+    shown = " ".join((tool.name, *command(target, seed=1, clock_mhz=clock_mhz)))
     return Routed(mapped=mapped, runs=tuple(runs), version=tool.version, command=shown)
 
 

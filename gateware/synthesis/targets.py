@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from boresight.gateware.synthesis.area_alone.artix7 import ARTIX7
-from boresight.gateware.synthesis.area_alone.cyclone5 import CYCLONE5
+from boresight.gateware.synthesis.area_alone import ARTIX7, CYCLONE5
 from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.family import Family, Target
 from boresight.gateware.synthesis.gowin.family import GW2A, GW5A

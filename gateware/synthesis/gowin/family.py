@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, Final
 
-from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
 __all__ = ["GW2A", "GW5A"]
 
-_SOURCE: Final = "cells of the part in nextpnr's database, as it reports them"
+#: Counts are those of nextpnr's database.
 
 
 def _device(
@@ -20,9 +19,8 @@ def _device(
 ) -> Device:
     return Device(
         name=name,
-        resources=resources(_SOURCE, **counts),
+        resources=counts,
         grades=grades,
-        package_source="part numbers in nextpnr's database",
         options=("--device", part + "{grade}", "--vopt", f"family={_CHIP[name]}"),
     )
 
@@ -97,9 +95,6 @@ _CELLS: Final = {
     **{f"{kind}{x}": {"ram": 1} for kind in ("DP", "SDP") for x in ("B", "X9B")},
     **{name: {} for name in ("GND", "VCC")},
 }
-_SHAPES: Final = MappingProxyType(
-    {(512 << k, bits): 1 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
-)
 
 
 def _synthesis(family: str) -> str:
@@ -112,11 +107,9 @@ GW2A: Final = Family(
     name="gw2a",
     title="Gowin GW2A",
     synthesis=_synthesis("gw2a"),
-    cells=MappingProxyType(
-        {**_CELLS, "MULT9X9": {"dsp": 0.5}, "MULT18X18": {"dsp": 1}, "MULT36X36": {"dsp": 4}}
-    ),
+    cells={**_CELLS, "MULT9X9": {"dsp": 0.5}, "MULT18X18": {"dsp": 1}, "MULT36X36": {"dsp": 4}},
     flip_flop=("DFF", {}, "CLK", "D", "Q"),
-    drivers=MappingProxyType({"clk": None}),
+    drivers={"clk": None},
     devices=(
         _device(
             "gw2a-18",
@@ -130,7 +123,7 @@ GW2A: Final = Family(
             part="GW2A-LV18PG256",
         ),
     ),
-    memory_shapes=_SHAPES,
+    memory_shapes=BLOCK_18K,
     router=Router(
         program="nextpnr-himbaechel-gowin",
         extra="gowin",
@@ -144,9 +137,9 @@ GW5A: Final = Family(
     name="gw5a",
     title="Gowin GW5A",
     synthesis=_synthesis("gw5a"),
-    cells=MappingProxyType(_CELLS),
+    cells=_CELLS,
     flip_flop=("DFFRE", {}, "CLK", "D", "Q"),
-    drivers=MappingProxyType({"clk": None}),
+    drivers={"clk": None},
     devices=(
         _device(
             "gw5a-25",
@@ -160,7 +153,7 @@ GW5A: Final = Family(
             part="GW5A-LV25MG121N",
         ),
     ),
-    memory_shapes=_SHAPES,
+    memory_shapes=BLOCK_18K,
     router=Router(
         program="nextpnr-himbaechel-gowin", extra="gowin", grades={1: "C1/I0", 2: "C2/I1"}
     ),

