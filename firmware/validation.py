@@ -20,8 +20,6 @@ from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Program, Scale
 from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refuted, Terms
 
-__all__ = ["validate_c"]
-
 #: Flags of an update, local variables and members of ``out``.
 _FLAGS = ("saturated", "beyond")
 #: Declarations of the standard headers.

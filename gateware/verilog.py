@@ -12,8 +12,6 @@ from amaranth.lib import wiring
 from boresight.gateware.synthesis.yosys import find_tool, run_script
 from boresight.model.tools.cache import Cache
 
-__all__ = ["Device", "from_rtlil", "to_verilog"]
-
 _UNKNOWN_START = re.compile(r"(?m)^(    parameter \\INIT_VALUE \d+')(x+)$")
 _REMOVED = " ".join(
     f"-remove {name}"

@@ -7,17 +7,6 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import SupportsIndex, cast
 
-__all__ = [
-    "InputError",
-    "ToolMissing",
-    "closest",
-    "listed",
-    "require",
-    "require_choice",
-    "require_whole",
-    "shortened",
-]
-
 #: Maximum length of a message's parts, in characters.
 _WHERE, _WANTED, _FOUND = 120, 130, 130
 #: Longest list of names that a message shows whole, in characters.

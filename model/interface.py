@@ -11,8 +11,6 @@ from boresight.model.declarations import Input, Output, Param, State, check_decl
 from boresight.model.errors import InputError, require
 from boresight.model.places import placed
 
-__all__ = ["Interface", "check_interface"]
-
 
 class Interface(Protocol):
     """Declarations of an estimator."""

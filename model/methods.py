@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 from boresight.model.errors import InputError
 from boresight.model.places import line_of_user
 
-__all__ = ["called"]
-
 T = TypeVar("T")
 
 

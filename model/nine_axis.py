@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from boresight.model.declarations import Input, Output
 
-__all__ = ["INPUTS", "OUTPUTS"]
-
 _STEP = "time since the sample before; negative: begin anew; a longer gap in a log counts as 0.25 s"
 _FIELD = "magnetic flux density, body axis {}; all three 0: no new sample"
 

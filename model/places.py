@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Place", "author_line", "line_of_user", "place_of", "place_of_function", "placed"]
-
 #: Folders without estimators.
 _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks", "kalman")]
 #: The whole package, whose files no user wrote.

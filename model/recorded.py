@@ -20,8 +20,6 @@ from boresight.model.ops import OPERATIONS
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
-__all__ = ["check_recorded", "drawn", "evaluate", "sample"]
-
 #: Values of inputs, parameters and states, by kind and name, each (rows,).
 Leaves = Mapping[tuple[str, str], FloatArray]
 

@@ -27,20 +27,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile, read_profile
 from boresight.model.tolerances import judged_outputs
 
-__all__ = [
-    "ESTIMATOR_GROUP",
-    "Named",
-    "call_of",
-    "estimator_of",
-    "load",
-    "names_of_entry_points",
-    "offered",
-    "profile_place",
-    "profiles",
-    "profiles_now",
-    "split_names",
-]
-
 #: Entry points of installed packages that are estimators.
 ESTIMATOR_GROUP = "boresight.estimators"
 

@@ -16,8 +16,6 @@ from boresight.model.errors import InputError, listed
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
-__all__ = ["Values", "check_arguments", "check_constants", "check_number", "checked"]
-
 #: Remedies for errors of Python and numpy, by patterns of their texts.
 _REMEDIES = (
     (

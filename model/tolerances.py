@@ -16,8 +16,6 @@ from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Out
 from boresight.model.errors import InputError, listed
 from boresight.model.units import conversion
 
-__all__ = ["judged_outputs", "tolerances", "tolerances_now"]
-
 #: ``NAME=NUMBER`` or ``NAME=NUMBERunit`` texts, and the estimators that they were taken for.
 _tolerances: ContextVar[tuple[tuple[str, ...], set[str]]] = ContextVar(
     "tolerances", default=((), set())

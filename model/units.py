@@ -13,8 +13,6 @@ from typing import Any
 
 from boresight.model.errors import InputError, require
 
-__all__ = ["GRAVITY", "UnitError", "check_unit", "conversion", "linear", "same_unit"]
-
 #: Standard gravity, m/s^2.
 GRAVITY = 9.80665
 

@@ -14,15 +14,6 @@ from boresight.gateware.synthesis.routed import Routed, netlist_for, route
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.tools.failure import ToolFailed
 
-__all__ = [
-    "Bitstream",
-    "ClockMissed",
-    "OpenProject",
-    "build_bitstream",
-    "open_project",
-    "write_open_project",
-]
-
 
 class ClockMissed(ToolFailed):
     """No placement reaches the clock of the design."""

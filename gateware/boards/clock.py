@@ -10,8 +10,6 @@ from amaranth.lib import io
 
 from boresight.model.errors import InputError
 
-__all__ = ["Clock", "Pll", "PllClock", "pll_for", "spartan6_clock"]
-
 #: Legal frequencies of the oscillator inside the PLL, Hz; grade -2 with a margin.
 VCO_HZ = (400_000_000, 900_000_000)
 #: Fastest global clock, Hz: grade -2.

@@ -15,8 +15,6 @@ from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.engine.engine import word_layout
 
-__all__ = ["Dispatcher"]
-
 
 class Dispatcher(wiring.Component):
     """Executes the frames in the `Unpacker`, one at a time.

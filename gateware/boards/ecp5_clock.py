@@ -12,8 +12,6 @@ from amaranth.lib.cdc import FFSynchronizer
 from boresight.gateware.boards.clock import Clock
 from boresight.model.errors import InputError
 
-__all__ = ["Ecp5Pll", "Ecp5PllClock", "ecp5_clock"]
-
 #: Legal frequencies of the oscillator inside the PLL, its best one, and the least behind the
 #: divider of its input, Hz (data sheet FPGA-DS-02012).
 VCO_HZ = (400_000_000, 800_000_000)

@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESCAPED
 
-__all__ = ["Framer", "body_layout"]
-
 #: A byte of a body, and whether it is the last.
 body_layout = data.StructLayout({"data": 8, "last": 1})
 

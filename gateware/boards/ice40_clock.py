@@ -11,8 +11,6 @@ from amaranth.lib.cdc import FFSynchronizer
 from boresight.gateware.boards.clock import Clock
 from boresight.model.errors import InputError
 
-__all__ = ["Ice40Pll", "Ice40PllClock", "ice40_clock"]
-
 #: Legal frequencies of the oscillator inside the PLL, and of the clock behind the divider of its
 #: input, Hz (data sheet FPGA-DS-02008).
 VCO_HZ = (533_000_000, 1_066_000_000)

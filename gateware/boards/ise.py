@@ -8,8 +8,6 @@ from pathlib import Path
 from boresight.gateware.boards.project import Design, board_named, prepared
 from boresight.gateware.texts.render import render
 
-__all__ = ["pins", "write_ise_project"]
-
 
 def pins(ucf: str) -> dict[str, str]:
     """Pin of every net of a constraints file.

@@ -12,8 +12,6 @@ from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind, word_bytes
 from boresight.gateware.engine.engine import word_layout
 
-__all__ = ["Packer", "reply_layout"]
-
 
 def reply_layout(word: int) -> data.StructLayout:
     """Payload of the stream of replies to register accesses."""

@@ -22,8 +22,6 @@ from boresight.gateware.engine.engine import Engine
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.errors import InputError
 
-__all__ = ["Top", "records_design"]
-
 
 class Top(wiring.Component):
     """The engine with its programs, its streams and registers on a serial line.

@@ -9,8 +9,6 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["DIVISOR_MIN", "Receiver", "Transmitter", "divisor_for"]
-
 #: Minimum clock cycles per bit.
 DIVISOR_MIN = 8
 #: Largest relative error of the bit time.

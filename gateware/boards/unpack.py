@@ -20,8 +20,6 @@ from boresight.gateware.boards.frames import (
     word_bytes,
 )
 
-__all__ = ["Unpacker"]
-
 
 class Unpacker(wiring.Component):
     """Receives bytes, stores good frames of the right length, drops all others.

@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Member, Out, Signature
 from boresight.gateware.bus.axi_lite import AxiLiteSignature, AxiLiteSlave
 from boresight.gateware.bus.axi_stream import AxiStreamSignature, StreamFromAxi, StreamToAxi
 
-__all__ = ["AxiCore", "axi_ports"]
-
 #: Bits of a core's word address.
 _ADDRESS = 10
 

@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.bus.signature import BusSignature
 
-__all__ = ["AxiLiteSignature", "AxiLiteSlave", "Response"]
-
 
 class Response(IntEnum):
     """Response to a transfer."""

@@ -9,8 +9,6 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["AxiStreamSignature", "StreamFromAxi", "StreamToAxi"]
-
 #: Bits of TDATA, for all word widths.
 DATA = 32
 

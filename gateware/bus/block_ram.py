@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["attributes"]
-
 
 def attributes(read_cycles: int) -> dict[str, Any]:
     """Attributes of the memory.

@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.dsp48a1 import is_spartan6
 
-__all__ = ["Bitwise", "choose", "multiplex", "next_value"]
-
 
 class Bitwise(wiring.Component):
     """A function of up to six words, bit by bit.

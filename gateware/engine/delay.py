@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from amaranth.hdl import Module, Signal, Value
 
-__all__ = ["delayed"]
-
 
 def delayed(m: Module, value: Value, *, en: Value, names: list[str]) -> Value:
     """The value of as many enabled cycles before as there are ``names``, those of the registers."""

@@ -9,8 +9,6 @@ from amaranth.hdl import ClockSignal, Const, Elaboratable, Instance, Module, Sig
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["DSP48A1", "X", "Z", "is_spartan6"]
-
 
 class X(IntEnum):
     """First operand of the post-adder, OPMODE[1:0]."""

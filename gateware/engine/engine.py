@@ -16,8 +16,6 @@ from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 
-__all__ = ["Engine", "word_layout"]
-
 
 def word_layout(word: int) -> data.StructLayout:
     """Payload of the engine's streams: a word, and the mark of the last one of a record."""

@@ -18,8 +18,6 @@ from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.layout import lane_fields
 
-__all__ = ["Lane"]
-
 #: Fields of the microword for the lane itself.
 FIELDS = (
     "frac_a",

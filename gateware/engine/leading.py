@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.engine.bitwise import next_value
 from boresight.model.words.fixed import Arithmetic
 
-__all__ = ["LeadingSignCount"]
-
 
 class LeadingSignCount(wiring.Component):
     """Copies of the sign bit below the sign bit of a word, at most `Arithmetic.norm_max`.

@@ -12,8 +12,6 @@ from boresight.gateware.engine.delay import delayed
 from boresight.gateware.engine.dsp48a1 import DSP48A1, X, Z
 from boresight.model.words.fixed import WORDS
 
-__all__ = ["Multiplier"]
-
 
 class Multiplier(wiring.Component):
     """Signed word times word, exact, one product per cycle.

@@ -12,8 +12,6 @@ from boresight.gateware.engine.delay import delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 
-__all__ = ["Operands"]
-
 BLOCK = {"ram_style": "block"}
 
 

@@ -15,8 +15,6 @@ from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image, rom_pieces
 from boresight.gateware.microcode.layout import microword_layout
 
-__all__ = ["Sequencer"]
-
 
 class Sequencer(wiring.Component):
     """Steps through the microcode, stands still for the streams, and starts over after faults.

@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.engine.delay import delayed
 
-__all__ = ["Shifter"]
-
 
 class Shifter(wiring.Component):
     """``o = (i >> amount) ^ invert``: 32 positions, sign-extended, low bits of the result.

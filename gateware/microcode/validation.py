@@ -22,8 +22,6 @@ from boresight.gateware.microcode.image import Image
 from boresight.model.words.program import Kind, Program, Scale
 from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refuted, Terms
 
-__all__ = ["validate_microcode"]
-
 #: Values of the field ``scale``.
 _SCALES = (Scale.NONE, Scale.FULL, Scale.EVEN, Scale.HALF)
 

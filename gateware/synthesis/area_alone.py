@@ -10,8 +10,6 @@ from typing import Final
 from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family
 
-__all__ = ["ARTIX7", "CYCLONE5"]
-
 
 def _artix7(size: str, lut: int, dsp: int, ram: int) -> Device:
     counts = {"lut": (lut, "LUT6"), "ff": (2 * lut, "flip-flop"), "dsp": (dsp, "DSP48E1")}

@@ -13,8 +13,6 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.texts.memories import data_memories
 from boresight.model.errors import InputError
 
-__all__ = ["check_memory", "core_blocks", "least_blocks"]
-
 #: Ways to use a block: (words, bits) -> blocks, halves where a block can be divided.
 Shapes = Mapping[tuple[int, int], float]
 

@@ -8,9 +8,6 @@ from typing import Any, Final
 
 from boresight.gateware.synthesis.device import Device
 
-__all__ = ["NO_RW_CHECK", "ClockEstimate", "Family", "Router", "Step", "Target"]
-
-
 #: Command of yosys. The scheduler never reads a register in the cycle in which it is written, and
 #: the bank of results that is written is not read: these memories need no logic for the old word.
 NO_RW_CHECK: Final = "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "

@@ -24,8 +24,6 @@ from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.folders import yosys_environment
 
-__all__ = ["RouteError", "Run", "find_program", "pack", "place_and_route"]
-
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 2
 

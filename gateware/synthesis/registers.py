@@ -15,8 +15,6 @@ from typing import Any, Final
 Json = dict[str, Any]
 Bit = int | str
 
-__all__ = ["Absorption", "FlipFlop", "absorb"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class FlipFlop:

@@ -17,17 +17,6 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import Synthesis, SynthesisError, synthesise
 from boresight.model.errors import InputError
 
-__all__ = [
-    "FamilyNetlist",
-    "Mapped",
-    "Routed",
-    "enclosed",
-    "implement",
-    "netlist_for",
-    "netlist_of",
-    "route",
-]
-
 #: Default clock that the router works towards: higher than any core reaches, MHz.
 _CLOCK_MHZ: Final = 200.0
 

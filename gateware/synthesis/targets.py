@@ -12,8 +12,6 @@ from boresight.gateware.synthesis.ice40.family import ICE40
 from boresight.gateware.synthesis.nexus.family import NEXUS
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 
-__all__ = ["FAMILIES", "TARGETS"]
-
 #: Families with parts of their own.
 FAMILIES: Final[tuple[Family, ...]] = (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, GW5A, ARTIX7, CYCLONE5)
 

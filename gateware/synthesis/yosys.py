@@ -33,18 +33,6 @@ from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.folders import yosys_environment
 
-__all__ = [
-    "OLDEST",
-    "Synthesis",
-    "SynthesisError",
-    "Tool",
-    "cell_library",
-    "find_tool",
-    "run_script",
-    "run_tool",
-    "synthesise",
-]
-
 #: Oldest yosys that maps to all families.
 OLDEST: Final = (0, 40)
 #: Part of the cache key; raise it when the stored form changes.

@@ -9,8 +9,6 @@ from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.terms import Refuted
 
-__all__ = ["check_memories", "data_memories"]
-
 _WORD = re.compile(r"(?m)^\s+(\w+)\[(\d+)\] = \d+'(h|d)([0-9a-f]+);$")
 _ROM = re.compile(r"rom(\d+)(?:_(\d+))?")
 

@@ -18,8 +18,6 @@ from boresight.model.lowering.trace import Tracer
 from boresight.model.words import polynomials, rounded
 from boresight.model.words.fixed import Arithmetic
 
-__all__ = ["ASIN_LIMIT", "EXP_LIMIT", "Expansion", "expand"]
-
 #: Largest sine that the table of the arc sine holds, a little above sqrt(1/2).
 ASIN_LIMIT = 0.7188
 #: Largest argument of the exponential; 2^64 is a little more.

@@ -9,8 +9,6 @@ from boresight.model.words import tables
 from boresight.model.words.program import Negate, Scale, Term, When
 from boresight.model.words.rounded import binary_exponent
 
-__all__ = ["CONDITIONAL", "OPPOSITE", "Form", "Product"]
-
 #: Sign of a product that is subtracted instead of added.
 OPPOSITE = {
     Negate.NO: Negate.YES,

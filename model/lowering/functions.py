@@ -15,8 +15,6 @@ from boresight.model.lowering.groups import Groups, Target
 from boresight.model.words import tables
 from boresight.model.words.program import Negate, Overflow, Scale
 
-__all__ = ["Functions"]
-
 
 class Functions:
     """Expands functions; the same function of the same word is expanded once."""

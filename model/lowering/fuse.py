@@ -21,8 +21,6 @@ from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Kind, Negate, Overflow, Scale, Value, When
 from boresight.model.words.rounded import binary_exponent
 
-__all__ = ["Fusion"]
-
 #: Bits that the arguments of a reciprocal may span: those of the widest word.
 _WIDEST = Arithmetic(word=32).norm_max
 #: Kinds of nodes that are always words.

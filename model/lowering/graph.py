@@ -16,8 +16,6 @@ from boresight.model.lowering.trace import finite
 from boresight.model.words import rounded
 from boresight.model.words.program import Program
 
-__all__ = ["LEAVES", "Flag", "Graph", "Node", "declared_name"]
-
 #: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
 

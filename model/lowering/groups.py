@@ -22,8 +22,6 @@ from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
 from boresight.model.words.rounded import binary_exponent
 
-__all__ = ["Groups", "Target"]
-
 #: Binary points down to which a group is made coarser before it is refused.
 _COARSEST_FRAC = -200
 

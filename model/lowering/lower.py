@@ -25,8 +25,6 @@ from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Scale
 from boresight.model.words.rounded import binary_exponent
 
-__all__ = ["lower"]
-
 
 def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
     """``program`` without unused operations and constants, and the new numbers of its values."""

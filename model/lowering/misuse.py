@@ -12,8 +12,6 @@ from typing import Any
 from boresight.model.errors import InputError
 from boresight.model.places import author_line
 
-__all__ = ["NO_CONDITION", "NO_NUMBER", "Refuses", "repeatable"]
-
 #: The operation of these methods, and what to write instead.
 Refused = Mapping[tuple[str, ...], tuple[str, str]]
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from boresight.model.declarations import Input
     from boresight.model.lowering.trace import Trace
 
-__all__ = ["OBSERVED", "Profile", "Range", "read_profile", "record_digest"]
-
 #: Beginning of the source of a range that a profile chose.
 OBSERVED = "observed in"
 #: Smallest and largest value.

@@ -11,9 +11,6 @@ from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.places import placed
 from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value
 
-__all__ = ["check_resolution", "limits"]
-
-
 #: Share of a state's bits that the words reaching it must leave exact.
 _LEFT = 0.25
 

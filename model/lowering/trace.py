@@ -19,8 +19,6 @@ from boresight.model.errors import InputError, require
 from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER, Refuses, repeatable
 from boresight.model.places import author_line
 
-__all__ = ["Condition", "Expression", "Scalar", "Trace", "Tracer", "finite"]
-
 
 @dataclass(eq=False, repr=False)
 class Expression:

@@ -21,8 +21,6 @@ from dataclasses import dataclass, replace
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
 
-__all__ = ["watched"]
-
 
 @dataclass(frozen=True)
 class _Sum:

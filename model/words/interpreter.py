@@ -15,8 +15,6 @@ from boresight.model.words.fixed import Arithmetic, IntArray, leading_sign_count
 from boresight.model.words.program import Kind, Overflow, Program, Scale
 from boresight.model.words.walk import Condition
 
-__all__ = ["Interpreter"]
-
 #: ``update(words, table_memory)`` replaces the words of the operations in the list of all words by
 #: value number, and returns which of them saturated (`_clamps`).
 Update = Callable[[list[Any], Any], list[Any]]

@@ -11,8 +11,6 @@ from typing import Any
 
 from boresight.model.words.rounded import PRECISE
 
-__all__ = ["exp2", "interpolated", "log"]
-
 
 def interpolated(function: Callable[[Any], Any], reach: float, count: int) -> tuple[float, ...]:
     """Coefficients of 1, x, x^2, ... of the polynomial through Chebyshev nodes.

@@ -22,20 +22,6 @@ from boresight.model.arrays import BoolArray
 from boresight.model.tools.typed import hints
 from boresight.model.words.fixed import Arithmetic, Format, IntArray
 
-__all__ = [
-    "InPort",
-    "Kind",
-    "Negate",
-    "Op",
-    "Overflow",
-    "Port",
-    "Program",
-    "Scale",
-    "Term",
-    "Value",
-    "When",
-]
-
 
 class Kind(StrEnum):
     """Origin of a value."""

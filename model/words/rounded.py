@@ -14,8 +14,6 @@ from typing import Any
 
 from mpmath import MPContext
 
-__all__ = ["LN_2", "LOG2_E", "PRECISE", "binary_exponent"]
-
 #: Bits of intermediate results: twice what the hardest case of a float64 function needs.
 _BITS = 256
 

@@ -31,20 +31,6 @@ from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.rounded import PRECISE
 
-__all__ = [
-    "ASIN",
-    "BLOCK_WORDS",
-    "RECIPROCAL",
-    "RSQRT",
-    "SIN",
-    "TABLES",
-    "Table",
-    "coefficient_formats",
-    "part_format",
-    "table_memory",
-]
-
-
 #: Words of one block: 128 segments of four coefficients.
 BLOCK_WORDS = 512
 _BLOCKS = 3

@@ -12,8 +12,6 @@ from typing import Protocol, TypeVar
 
 from boresight.model.words.program import Negate, Op, Scale, When
 
-__all__ = ["ALWAYS", "NEVER", "Condition", "Domain", "total"]
-
 W = TypeVar("W")
 #: (bit, flag): the bit, exclusive-or the flag where there is one.
 Condition = tuple[bool, W | None]

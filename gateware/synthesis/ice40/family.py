@@ -7,8 +7,6 @@ from typing import Final
 from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.family import Family, Router
 
-__all__ = ["ICE40"]
-
 #: Counts are those of nextpnr's database.
 _COUNTS: Final = {
     "lut": (5280, "LUT4"),

@@ -8,8 +8,6 @@ from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
-__all__ = ["NEXUS"]
-
 #: Counts are those of nextpnr's database.
 
 

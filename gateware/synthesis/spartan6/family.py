@@ -8,8 +8,6 @@ from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import Family
 from boresight.gateware.synthesis.spartan6.timing import estimate_clock
 
-__all__ = ["SPARTAN6", "XC6SLX9"]
-
 
 def _device(name: str, *, slices: int, lut_ram: int, dsp: int, ram: int) -> Device:
     """A part: slices of four LUT6 and eight flip-flops each, every other one with a carry chain.

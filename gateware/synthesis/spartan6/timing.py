@@ -21,8 +21,6 @@ from typing import Any, Final, NamedTuple
 
 from boresight.gateware.synthesis.family import ClockEstimate, Step
 
-__all__ = ["estimate_clock"]
-
 #: Statistics of routed nets: an optimistic and a pessimistic one.
 _NETS: Final = ("median", "p75")
 _CLOCK: Final = "clock"
