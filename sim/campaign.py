@@ -171,16 +171,15 @@ def _end_on_interrupt() -> None:
 
 
 @contextmanager
-def cluster(address: str | None, executor: Executor | None = None) -> Iterator[Executor | None]:
-    """The executor that runs a campaign: a given one, or the Dask cluster of a scheduler.
+def cluster(address: str | None) -> Iterator[Executor | None]:
+    """The executor that runs a campaign: the Dask cluster of a scheduler.
 
-    Yields None, which stands for the processes of this machine, if neither is given.
+    Yields None, which stands for the processes of this machine, without an address.
 
     Parameters
     ----------
     address : str or None
         Address of the scheduler, for example ``tcp://host:8786``.
-    executor : concurrent.futures.Executor, optional
 
     Raises
     ------
@@ -189,8 +188,8 @@ def cluster(address: str | None, executor: Executor | None = None) -> Iterator[E
     InputError
         No scheduler answers.
     """
-    if executor is not None or address is None:
-        yield executor
+    if address is None:
+        yield None
         return
     distributed = optional("distributed")
     try:
@@ -281,7 +280,6 @@ def complete(
     say: Callable[[str], None],
     jobs: int | None = 1,
     scheduler: str | None = None,
-    executor: Executor | None = None,
     shared: bool = True,
     batch: int = BATCH,
 ) -> list[Row]:
@@ -299,7 +297,7 @@ def complete(
     journal : Journal
     say : callable
         Called with a line after each batch.
-    jobs, scheduler, executor
+    jobs, scheduler
         See `dispatch` and `cluster`.
     shared : bool
         Whether other processes can make the context: it has texts, no objects of Python. Else the
@@ -325,7 +323,7 @@ def complete(
         say(f"{known} of {len(tasks)} runs are in {journal.path} already")
     own = jobs if shared else 1
     start, done = time.monotonic(), known
-    with cluster(scheduler, executor) as workers:
+    with cluster(scheduler) as workers:
         size = batch if workers is not None or processes(own) > 1 else 1
         batches = [remaining[k : k + size] for k in range(0, len(remaining), size)]
         calls = [(keys, work, (context, [tasks[key] for key in keys])) for keys in batches]

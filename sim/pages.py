@@ -115,11 +115,11 @@ def page(package: str, name: str, /, **values: Any) -> str:
     return environment.get_template(name).render(values)
 
 
-def section_of(title: str, rows: Sequence[Mapping[str, Any]], text: str = "") -> Section:
+def section_of(title: str, rows: Sequence[Mapping[str, Any]]) -> Section:
     """A section with a table of rows by column; columns without any value are left out."""
     columns = [*dict.fromkeys(name for row in rows for name, v in row.items() if v is not None)]
     cells = [[_cell(row.get(column)) for column in columns] for row in rows]
-    return Section(title=title[:1].upper() + title[1:], text=text, columns=columns, rows=cells)
+    return Section(title=title[:1].upper() + title[1:], columns=columns, rows=cells)
 
 
 def _cell(value: Any) -> str | float | Verdict:

@@ -118,12 +118,7 @@ def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -
     axes.fill_between(t, pieces.min(axis=1), pieces.max(axis=1), **style)
 
 
-def dots(
-    rows: Sequence[str],
-    series: Mapping[str, Sequence[float | None]],
-    label: str,
-    name: str = "dots",
-) -> str:
+def dots(rows: Sequence[str], series: Mapping[str, Sequence[float | None]], label: str) -> str:
     """SVG with a line for each row and a dot for each series on it, over a logarithmic axis.
 
     Parameters
@@ -132,8 +127,6 @@ def dots(
         A value for each row; values that are None, NaN or not above zero have no dot.
     label : str
         Of the axis.
-    name : str
-        See `svg`.
     """
     with settings():
         figure, axes = figure_and_axes(1.2 + 0.3 * len(rows) + 0.18 * (len(series) // 5))
@@ -157,7 +150,7 @@ def dots(
         log_axis(axes)
         axes.set_xlabel(label)
         legend(axes, 5)
-        return svg(figure, name)
+        return svg(figure, "dots")
 
 
 def svg(figure: Any, salt: str) -> str:

@@ -1,8 +1,8 @@
 """The result of a verb: data, tables, notes and a verdict; as text, JSON and HTML.
 
 Every function of `boresight` returns a `Result`. ``result["name"]`` is a value of it, `Result.good`
-the verdict, `Result.to_json` what ``--json`` prints, ``str`` what the command line prints; a
-notebook shows the same tables. ``pandas.DataFrame(result.tables["name"])`` is one of them.
+the verdict, `Result.to_json` what ``--json`` prints, ``str`` what the command line prints, and a
+notebook shows. ``pandas.DataFrame(result.tables["name"])`` is one of them.
 """
 
 from __future__ import annotations
@@ -88,11 +88,7 @@ class Result(Mapping[str, Any]):
         return "\n".join(parts)
 
     def _repr_html_(self) -> str:
-        parts = [f"<p>{escape(line)}</p>" for line in self.summary.splitlines()]
-        for title, rows in self.tables.items():
-            parts.append(f"<h4>{escape(title)}</h4>{_html(rows)}")
-        parts += [f"<p>{escape(text)}</p>" for text in (*self.notes, *self.failures)]
-        return "\n".join(parts)
+        return f"<pre>{escape(str(self))}</pre>"
 
 
 def plain(value: Any) -> Json:
@@ -153,15 +149,6 @@ def table_text(rows: Sequence[Row], title: str = "") -> str:
     Console(file=text, width=width, color_system=None, highlight=False).print(table)
     lines = [line.rstrip() for line in text.getvalue().splitlines()]
     return "\n".join([title] * bool(title) + lines)
-
-
-def _html(rows: Sequence[Row]) -> str:
-    """The same as HTML."""
-    heads = _heads(rows)
-    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
-    lines = ("".join(f"<td>{escape(_cell(row.get(name)))}</td>" for name in heads) for row in rows)
-    body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _heads(rows: Sequence[Row]) -> list[str]:

@@ -33,7 +33,6 @@ from boresight.options import (
     Params,
     Profiles,
     Progress,
-    PythonOnly,
     Scheduler,
     Steps,
     Texts,
@@ -88,7 +87,6 @@ def explore(
     jobs: Jobs = None,
     again: bool = False,
     scheduler: Scheduler = None,
-    executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
     progress: Progress = None,
 ) -> Result:
@@ -136,8 +134,6 @@ def explore(
         Measure everything again, also stored rows.
     scheduler : str, optional
         Address of a Dask cluster that measures; its workers must see the same files.
-    executor : concurrent.futures.Executor, optional
-        Executor that measures, in place of both.
     output : path
         Folder for page and table.
 
@@ -204,7 +200,7 @@ def explore(
     )
     plans, tasks = planned(exploration, cases, area=synth, route=route)
     shared = isinstance(estimator, str)
-    where = {"jobs": jobs, "scheduler": scheduler, "executor": executor, "shared": shared}
+    where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": shared}
     complete(exploration, measured, tasks, journal, say=say, batch=1, **where)
     result = result_of(
         plans,

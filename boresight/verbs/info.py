@@ -215,7 +215,6 @@ def _installed() -> Result:
             use = _USES.get(extra, extra)
             tools.append(_row(name, found, f"pip install 'boresight[{extra}]'", use))
     cache = Cache()
-    _, size = cache.usage()
     names = {
         "estimators": names_of_entry_points(ESTIMATOR_GROUP),
         "worlds": names_of_entry_points(WORLD_GROUP),
@@ -223,7 +222,7 @@ def _installed() -> Result:
         "machines": [*ALL_CONFIGS],
     }
     lines = [f"{kind}: {', '.join(some)}" for kind, some in names.items()]
-    lines.append(f"build cache: {cache.root}, {size / 1e6:.1f} MB; it may be deleted")
+    lines.append(f"build cache: {cache.root}, {cache.usage() / 1e6:.1f} MB; it may be deleted")
     missing = [t for t in tools if not t["version"] and not t["optional for"]]
     return Result(
         {"tools": tools, "cache": str(cache.root), **names},

@@ -25,7 +25,6 @@ from boresight.options import (
     Params,
     Profiles,
     Progress,
-    PythonOnly,
     Scheduler,
     Steps,
     Word,
@@ -57,7 +56,6 @@ def montecarlo(
     jobs: Jobs = None,
     again: bool = False,
     scheduler: Scheduler = None,
-    executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
     progress: Progress = None,
 ) -> Result:
@@ -87,8 +85,6 @@ def montecarlo(
         Run all draws again, also stored ones.
     scheduler : str, optional
         Address of a Dask cluster that runs the draws; its workers must see the same files.
-    executor : concurrent.futures.Executor, optional
-        Executor that runs the draws, in place of both.
     output : path
         Folder for ``montecarlo-WORLD-ESTIMATOR.json`` and the journal.
 
@@ -124,7 +120,7 @@ def montecarlo(
     campaign.length = record_count(campaign, seed)
     seeds = {digest(campaign.identity, campaign.length, k): k for k in range(seed, seed + runs)}
     say = progress or (lambda text: None)
-    where = {"jobs": jobs, "scheduler": scheduler, "executor": executor, "shared": campaign.texts}
+    where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": campaign.texts}
     rows = complete(campaign, draws, seeds, journal, say=say, **where)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)

@@ -28,7 +28,6 @@ from boresight.options import (
     Params,
     Profiles,
     Progress,
-    PythonOnly,
     Repeated,
     Texts,
     Word,
@@ -58,7 +57,6 @@ def tune(
     ] = None,
     folds: int | None = None,
     rounds: int = 12,
-    vary: Annotated[float, PythonOnly] = 2.0,
     params: Params = None,
     word: Word = 32,
     jobs: Jobs = None,
@@ -81,8 +79,6 @@ def tune(
         Weight of the error of an output, or of an angle of an attitude; by default 1; repeatable.
     rounds : int
         Largest number of rounds of the search; 0 gives the sensitivities alone.
-    vary : float
-        Factor by which parameters change for the sensitivities.
     params : mapping, optional
         Initial values, and values of parameters that are not tuned.
     output : path, optional
@@ -106,10 +102,6 @@ def tune(
     require_whole("folds", folds, 1)
     require_whole("rounds", rounds, 0)
     require_whole("jobs", jobs, 1)
-    if not 1.0 <= vary <= 1000.0:
-        raise InputError.at(
-            "vary", wanted="1 to 1000", found=f"{vary:g}", fix="choose a factor inside the range"
-        )
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, inputs=files)
     trials, left_out = read_trials(logs, [found])
@@ -130,7 +122,7 @@ def tune(
     say(f"{found.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
     tuning = Tuning(runs, axes, values, counted, rounds, say)
     log_names = [trial.name for trial in trials]
-    result = tuned_result(tuning, values, log_names, units, tests, vary)
+    result = tuned_result(tuning, values, log_names, units, tests)
     notes = [text for trial in trials for text in trial.warnings]
     notes += [f"log {log.name} has no truth: left out" for log in left_out]
     result = replace(result, data={**result.data, "word": word}, notes=(*result.notes, *notes))

@@ -90,10 +90,9 @@ class Cache:
             self.trim()
         return folder
 
-    def usage(self) -> tuple[int, int]:
-        """Return the number of entries and their bytes."""
-        entries = self._entries()
-        return len(entries), sum(size for _, size, _ in entries)
+    def usage(self) -> int:
+        """Return the bytes of all entries."""
+        return sum(size for _, size, _ in self._entries())
 
     def trim(self) -> None:
         """Remove what killed processes left, and least recently used entries beyond the limit."""
@@ -107,11 +106,6 @@ class Cache:
         for folder in self.root.glob("work-*"):
             if folder.stat().st_mtime < time.time() - 24 * _RECENT_S:
                 shutil.rmtree(folder, ignore_errors=True)
-
-    def clear(self) -> None:
-        """Remove all entries."""
-        for _, _, folder in self._entries():
-            shutil.rmtree(folder, ignore_errors=True)
 
     def _entries(self) -> list[tuple[float, int, Path]]:
         """Time of the last use, bytes and folder of each entry."""

@@ -124,12 +124,7 @@ class OutputFile:
 
 @contextmanager
 def output_folder(
-    path: StrPath,
-    by: str,
-    *,
-    files: Iterable[str] = (),
-    inputs: Iterable[StrPath] = (),
-    option: str = "-o",
+    path: StrPath, by: str, *, files: Iterable[str] = (), inputs: Iterable[StrPath] = ()
 ) -> Iterator[Path]:
     """Give an empty folder to write into; if the block succeeds, its files move to ``path``.
 
@@ -143,7 +138,7 @@ def output_folder(
         The verb, for the list of files.
     files : iterable of str
         Relative paths that will be written, as far as known: checked before the work.
-    inputs, option
+    inputs
         See `OutputFile`.
 
     Raises
@@ -152,6 +147,7 @@ def output_folder(
         The folder cannot be written, or holds a file that would be overwritten and that Boresight
         did not write.
     """
+    option = "-o"
     with ExitStack() as stack:
         with _refusing(path, option):
             _require_name(path, option)

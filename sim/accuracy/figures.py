@@ -16,7 +16,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Differences, Spread
 from boresight.sim.records.feed import Feed, LongFeed
-from boresight.sim.rotations.accuracy import NO_SAMPLE, AttitudeRmse, ConstantOffset, attitude_error
+from boresight.sim.rotations.accuracy import AttitudeError, ConstantOffset, attitude_error
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
@@ -25,7 +25,7 @@ from boresight.sim.rotations.rotation import (
 )
 
 #: Figures of an attitude, in degrees.
-ANGLES = AttitudeRmse._fields
+ANGLES = AttitudeError._fields
 
 
 def gives_attitude(estimator: Estimator) -> bool:
@@ -123,7 +123,7 @@ class Angles:
     def result(self) -> dict[str, float]:
         """The figures; raises InputError of no row."""
         if not self.samples:
-            raise InputError(NO_SAMPLE)
+            raise InputError("no sample counts: mov and a reference attitude never come together")
         return {name: spread.rms for name, spread in self._spreads.items()}
 
 

@@ -173,11 +173,10 @@ def pattern_search(
     return Tuned(values, len(known), tuple(history))
 
 
-def folds_of(count: int, folds: int | None, seed: int | None = None) -> list[tuple[int, ...]]:
+def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:
     """Test sets of a cross-validation: every index in exactly one of them.
 
-    By default three folds, or as many as there are indices; 1: none. Indices are dealt in turn, in
-    their order or after a shuffle with a seed.
+    By default three folds, or as many as there are indices; 1: none. Indices are dealt in turn.
 
     Raises
     ------
@@ -194,5 +193,4 @@ def folds_of(count: int, folds: int | None, seed: int | None = None) -> list[tup
             found=str(folds),
             fix="choose another number or name more logs",
         )
-    order = [*range(count)] if seed is None else np.random.default_rng(seed).permutation(count)
-    return [tuple(sorted(map(int, order[k::folds]))) for k in range(folds)]
+    return [tuple(range(count)[k::folds]) for k in range(folds)]

@@ -146,17 +146,17 @@ class Tuning:
             )
         return {"folds": folds, "mean_test_error": means(every)} if folds else None
 
-    def sensitivity(self, values: Mapping[str, float], factor: float = 2.0) -> list[dict[str, Any]]:
+    def sensitivity(self, values: Mapping[str, float]) -> list[dict[str, Any]]:
         """Errors with each parameter moved down and up, the others as they are, over all logs.
 
-        A positive parameter moves by a factor, another one by log(factor) tenths of its range.
+        A positive parameter moves by a factor of 2, another one by log(2) tenths of its range.
         """
         rows: list[dict[str, Any]] = []
         for axis in self.axes:
             name = axis.param.name
             here = Axis(axis.param, values[name])
             row: dict[str, Any] = {"parameter": name, "value": values[name]}
-            for end, place in (("low", -math.log(factor)), ("high", math.log(factor))):
+            for end, place in (("low", -math.log(2.0)), ("high", math.log(2.0))):
                 scores = self.scores({**values, name: here.value(place)})
                 row |= {end: here.value(place), f"at_{end}": self.figure(scores)}
                 row |= {f"errors_at_{end}": means(scores)}
@@ -170,7 +170,6 @@ def tuned_result(
     names: Sequence[str],
     units: Mapping[str, str],
     tests: Sequence[tuple[int, ...]],
-    factor: float,
 ) -> Result:
     """Tune, cross-validate, and vary the result.
 
@@ -184,13 +183,11 @@ def tuned_result(
         Units of the errors.
     tests : sequence of tuple of int
         Test sets of the cross-validation (`folds_of`).
-    factor : float
-        See `Tuning.sensitivity`.
     """
     tuned = tuning.search(range(len(names)), "all logs")
     cross = tuning.cross_validation(tests, names)
     before, after = tuning.scores(default), tuning.scores(tuned.values)
-    sensitivity = tuning.sensitivity(tuned.values, factor)
+    sensitivity = tuning.sensitivity(tuned.values)
     words = [fixed for fixed, *_ in tuning.runs.run({**tuning.start, **tuned.values})]
     updates = sum(fixed.saturated or 0 for fixed in words)
     values = sum((Counter(fixed.saturations) for fixed in words), Counter[str]())
@@ -240,7 +237,7 @@ def tuned_result(
     )
     tables = {
         "error, mean over the logs": errors,
-        f"parameters; figure with each divided and multiplied by {factor:g}": moved,
+        "parameters; figure with each divided and multiplied by 2": moved,
     }
     notes = [f"tuned, {saturated_text(updates, dict(values))}"] if updates else []
     return Result(data, tables, summary, notes)

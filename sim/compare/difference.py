@@ -180,10 +180,9 @@ def differences(
     reference: Mapping[str, FloatArray],
     *,
     judged: bool = True,
-    curves: bool = True,
 ) -> list[Difference]:
     """Compare outputs with their references, which are there whole; see `Differences`."""
-    made = Differences(outputs, reference, judged=judged, curves=curves)
+    made = Differences(outputs, reference, judged=judged, curves=True)
     made.add(values, reference)
     return made.result()
 

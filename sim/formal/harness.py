@@ -59,9 +59,9 @@ def drive(m: Module, component: Any, *names: str) -> tuple[Signal, ...]:
     return tuple(signals)
 
 
-def before(m: Module, value: Any, name: str, *, init: int = 0) -> Signal:
-    """The value of the cycle before; after a reset ``init``."""
-    signal = Signal(value.shape(), name=name, init=init)
+def before(m: Module, value: Any, name: str) -> Signal:
+    """The value of the cycle before; after a reset 0."""
+    signal = Signal(value.shape(), name=name)
     m.d.sync += signal.eq(value)
     return signal
 

@@ -16,13 +16,15 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 
+#: Segments that run side by side, each of at least eight steps.
+SEGMENTS = 4096
+
 
 def interpret(
     program: Program,
     inputs: IntArray,
     *,
     states: IntArray | None = None,
-    segments: int = 4096,
     machine: Interpreter | None = None,
 ) -> tuple[IntArray, BoolArray, IntArray, int | None]:
     """Run the interpreter over ``inputs`` (steps, n_inputs).
@@ -31,8 +33,6 @@ def interpret(
     ----------
     states : int64 (steps, n_states), optional
         State words after each step, of another level; by default the C is run for them.
-    segments : int
-        Segments that run side by side, each of at least eight steps.
     machine : Interpreter, optional
         Goes on from where this one of one run stands, without ``states`` in one segment; by
         default from the start.
@@ -48,7 +48,7 @@ def interpret(
     """
     steps, numbers = len(inputs), [state for state, _ in program.states]
     is_single = machine is not None and states is None
-    count = 1 if is_single else max(1, min(segments, steps // 8))
+    count = 1 if is_single else max(1, min(SEGMENTS, steps // 8))
     bounds = np.linspace(0, steps, count + 1).astype(int)
     starts, lengths, ends = bounds[:-1], np.diff(bounds), bounds[1:-1] - 1
     if machine is None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import ATTITUDE, EXACT_UNITS, QUATERNION
+from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.results import CheckResult, Part
@@ -99,27 +99,22 @@ def worst_output(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
 
 
 def accuracy_section(checks: Sequence[CheckResult], warn: Callable[[str], None]) -> dict[str, Any]:
-    """Figures of each check's record in ``logs``, with its curves; above them those of the worst.
+    """Figures of each check's record in ``logs``, with its curves; above them the worst of all.
 
-    ``verdict`` has the differences to float64 by output, above all the largest of any record;
-    ``parted`` where the first of them leaves its tolerance; ``truth`` those of both to the record's
-    truths. ``vs_float_max_deg`` is the largest difference of an Euler angle in any sample,
-    ``vs_float_attitude_max_deg`` the largest turn between the two attitudes, ``rmse_deg`` is taken
-    against the record's attitude, which is the truth or a comparison (``reference``): null for what
-    is no attitude.
+    ``verdict`` has the differences to float64 by output, above all the largest of any record,
+    which is on ``dataset`` for the worst output; ``parted`` where the first of them leaves its
+    tolerance; ``truth`` those of both to the record's truths. ``rmse_deg`` is taken against the
+    record's attitude, which is the truth or a comparison (``reference``): null for what is no
+    attitude.
     """
-    keys = (
-        *("dataset", "samples", "seconds", "word", "reference", "truth", "vs_float_max_deg"),
-        *("vs_float_max_sample", "vs_float_attitude_max_deg", "rmse_deg", "float_rmse_deg"),
-    )
     if not checks:
         warn("accuracy: no log was run")
-        return {**dict.fromkeys(keys), "verdict": None, "logs": []}
+        return {"dataset": None, "verdict": None, "logs": []}
     logs = [_log(check, warn, several=len(checks) > 1) for check in checks]
     verdicts = [log["verdict"] for log in logs]
     worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
     return {
-        **{k: logs[worst["log"]][k] for k in keys},
+        "dataset": logs[worst["log"]]["dataset"],
         "verdict": verdicts[0] if len(logs) == 1 else _merged(logs),
         "logs": logs,
     }
@@ -162,7 +157,6 @@ def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> d
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
         "parted": _divergence(check, rows.times),
-        **_attitude(check),
         **rows.rmse(),
     }
     if QUATERNION[0] in check.fixed.outputs and not rows.references:
@@ -328,17 +322,3 @@ def _truths(check: CheckResult, columns: Feed) -> dict[str, FloatArray]:
             if units.get(name) == "ht":
                 truths.setdefault(name, euler[:, column])
     return truths
-
-
-def _attitude(check: CheckResult) -> dict[str, Any]:
-    """Further figures of an attitude."""
-    by_name = {d.output: d for d in check.accuracy.differences}
-    angles = [by_name[a] for a in ANGLES if a in by_name and by_name[a].unit == "ht"]
-    worst = max(angles, key=lambda d: d.largest, default=None)
-    return {
-        "vs_float_max_deg": None if worst is None else _number(180.0 * worst.largest),
-        "vs_float_max_sample": None if worst is None else worst.at_step,
-        "vs_float_attitude_max_deg": _number(by_name[ATTITUDE].largest)
-        if ATTITUDE in by_name
-        else None,
-    }

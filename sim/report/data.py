@@ -22,7 +22,7 @@ from boresight.sim.report.accuracy import accuracy_section
 from boresight.sim.report.numerics import numerics_section
 from boresight.sim.report.observed import Observed
 from boresight.sim.report.schedule import schedule_section
-from boresight.sim.report.timing import timing_section
+from boresight.sim.report.timing import CLOCK_MHZ, timing_section
 
 _AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp"}
 
@@ -55,7 +55,6 @@ def report_data(
     core: Core,
     *checks: CheckResult,
     area: Mapped | Routed | None = None,
-    clock_mhz: float = 100.0,
     grade: int = 2,
     device: Device = XC6SLX9,
 ) -> dict[str, Any]:
@@ -68,7 +67,7 @@ def report_data(
         on the first one the rate of the C is measured.
     area : Mapped or Routed, optional
         Area and clock.
-    clock_mhz, grade, device
+    grade, device
         The target.
 
     Returns
@@ -102,9 +101,9 @@ def report_data(
         "digest": program.digest,
         "identity": core.identity,
         "verdict": _verdict(checks),
-        "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": clock_mhz},
+        "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": CLOCK_MHZ},
         "verification": _verification(checks, warn),
-        "timing": timing_section(core, area, levels, clock_mhz, grade, warn, _rate(checks)),
+        "timing": timing_section(core, area, levels, grade, warn, _rate(checks)),
         "resources": _resources(area, device),
         "schedule": schedule_section(core, {} if observed is None else observed.lines),
         "numerics": numerics_section(program, observed),

@@ -39,40 +39,23 @@ def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
 
 
 def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict[str, Any]:
-    """Units with their load, totals, source ``lines`` with most slots, and the chart.
+    """Load of the lanes, totals, source ``lines`` with most slots, and the chart.
 
-    ``emitted`` are the slots that only send an output. ``units`` has a row for every lane and kind
-    of slot, and for the input and output words. In ``chart``, ``slots`` are
+    ``emitted`` are the slots that only send an output. In ``chart``, ``slots`` are
     [cycle, lane, kind, op], ``gets`` [cycle, name] and ``outputs`` [cycle of the emit slot,
     name, latency].
     """
     s = core.schedule
     names = [v.name for v in s.program.values]
     slots = [[x.cycle, x.lane, _kind(s, x), x.op] for x in s.slots]
-    lanes = range(s.machine.lanes)
-
-    def unit(unit_: str, op: str, count: int) -> dict[str, Any]:
-        return {
-            "unit": unit_,
-            "op": op,
-            "count": count,
-            "busy_cycles": count,
-            "utilisation": round(count / s.length, 4),
-        }
-
     count = Counter((lane, kind) for _, lane, kind, _ in slots)
-    units = [unit(f"lane {lane}", kind, count[lane, kind]) for lane in lanes for kind in KINDS]
-    units += [unit("input", "get", len(s.gets)), unit("output", "emit", len(s.latencies))]
     return {
-        "units": [u for u in units if u["count"]],
         "lanes": [
             {
-                "lane": k,
-                "busy_cycles": sum(x.lane == k for x in s.slots),
+                "slots": {kind: count[k, kind] for kind in KINDS},
                 "results": sum(x.lane == k for x in s.ends.values()),
-                "utilisation": round(s.lane_use[k], 4),
             }
-            for k in lanes
+            for k in range(s.machine.lanes)
         ],
         "ops_total": len(core.program.ops),
         "copies": len(s.program.ops) - len(core.program.ops),

@@ -12,19 +12,21 @@ from boresight.gateware.synthesis.family import Step
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.sim.compare.results import LevelResult
 
+#: Clock of the target, MHz.
+CLOCK_MHZ = 100.0
+
 
 def timing_section(
     core: Core,
     area: Mapped | Routed | None,
     levels: Sequence[LevelResult],
-    clock_mhz: float,
     grade: int,
     warn: Callable[[str], None],
     rate_hz: float | None = None,
 ) -> dict[str, Any]:
     """Predicted and counted cycles, the clock, and records a second."""
     s = core.schedule
-    update_us = s.latency / clock_mhz
+    update_us = s.latency / CLOCK_MHZ
     completed = [x for x in levels if not x.error]
     smallest = min((x.cycles_min for x in completed if x.cycles_min is not None), default=None)
     largest = max((x.cycles_max for x in completed if x.cycles_max is not None), default=None)
@@ -32,26 +34,22 @@ def timing_section(
         warn("cycles: predicted by the schedule, not counted in a simulation")
     elif (smallest, largest) != (s.latency, s.latency):
         warn(f"cycles: predicted {s.latency}, counted {smallest} to {largest}")
-    if rate_hz is not None and rate_hz * s.interval > clock_mhz * 1e6:
+    if rate_hz is not None and rate_hz * s.interval > CLOCK_MHZ * 1e6:
         warn(
-            f"interval: {s.interval} cycles at {clock_mhz:g} MHz are longer than a record's at "
+            f"interval: {s.interval} cycles at {CLOCK_MHZ:g} MHz are longer than a record's at "
             f"{rate_hz:g} Hz"
         )
     return {
         "latency_cycles": {"predicted": s.latency, "min": smallest, "max": largest},
         "latency_cycles_by_output": dict(zip(s.program.output_names, s.latencies, strict=True)),
-        "urgent_outputs": list(s.program.output_names[: s.urgent]),
         "interval_cycles": s.interval,
-        "interval_cycles_counted": max(
-            (x.interval_max for x in completed if x.interval_max is not None), default=None
-        ),
         "update_us": round(update_us, 4),
-        "updates_per_s": round(clock_mhz * 1e6 / s.interval, 1),
+        "updates_per_s": round(CLOCK_MHZ * 1e6 / s.interval, 1),
         "rate_hz": None if rate_hz is None else float(f"{rate_hz:.6g}"),
         "busy_percent": None
         if rate_hz is None
-        else float(f"{rate_hz * s.interval / (clock_mhz * 1e4):.3g}"),
-        **_clock(area, s.latency, clock_mhz, grade, warn),
+        else float(f"{rate_hz * s.interval / (CLOCK_MHZ * 1e4):.3g}"),
+        **_clock(area, s.latency, grade, warn),
         "source": "cycles: the schedule"
         + (", and counted in simulation" if smallest is not None else "")
         + (f"; clock: {area.source}" if area is not None else ""),
@@ -59,11 +57,7 @@ def timing_section(
 
 
 def _clock(
-    area: Mapped | Routed | None,
-    latency: int,
-    clock_mhz: float,
-    grade: int,
-    warn: Callable[[str], None],
+    area: Mapped | Routed | None, latency: int, grade: int, warn: Callable[[str], None]
 ) -> dict[str, Any]:
     """Clocks, the time to the urgent outputs at each, and the path that limits the clock."""
     clocks: dict[str, float] = {}
@@ -78,10 +72,10 @@ def _clock(
     if not clocks:
         return {"fmax_mhz": None, "update_us_at_fmax": None, "critical_path": None}
     for nets, mhz in clocks.items():
-        if mhz < clock_mhz and nets != "routed":
+        if mhz < CLOCK_MHZ and nets != "routed":
             warn(
                 f"clock: the estimate at speed {grade}, {nets} nets, is {mhz:g} MHz, below the "
-                f"{clock_mhz:g} MHz of the target"
+                f"{CLOCK_MHZ:g} MHz of the target"
             )
     return {
         "fmax_mhz": {f"-{grade}": clocks},

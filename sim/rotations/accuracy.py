@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.errors import InputError
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -26,9 +25,6 @@ from boresight.sim.rotations.rotation import (
 #: Components of a quaternion that a constant offset may have.
 ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
 
-#: What a root mean square of no sample is refused with.
-NO_SAMPLE = "no sample counts: mov and a reference attitude never come together"
-
 
 class AttitudeError(NamedTuple):
     """Error of each sample [deg], arrays (...,) in 0..180; NaN where a quaternion is NaN."""
@@ -36,14 +32,6 @@ class AttitudeError(NamedTuple):
     total: FloatArray
     heading: FloatArray
     inclination: FloatArray
-
-
-class AttitudeRmse(NamedTuple):
-    """Root mean square error of a run [deg]."""
-
-    total: float
-    heading: float
-    inclination: float
 
 
 def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
@@ -72,44 +60,6 @@ def _near_one(q: npt.ArrayLike) -> FloatArray:
         q = q.copy()
         q[other] = quaternion_normalise(q[other])
     return q
-
-
-def attitude_rmse(
-    q_est: npt.ArrayLike, q_ref: npt.ArrayLike, mov: npt.ArrayLike | None = None
-) -> AttitudeRmse:
-    """Root mean square error over the samples that count.
-
-    Only a gap in the *reference* excuses a sample: an estimate that is NaN makes the result NaN.
-
-    Parameters
-    ----------
-    q_est, q_ref : array_like, (n, 4)
-        Attitudes b to n (ENU). A row of q_ref with a NaN is a gap.
-    mov : array_like of bool, (n,), optional
-        Samples that count; all of them by default.
-
-    Raises
-    ------
-    InputError
-        If the shapes differ or no sample counts.
-    """
-    q_est = np.asarray(q_est, dtype=np.float64)
-    q_ref = np.asarray(q_ref, dtype=np.float64)
-    if q_est.shape != q_ref.shape or q_est.ndim != 2:
-        raise InputError(
-            f"q_est and q_ref must have one shape (n, 4), not {q_est.shape!r} and {q_ref.shape!r}"
-        )
-    counts = ~np.isnan(q_ref).any(axis=1)
-    if mov is not None:
-        mov = np.asarray(mov, dtype=np.bool_)
-        if mov.shape != counts.shape:
-            raise InputError(f"mov must have the shape {counts.shape!r}, not {mov.shape!r}")
-        counts &= mov
-    if not counts.any():
-        raise InputError(NO_SAMPLE)
-    some = ... if counts.all() else counts
-    errors = attitude_error(q_est[some], q_ref[some])
-    return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
 
 
 class ConstantOffset:

@@ -15,11 +15,6 @@ def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
     return np.moveaxis(np.stack([outputs[name] for name in QUATERNION]), 0, -1)
 
 
-def euler_deg_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
-    """Euler angles (..., 3) [deg]: heading, pitch, roll, from the outputs in half turns."""
-    return 180.0 * np.stack([outputs[name] for name in ("heading", "pitch", "roll")], axis=-1)
-
-
 def status_of(outputs: Mapping[str, FloatArray]) -> IntArray:
     """Status flags (...,) as the integer whose bits the estimator documents."""
     return np.rint(outputs["status"]).astype(np.int64)

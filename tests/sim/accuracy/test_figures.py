@@ -11,8 +11,8 @@ from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.accuracy.figures import Alignment, errors, units_of
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.accuracy import attitude_rmse
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
+from tests.support.rmse import attitude_rmse
 
 NAN = float("nan")
 Q = ("qw", "qx", "qy", "qz")

@@ -14,8 +14,9 @@ from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
+from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rotations.rotation import quaternion_multiply
+from tests.support.rmse import attitude_rmse
 
 #: Total RMSE [deg] on synthetic_60s, magnetometer at 10 Hz: both bounds. A wrong frame gives 90 or
 #: 180 degrees, a wrong step of the magnetometer tens.

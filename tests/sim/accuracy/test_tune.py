@@ -138,7 +138,6 @@ def test_folds_hold_every_log_once() -> None:
         ({"names": ["gain", "gain"]}, "wanted each once"),
         ({"weights": {"x": 1.0}}, "weight x"),
         ({"weights": {"pos": 0.0}}, "wanted one above 0"),
-        ({"vary": 0.5}, "wanted 1 to 1000"),
     ],
 )
 def test_bad_options(options, message) -> None:

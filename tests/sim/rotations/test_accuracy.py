@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
+from boresight.sim.accuracy.figures import attitude_errors
+from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rotations.rotation import (
     quaternion_multiply,
     rotate,
@@ -73,7 +74,7 @@ def test_inclination_is_the_angle_between_the_verticals() -> None:
     )
 
 
-def test_rmse_is_the_root_of_the_mean_square() -> None:
+def test_the_figure_is_the_root_of_the_mean_square() -> None:
     q_ref = references(2)
     q_est = np.stack(
         [
@@ -81,10 +82,9 @@ def test_rmse_is_the_root_of_the_mean_square() -> None:
             quaternion_multiply(turn([1, 0, 0], 4.0), q_ref[1]),
         ]
     )
-    result = attitude_rmse(q_est, q_ref)
+    result = attitude_errors(q_est, q_ref, np.ones(2, dtype=bool))
     expected = (np.sqrt(12.5), 3 / np.sqrt(2), 4 / np.sqrt(2))
-    np.testing.assert_allclose(result, expected, rtol=1e-9)
-    assert all(type(value) is float for value in result)
+    np.testing.assert_allclose([*result.values()], expected, rtol=1e-9)
 
 
 def test_only_moving_samples_with_a_reference_count() -> None:
@@ -93,35 +93,16 @@ def test_only_moving_samples_with_a_reference_count() -> None:
         [quaternion_multiply(turn([0, 0, 1], 10.0 * (k + 1)), q_ref[k]) for k in range(4)]
     )
     q_ref[2] = np.nan
-    mov = [False, True, True, True]
-    np.testing.assert_allclose(
-        attitude_rmse(q_est, q_ref, mov).heading, np.sqrt((20**2 + 40**2) / 2)
-    )
-    np.testing.assert_allclose(
-        attitude_rmse(q_est, q_ref).heading, np.sqrt((10**2 + 20**2 + 40**2) / 3)
-    )
-
-
-def test_an_estimate_that_is_nan_spoils_the_result() -> None:
-    q_ref = references(3)
-    q_est = q_ref.copy()
-    q_est[1] = np.nan
-    assert np.isnan(attitude_rmse(q_est, q_ref)).all()
-    assert np.allclose(attitude_rmse(q_est, q_ref, [True, False, True]), 0, atol=1e-5)
-
-
-def test_faults_are_named() -> None:
-    q = references(3)
-    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(2, 4\) and \(3, 4\)$"):
-        attitude_rmse(q[:2], q)
-    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(4,\) and \(4,\)$"):
-        attitude_rmse(q[0], q[0])
-    with pytest.raises(InputError, match=r"^mov must have the shape \(3,\), not \(2,\)$"):
-        attitude_rmse(q, q, [True, True])
+    for mov, square in (
+        ([0, 1, 1, 1], (20**2 + 40**2) / 2),
+        ([1] * 4, (10**2 + 20**2 + 40**2) / 3),
+    ):
+        error = attitude_errors(q_est, q_ref, np.array(mov, dtype=bool))
+        np.testing.assert_allclose(error["heading"], np.sqrt(square))
     with pytest.raises(InputError, match=r"^no sample counts: .*$"):
-        attitude_rmse(q, q, [False] * 3)
-    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
-        attitude_rmse(q, np.full((3, 4), np.nan))
+        attitude_errors(q_est, q_ref, np.zeros(4, dtype=bool))
+    q_est[1] = np.nan  # an estimate that is none spoils the figure
+    assert np.isnan([*attitude_errors(q_est, q_ref, np.ones(4, dtype=bool)).values()]).all()
 
 
 # -- roll, pitch and heading against scipy's sequence ZYX -----------------------------------------
