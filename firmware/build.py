@@ -98,27 +98,30 @@ def compiled_library(
 
 
 def instance(
-    library: Path, **arguments: Sequence[Any]
+    library: Path, runs: int = 1, **arguments: Sequence[Any]
 ) -> tuple[Any, dict[str, Callable[..., None]]]:
-    """One estimator of a compiled library, initialised: its memory, its functions by name.
+    """Estimators of a compiled library, initialised: their memory, the functions by name.
 
     Parameters
     ----------
     library : Path
-        Library with functions ``STEM_NAME``, whose first argument is the estimator.
+        Library with functions ``STEM_NAME``, whose first argument is the (first) estimator.
+    runs : int
+        Number of estimators, one behind the other in memory.
     **arguments
         Types of the other arguments, by name of the function; `array_of` for arrays.
     """
     loaded = ctypes.CDLL(str(library))
     size = getattr(loaded, f"{library.stem}_size")
     size.argtypes, size.restype = [], ctypes.c_size_t
-    memory = ctypes.create_string_buffer(size())
+    memory = ctypes.create_string_buffer(runs * size())
     functions: dict[str, Callable[..., None]] = {}
     for name, types in {"init": (), "reset": (), **arguments}.items():
         function = getattr(loaded, f"{library.stem}_{name}")
         function.argtypes, function.restype = [ctypes.c_void_p, *types], None
         functions[name] = functools.partial(function, memory)
     functions["init"]()
+    memory.raw = memory.raw[: size()] * runs
     return memory, functions
 
 
@@ -320,70 +323,98 @@ class CModel:
         return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)
 
 
-def _every_word(body: Body) -> str:
-    name, values = body.name, body.program.values
-    dump = [
-        f"words[{n}] = {body.word(n)}; // {body.describe(n, name=True)}" for n in range(len(values))
-    ]
+class ManyCModels:
+    """The emitted C of a program for several runs with separate states.
 
-    def count(op: Op) -> list[str]:
-        return (
-            [f"saturations[{op.dest}] += saturated ? 1 : 0;", "saturated = false;"]
-            if op.overflow is Overflow.SAT
-            else []
-        )
+    One call updates all; each gives the words that a `CModel` of its own would. Parameters are
+    those of the program.
 
-    return (
-        f"// Runs one update and gives all its words[{len(values)}]; "
-        "states: the words before the update.\n"
-        "// Adds one to saturations[n] of each value n that was clamped.\n"
-    ) + block(
-        f"static void {name}_every_word({name}_t *const self, const int32_t *const inputs,\n"
-        "    int32_t *const words, int64_t *const saturations)",
-        [
-            "(void) self;",
-            "(void) inputs;",
-            "(void) words;",
-            "(void) saturations;",
-            f"{name}_in_t row = {{0}};",
-            f"{name}_in_t *const in = &row;",
-            "(void) in;",
-            *(line.replace("in.", "row.", 1) for line in load(body, "")),
-            *body.statements(
-                after=[*dump, "(void) saturated;", "(void) beyond;"], every_word=True, behind=count
-            ),
-        ],
-    )
+    Parameters
+    ----------
+    program : Program
+        Program to run.
+    runs : int
+    cache : Path or None
+        See `compiled_library`.
+
+    Attributes
+    ----------
+    beyond : bool (runs,)
+        As `CModel.beyond`, of the last update.
+    """
+
+    def __init__(self, program: Program, runs: int, *, cache: Path | None = None) -> None:
+        self.program, self.runs = program, runs
+        library, words = compiled_library(emit_c(program), cache=cache), array_of(np.int32)
+        each = (ctypes.c_size_t, words, words, array_of(np.uint8))
+        self._memory, self._call = instance(library, runs, each=each)
+        self._first = self._memory.raw
+        self.beyond: BoolArray = np.zeros(runs, dtype=np.bool_)
+
+    def reset(self) -> None:
+        """Set the states of every run to their reset words."""
+        self._memory.raw = self._first
+
+    def update(self, inputs: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], BoolArray]:
+        """One update of every run: inputs (runs, n_inputs) -> outputs (runs, n_outputs), flags.
+
+        Raises
+        ------
+        ValueError
+            The inputs have another shape or type.
+        """
+        wanted = (self.runs, len(self.program.inputs))
+        if inputs.shape != wanted or inputs.dtype != np.int32:
+            raise ValueError(f"inputs must be int32 {wanted}, not {inputs.dtype} {inputs.shape}")
+        outputs = np.empty((self.runs, len(self.program.outputs)), dtype=np.int32)
+        flags = np.empty(self.runs, dtype=np.uint8)
+        self._call["each"](self.runs, np.ascontiguousarray(inputs), outputs, flags)
+        self.beyond = flags > 1
+        return outputs, (flags & 1).astype(np.bool_)
 
 
 def _observe(body: Body) -> str:
     name, n_in, n = body.name, len(body.program.inputs), len(body.program.values)
-    track = [f"for (size_t n = 0u; n < {n}u; n++) {{"]
-    for end, sign in (("low", "<"), ("high", ">")):
+    dump = [f"words[{k}] = {body.word(k)}; // {body.describe(k, name=True)}" for k in range(n)]
+
+    def count(op: Op) -> list[str]:
+        if op.overflow is not Overflow.SAT:
+            return []
+        return [f"saturations[{op.dest}] += saturated ? 1 : 0;", "saturated = false;"]
+
+    counters = ("low_at", "high_at", "saturations")
+    update = [
+        *(line.replace("in.", "row.", 1) for line in load(body, f"k * {n_in}u + ")),
+        *body.statements(
+            after=[*dump, "(void) saturated;", "(void) beyond;"], every_word=True, behind=count
+        ),
+    ]
+    track = [f"for (size_t v = 0u; v < {n}u; v++) {{"] if n else []
+    for end, sign in (("low", "<"), ("high", ">")) if n else ():
         track += [
-            f"    if (words[n] {sign} {end}[n]) {{",
-            f"        {end}[n] = words[n];",
-            f"        {end}_at[n] = (int64_t) k;",
+            f"    if (words[v] {sign} {end}[v]) {{",
+            f"        {end}[v] = words[v];",
+            f"        {end}_at[v] = (int64_t) k;",
             "    }",
         ]
-    track.append("}")
+    track += ["}"] if n else []
     return (
         f"// Runs updates: inputs[n_updates][{n_in}]; for each of the {n} values: narrows low "
-        "and high to\n// its least and largest word, with the update that first had it, and "
-        "counts its saturations.\n"
+        "and high to\n// its least and largest word (of states: before the update), with the "
+        "update that first had it,\n// and counts its saturations.\n"
     ) + block(
         f"void {name}_observe({name}_t *const self, const size_t n_updates, "
         "const int32_t *const inputs,\n    int32_t *const low, int32_t *const high, "
         "int64_t *const low_at, int64_t *const high_at,\n    int64_t *const saturations)",
         [
-            "(void) low;",
-            "(void) high;",
-            "(void) low_at;",
-            "(void) high_at;",
+            *(f"(void) {w};" for w in ("self", "inputs", "low", "high", *counters)),
             f"int32_t words[{max(n, 1)}];",
+            "(void) words;",
+            f"{name}_in_t row = {{0}};",
+            f"{name}_in_t *const in = &row;",
+            "(void) in;",
             "for (size_t k = 0u; k < n_updates; k++) {",
-            f"    {name}_every_word(self, inputs + k * {n_in}u, words, saturations);",
-            *(f"    {line}" for line in track if n),
+            *(f"    {line}" if line else "" for line in (*update, *track)),
             "}",
         ],
     )
@@ -391,16 +422,15 @@ def _observe(body: Body) -> str:
 
 def observe_source(body: Body) -> str:
     """Text of ``<name>_observe.c``, which needs only ``<name>.h``."""
-    name, every = body.name, _every_word(body)
+    name, function = body.name, _observe(body)
     return join(
         body.head("_observe.c", "Every word of an update, for a host."),
         banner("Includes"),
         f'#include "{name}.h"\n\n#include <stddef.h>',
-        *preamble(body, every),
+        *preamble(body, function),
         f"void {name}_observe({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
         "    int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,\n"
         "    int64_t *saturations);",
-        every,
-        _observe(body),
+        function,
         END,
     )

@@ -1,4 +1,4 @@
-"""``<name>_host.c``: entry points for a host only (called by `build` and `many`)."""
+"""``<name>_host.c``: entry points for a host only (called by `build`)."""
 
 from __future__ import annotations
 

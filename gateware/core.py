@@ -6,12 +6,11 @@ import dataclasses
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
-from boresight.gateware.microcode.listing import listing
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.scheduler import schedule
@@ -43,7 +42,7 @@ class Part:
 class Core:
     """Compiled programs on a machine; one of them is selected.
 
-    `program`, `schedule`, `allocation`, `listing` and `parameter_addresses` are those of the
+    `program`, `schedule`, `allocation` and `parameter_addresses` are those of the
     selected program; `select` changes it. The microcode is proven to compute the programs
     (`gateware.microcode.validation`).
 
@@ -147,11 +146,6 @@ class Core:
             engine = Engine(machine=self.machine, image=image)
             self._texts[form] = to_verilog(engine, "core", instances=instances)
         return self._texts[form]
-
-    @cached_property
-    def listing(self) -> str:
-        """The program's microcode as text, one line per cycle."""
-        return listing(self.image.program(self.number), self.schedule, self.allocation)
 
     @property
     def parameter_addresses(self) -> dict[str, int]:

@@ -89,11 +89,6 @@ def float_helpers(text: str) -> str:
     return "\n\n".join(body for name, body in _HELPERS.items() if re.search(rf"\b{name}\(", text))
 
 
-def operation_counts(trace: Trace) -> dict[str, int]:
-    """Number of operations of each kind in one update, without leaves."""
-    return dict(sorted(Counter(e.kind for e in trace.needed if e.kind in _FORMS).items()))
-
-
 class Expressions:
     """Texts of expressions, some of them in variables.
 

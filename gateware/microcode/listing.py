@@ -1,6 +1,6 @@
 """Listing: microcode, read back from its bits, as text with the names of the values.
 
-One line per cycle: issues, gets, writes and emits of each lane. Fields of one slot are collected
+For each cycle: issues, gets, writes and emits of each lane. Fields of one slot are collected
 from their words, so the listing shows the machine's actions, not the assembler's input.
 """
 
@@ -19,19 +19,14 @@ _WHEN = {(1, 0): "", (0, 1): " if", (1, 1): " unless"}
 _SCALE = ("", "-n", "-(n&~1)", "-(n>>1)")
 
 
-def listing(rom: Sequence[int], schedule: Schedule, allocation: Allocation) -> str:
-    """Text of an assembled program, ``rom`` its microwords.
+def actions(
+    rom: Sequence[int], schedule: Schedule, allocation: Allocation
+) -> list[tuple[str, ...]]:
+    """For each cycle what every lane issues, and what is written and sent; ``rom``: the microwords.
 
     Registers appear as the ``name`` of the value in them in that cycle; a register without a value
     appears as ``r17``.
     """
-    return _Listing(rom, schedule.machine, schedule.program, allocation).text()
-
-
-def actions(
-    rom: Sequence[int], schedule: Schedule, allocation: Allocation
-) -> list[tuple[str, ...]]:
-    """`listing` as columns: for each cycle what every lane issues, and what is written and sent."""
     lines = _Listing(rom, schedule.machine, schedule.program, allocation)
     return [(*lines.issues(cycle), lines.events(cycle)) for cycle in range(len(rom))]
 
@@ -67,17 +62,6 @@ class _Listing:
             if start == cycle + 1:
                 return name
         return f"r{address}"
-
-    def text(self) -> str:
-        """Text of the listing."""
-        issued = [self.issues(cycle) for cycle in range(len(self.words))]
-        widths = [max(map(len, column)) for column in zip(*issued, strict=True)]
-        head = [f"lane {k}".ljust(w) for k, w in enumerate(widths)]
-        lines = [f"{'cycle':>5}  " + " | ".join([*head, "written, streams"])]
-        for cycle, columns in enumerate(issued):
-            padded = [c.ljust(w) for c, w in zip(columns, widths, strict=True)]
-            lines.append(f"{cycle:5}  " + " | ".join([*padded, self.events(cycle)]).rstrip())
-        return "\n".join(lines) + "\n"
 
     def issues(self, cycle: int) -> list[str]:
         """Text of the slot of every lane."""

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from boresight.firmware.build import CModel, WordRanges
-from boresight.firmware.many import ManyCModels
+from boresight.firmware.build import CModel, ManyCModels, WordRanges
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import param_words
 from boresight.model.words.fixed import IntArray

@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from boresight.firmware.body import Body
-from boresight.firmware.build import CModel, find_compiler, observe_source
+from boresight.firmware.build import CModel, ManyCModels, find_compiler, observe_source
 from boresight.firmware.emit import emit_c
-from boresight.firmware.many import ManyCModels
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import (
@@ -265,7 +264,7 @@ def test_no_undefined_behaviour(
     np.testing.assert_array_equal(got["flags"], flags)
 
 
-# -- `firmware.many`: each run gives the words of a model of its own ------------------------------
+# -- `ManyCModels`: each run gives the words of a model of its own ------------------------------
 
 
 @pytest.mark.parametrize("seed, word", [(3, 32), (4, 18)])
