@@ -20,7 +20,7 @@ An estimator is given as a name, ``file.py:Class``, a class or an object; an est
 only ``from boresight import Estimator, Input, Output, Param, State, ops``. A log is given as a
 path, or as data: arrays by column name, a table, a `Record`. Every verb returns a
 `boresight.Result`: ``result["name"]`` is a value, ``result.good`` the verdict,
-``to_json()`` plain data, ``str`` what the command line prints; a notebook shows tables.
+``to_json()`` plain data, ``str`` what the command line prints and a notebook shows.
 Importing this package is cheap: its modules are imported on the first use of their names.
 """
 

@@ -34,12 +34,12 @@ from boresight.options import (
 from boresight.parameters import params_of_each
 from boresight.regression import Baseline
 from boresight.sim.accuracy.benchmark import JUDGED, benchmark, require_attitudes
+from boresight.sim.accuracy.figures import ALIGNMENTS
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import read_trials
 from boresight.sim.pages import Section, Verdict, page_of, section_of
 from boresight.sim.plotting import dots
 from boresight.sim.result import Result
-from boresight.sim.rotations.accuracy import ALIGNMENTS
 
 GROUPS = (LogRows, Profiles, Baseline)
 

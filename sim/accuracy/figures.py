@@ -16,13 +16,17 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Differences, Spread
 from boresight.sim.records.feed import Feed, LongFeed
-from boresight.sim.rotations.accuracy import AttitudeError, ConstantOffset, attitude_error
+from boresight.sim.rotations.accuracy import AttitudeError, attitude_error
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
+    quaternion_normalise,
     quaternion_to_rotation_vector,
 )
+
+#: Components of a quaternion that a constant offset may have.
+ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
 
 #: Figures of an attitude, in degrees.
 ANGLES = AttitudeError._fields
@@ -127,8 +131,35 @@ class Angles:
         return {name: spread.rms for name, spread in self._spreads.items()}
 
 
-class Alignment(ConstantOffset):
-    """The constant offset of attitudes from a reference, over samples that count."""
+class Alignment:
+    """Turn in navigation axes that takes references nearest to estimates, piece by piece.
+
+    The quaternion ``o`` of norm one with the components of `ALIGNMENTS` that maximises the sum of
+    ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
+    Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
+    """
+
+    def __init__(self, align: str) -> None:
+        self._free = list(ALIGNMENTS[align])
+        self._products = np.zeros((len(self._free), len(self._free)))
+
+    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: BoolArray) -> None:
+        """The next rows, (n, 4): those that count and have both attitudes."""
+        rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
+        rows &= q_est.any(axis=1)
+        error = quaternion_multiply(
+            quaternion_normalise(q_est[rows]),
+            quaternion_conjugate(quaternion_normalise(q_ref[rows])),
+        )[:, self._free]
+        self._products += error.T @ error
+
+    def result(self) -> FloatArray | None:
+        """The quaternion (4,); None of no row, or of nothing to turn."""
+        if len(self._free) == 1 or not self._products.any():
+            return None
+        offset = np.zeros(4)
+        offset[self._free] = np.linalg.eigh(self._products)[1][:, -1]
+        return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
 
     def turned(self, q: FloatArray) -> FloatArray:
         """Attitudes (n, 4) without it."""

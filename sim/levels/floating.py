@@ -30,15 +30,6 @@ class NumpyFloat(Level):
         """Set the states to their start values."""
         self._state = {s.name: np.float64(s.initial) for s in self.estimator.states}
 
-    @property
-    def native_states(self) -> FloatArray:
-        """See `Level`."""
-        return np.array([*self._state.values()])
-
-    @native_states.setter
-    def native_states(self, states: FloatArray) -> None:
-        self._state = dict(zip(self._state, states, strict=True))
-
     def _update(self, record: FloatArray) -> list[float]:
         """One update: outputs in their order."""
         names = (i.name for i in self.estimator.inputs)
@@ -73,15 +64,6 @@ class CompiledFloat(Level):
     def reset(self) -> None:
         """Set the states to their start values."""
         self._model.reset()
-
-    @property
-    def native_states(self) -> FloatArray:
-        """See `Level`."""
-        return self._model.states.astype(np.float64)
-
-    @native_states.setter
-    def native_states(self, states: FloatArray) -> None:
-        self._model.states[:] = states
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""

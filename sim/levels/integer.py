@@ -37,15 +37,6 @@ class Interpreted(Level):
         self._ahead: CModel | None = None
         self._rows = 0
 
-    @property
-    def native_states(self) -> IntArray:
-        """See `Level`."""
-        return self._begun().states[:, 0]
-
-    @native_states.setter
-    def native_states(self, states: IntArray) -> None:
-        self._begun().states = states[:, None]
-
     def _begun(self) -> Interpreter:
         """The interpreter, from a reset on if it has not run yet."""
         self._machine = self._machine or Interpreter(self.program)
@@ -92,15 +83,6 @@ class Emitted(Level):
         """Set the states to their start words."""
         self._model.reset()
 
-    @property
-    def native_states(self) -> IntArray:
-        """See `Level`."""
-        return self._model.states.astype(np.int64)
-
-    @native_states.setter
-    def native_states(self, states: IntArray) -> None:
-        self._model.states[:] = states
-
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         inputs = words_of(self.program, records).astype(np.int32, order="C")
@@ -116,9 +98,9 @@ class Emitted(Level):
         return self._model.observe(words_of(self.program, records))
 
     @classmethod
-    def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
+    def batch(cls, build: Build, runs: int) -> Level:
         """Several runs side by side, updated by one call; without states."""
-        return _EmittedBatch(build, runs, number)
+        return _EmittedBatch(build, runs)
 
     def words_of_update(
         self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
@@ -126,7 +108,7 @@ class Emitted(Level):
         """Every word of the last update."""
         self.reset()
         if states is not None:
-            self.native_states = states
+            self._model.states[:] = states
         for piece in (*before, records[:-1]):
             self._model.update(words_of(self.program, piece))
         words = self._model.values_of_update(words_of(self.program, records[-1]))
@@ -138,8 +120,8 @@ class _EmittedBatch(Level):
 
     name, tools = Emitted.name, Emitted.tools
 
-    def __init__(self, build: Build, runs: int, number: int) -> None:
-        super().__init__(build, number)
+    def __init__(self, build: Build, runs: int) -> None:
+        super().__init__(build)
         self.runs, self._models = runs, ManyCModels(self.program, runs)
 
     def reset(self) -> None:

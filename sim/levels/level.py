@@ -168,15 +168,6 @@ class Level(ABC):
         """Set the states to these words, (n_states,)."""
         raise NotImplementedError
 
-    @property
-    def native_states(self) -> Any:
-        """States in the level's own numbers, (n_states,), which may be set, too."""
-        raise NotImplementedError
-
-    @native_states.setter
-    def native_states(self, states: Any) -> None:
-        raise NotImplementedError
-
     @abstractmethod
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other: inputs (n, n_inputs) in their units."""
@@ -195,9 +186,9 @@ class Level(ABC):
         return self.advance(record[None])
 
     @classmethod
-    def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
+    def batch(cls, build: Build, runs: int) -> Level:
         """The level with several runs side by side: inputs (n, runs, n_inputs)."""
-        return Batch([cls(build, number) for _ in range(runs)])
+        return Batch([cls(build) for _ in range(runs)])
 
     def words_of_update(
         self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None

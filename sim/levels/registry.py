@@ -19,7 +19,7 @@ def level_of(name: str) -> type[Level]:
     return LEVELS[name]
 
 
-def make_level(name: str, build: Build, number: int = 0, runs: int | None = None) -> Level:
+def make_level(name: str, build: Build, runs: int | None = None) -> Level:
     """Make a level; with ``runs``, that many runs side by side (`Level.batch`).
 
     Raises
@@ -30,4 +30,4 @@ def make_level(name: str, build: Build, number: int = 0, runs: int | None = None
         A compiler or simulator is not installed.
     """
     kind = level_of(name)
-    return kind(build, number) if runs is None else kind.batch(build, runs, number)
+    return kind(build) if runs is None else kind.batch(build, runs)

@@ -15,15 +15,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.arrays import FloatArray
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
 )
-
-#: Components of a quaternion that a constant offset may have.
-ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
 
 
 class AttitudeError(NamedTuple):
@@ -60,37 +57,6 @@ def _near_one(q: npt.ArrayLike) -> FloatArray:
         q = q.copy()
         q[other] = quaternion_normalise(q[other])
     return q
-
-
-class ConstantOffset:
-    """Turn in navigation axes that takes references nearest to estimates, piece by piece.
-
-    The quaternion ``o`` of norm one with the components of `ALIGNMENTS` that maximises the sum of
-    ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
-    Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
-    """
-
-    def __init__(self, align: str) -> None:
-        self._free = list(ALIGNMENTS[align])
-        self._products = np.zeros((len(self._free), len(self._free)))
-
-    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: BoolArray) -> None:
-        """The next rows, (n, 4): those that count and have both attitudes."""
-        rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
-        rows &= q_est.any(axis=1)
-        error = quaternion_multiply(
-            quaternion_normalise(q_est[rows]),
-            quaternion_conjugate(quaternion_normalise(q_ref[rows])),
-        )[:, self._free]
-        self._products += error.T @ error
-
-    def result(self) -> FloatArray | None:
-        """The quaternion (4,); None of no row, or of nothing to turn."""
-        if len(self._free) == 1 or not self._products.any():
-            return None
-        offset = np.zeros(4)
-        offset[self._free] = np.linalg.eigh(self._products)[1][:, -1]
-        return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

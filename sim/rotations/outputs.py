@@ -1,4 +1,4 @@
-"""An attitude filter's outputs as attitudes, angles and status words."""
+"""An attitude filter's outputs as attitudes."""
 
 from __future__ import annotations
 
@@ -6,15 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from boresight.model.arrays import FloatArray, IntArray
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
 
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
     """Quaternions (..., 4) of output records by name."""
     return np.moveaxis(np.stack([outputs[name] for name in QUATERNION]), 0, -1)
-
-
-def status_of(outputs: Mapping[str, FloatArray]) -> IntArray:
-    """Status flags (...,) as the integer whose bits the estimator documents."""
-    return np.rint(outputs["status"]).astype(np.int64)

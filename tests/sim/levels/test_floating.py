@@ -42,8 +42,6 @@ def test_numpy_is_the_reference() -> None:
         assert np.array_equal(values, reference[name][:, 0])
     with pytest.raises(ValueError, match="shorter"):
         result.step(records[0, :-1])
-    with pytest.raises(ValueError, match="shorter"):
-        result.native_states = result.native_states[:-1]
 
 
 class Third(Estimator):
