@@ -403,7 +403,7 @@ def recording() -> dict[str, np.ndarray]:
     return {n: c.values for n, c in read_record(bundled("ximu_walk")).columns.items()}
 
 
-@pytest.mark.parametrize(("change", "has_attitude", "text"), CARELESS, ids=lambda x: str(x)[:40])
+@pytest.mark.parametrize(("change", "has_attitude", "text"), CARELESS)
 def test_a_mistake_in_a_recording_is_one_line(
     recording: dict[str, np.ndarray], change: Any, has_attitude: bool, text: str
 ) -> None:
