@@ -11,9 +11,7 @@ dispatch    frames to the core's input stream and register bus
 pack        output records and replies to the bodies of frames
 framer      bodies to frames
 top         `Top`: the core with all of these; pins rx, tx and two LEDs
-clock       clock of the core from the board's oscillator, by PLL if needed: Spartan-6
-ecp5_clock  the same: ECP5
-ice40_clock the same: iCE40
+clock       clock of the core from the board's oscillator, by PLL if needed
 project     a design on a board: shell, Amaranth's build plan, README
 ise         `write_ise_project` for boards with a Spartan-6
 bitstream   `open_project`, `build_bitstream` for boards whose part an open tool routes

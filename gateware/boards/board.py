@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from amaranth.build import Attrs, Pins, Resource
 
-from boresight.gateware.boards.clock import Clock, spartan6_clock
-from boresight.gateware.boards.ecp5_clock import ecp5_clock
-from boresight.gateware.boards.ice40_clock import ice40_clock
+from boresight.gateware.boards.clock import Clock, Ecp5Clock, Ice40Clock, Spartan6Clock
 from boresight.model.tools.extras import optional
 
 
@@ -82,8 +80,8 @@ class Board:
         Positions on ``connector``; none: the board has its own.
     target : str
         Part of the board (`gateware.synthesis.targets`).
-    clocking : callable
-        Source of a clock from the oscillator, by both frequencies; None: the oscillator itself.
+    clocking : type of Clock
+        Source of a clock from the oscillator.
     pads : Pads
     high_parts : tuple of str
         RESOURCE.PART of the board that is driven high: resource "held" of the platform, by number.
@@ -98,7 +96,7 @@ class Board:
     positions: Mapping[str, str]
     leds: tuple[str, ...] = ()
     target: str = "xc6slx9"
-    clocking: Callable[[int, int], Clock | None] = spartan6_clock
+    clocking: type[Clock] = Spartan6Clock
     pads: Pads = _SPARTAN6_PADS
     high_parts: tuple[str, ...] = ()
     holds_system: bool = True
@@ -200,7 +198,7 @@ BOARDS = {
             "host_tx": "uart.tx",
         },
         target="ecp5-85k",
-        clocking=ecp5_clock,
+        clocking=Ecp5Clock,
         pads=_ECP5_PADS,
         # Low, it starts the board's ESP32 in its boot loader.
         high_parts=("esp32.gpio0",),
@@ -217,7 +215,7 @@ BOARDS = {
             "host_tx": "uart.tx",
         },
         target="ice40-up5k",
-        clocking=ice40_clock,
+        clocking=Ice40Clock,
         pads=_ICE40_PADS,
         holds_system=False,
     ),

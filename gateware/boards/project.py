@@ -178,7 +178,7 @@ def prepared(
         A clock that the PLL cannot make.
     """
     hz = board.oscillator_hz if clock_hz is None else clock_hz
-    clock = board.clocking(board.oscillator_hz, hz)
+    clock = board.clocking.of(board.oscillator_hz, hz)
     design = make(hz)
     platform = board.make(design.lines)
     extra = files or {}

@@ -10,20 +10,11 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 
-class X(IntEnum):
-    """First operand of the post-adder, OPMODE[1:0]."""
-
-    ZERO = 0
-    M = 1
-    P = 2
-
-
 class Z(IntEnum):
     """Second operand of the post-adder, OPMODE[3:2]."""
 
     ZERO = 0
     PCIN = 1
-    P = 2
     C = 3
 
 
@@ -41,22 +32,20 @@ class DSP48A1(wiring.Component):
 
     ::
 
-        M = A * B        P = Z + X   or   Z - X  (subtract)
+        M = A * B        P = Z + M   or   Z
 
-    **Latency** Each parameter that is true adds one register: A and B pass ``a0reg + a1reg`` and
-    ``b0reg + b1reg`` of them, C passes ``creg``, the product ``mreg`` and the sum ``preg``.
+    **Latency** Each parameter that is true adds one register: A and B pass ``reg0 + reg1`` of them,
+    the product ``mreg`` and the sum ``preg``.
 
     Parameters
     ----------
-    a0reg, a1reg, b0reg, b1reg, creg, mreg, preg : bool
+    reg0, reg1, mreg, preg : bool
         Registers in use.
-    x : X
-        First operand of the post-adder.
+    adds : bool
+        Whether the sum has the product.
     z : Z
         Second operand of the post-adder. ``Z.PCIN`` demands that ``pcin`` be the ``pcout`` of
         another slice.
-    subtract : bool
-        Subtract X from Z.
 
     Members
     -------
@@ -77,38 +66,17 @@ class DSP48A1(wiring.Component):
     def __init__(
         self,
         *,
-        a0reg: bool = False,
-        a1reg: bool = False,
-        b0reg: bool = False,
-        b1reg: bool = False,
-        creg: bool = False,
+        reg0: bool = False,
+        reg1: bool = False,
         mreg: bool = False,
         preg: bool = False,
-        x: X = X.M,
+        adds: bool = True,
         z: Z = Z.ZERO,
-        subtract: bool = False,
     ) -> None:
-        self.registers = {
-            "a0reg": a0reg,
-            "a1reg": a1reg,
-            "b0reg": b0reg,
-            "b1reg": b1reg,
-            "creg": creg,
-            "mreg": mreg,
-            "preg": preg,
-        }
-        for name, value in {**self.registers, "subtract": subtract}.items():
-            if not isinstance(value, bool):
-                raise TypeError(f"{name} must be a bool, not {value!r}")
-        if not isinstance(x, X):
-            raise TypeError(f"x must be an X, not {x!r}")
-        if not isinstance(z, Z):
-            raise TypeError(f"z must be a Z, not {z!r}")
-        if not preg and (x is X.P or z is Z.P):
-            raise ValueError("preg must be True when the post-adder reads P, not False")
-        self.x = x
+        self.registers = {"a0reg": reg0, "a1reg": reg1, "b0reg": reg0, "b1reg": reg1}
+        self.registers |= {"creg": False, "mreg": mreg, "preg": preg}
+        self.adds = adds
         self.z = z
-        self.subtract = subtract
         super().__init__(
             {
                 "en": In(1),
@@ -125,7 +93,7 @@ class DSP48A1(wiring.Component):
     @property
     def opmode(self) -> int:
         """The constant on OPMODE."""
-        return self.subtract << 7 | self.z << 2 | self.x
+        return self.z << 2 | self.adds
 
     def elaborate(self, platform: Any) -> Elaboratable:
         """Primitive or behaviour, by the platform."""
@@ -135,23 +103,9 @@ class DSP48A1(wiring.Component):
         m = Module()
         registers = {f"p_{name.upper()}": int(used) for name, used in self.registers.items()}
         enables = {f"i_CE{name}": self.en for name in ("A", "B", "C", "M", "P")}
-        unused = {
-            f"i_{name}": Const(0)
-            for name in (
-                "CED",
-                "CECARRYIN",
-                "CEOPMODE",
-                "CARRYIN",
-                "RSTA",
-                "RSTB",
-                "RSTC",
-                "RSTD",
-                "RSTM",
-                "RSTP",
-                "RSTCARRYIN",
-                "RSTOPMODE",
-            )
-        }
+        idle = ("CED", "CECARRYIN", "CEOPMODE", "CARRYIN")
+        resets = (f"RST{name}" for name in ("A", "B", "C", "D", "M", "P", "CARRYIN", "OPMODE"))
+        unused = {f"i_{name}": Const(0) for name in (*idle, *resets)}
         m.submodules.slice = Instance(
             "DSP48A1",
             **registers,
@@ -190,14 +144,12 @@ class DSP48A1(wiring.Component):
         use = self.registers
         a = register(register(self.a, use["a0reg"], "a0"), use["a1reg"], "a1")
         b = register(register(self.b, use["b0reg"], "b0"), use["b1reg"], "b1")
-        c = register(self.c, use["creg"], "c0")
         product = Signal.like(self.m)
         m.d.comb += [product.eq(a * b), self.m.eq(register(product, use["mreg"], "m0"))]
-        x = {X.ZERO: 0, X.M: self.m, X.P: self.p}[self.x]
-        z = {Z.ZERO: 0, Z.PCIN: self.pcin, Z.P: self.p, Z.C: c}[self.z]
+        z = {Z.ZERO: 0, Z.PCIN: self.pcin, Z.C: self.c}[self.z]
         total = Signal.like(self.p)
         m.d.comb += [
-            total.eq(z - x if self.subtract else z + x),
+            total.eq(z + (self.m if self.adds else 0)),
             self.p.eq(register(total, use["preg"], "p0")),
             self.pcout.eq(self.p),
         ]

@@ -9,7 +9,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.delay import delayed
-from boresight.gateware.engine.dsp48a1 import DSP48A1, X, Z
+from boresight.gateware.engine.dsp48a1 import DSP48A1, Z
 from boresight.model.words.fixed import WORDS
 
 
@@ -107,7 +107,7 @@ class Multiplier(wiring.Component):
         """The upper 18 bits of both factors, and in tables what the others add."""
         f, low = self.factors, self.word - 18
         m.submodules.slice = dsp = DSP48A1(
-            a0reg=f, b0reg=f, a1reg=True, b1reg=True, mreg=True, preg=True, z=Z.C if low else Z.ZERO
+            reg0=f, reg1=True, mreg=True, preg=True, z=Z.C if low else Z.ZERO
         )
         m.d.comb += [dsp.en.eq(self.en), dsp.a.eq(self.a[low:]), dsp.b.eq(self.b[low:])]
         product: Value = dsp.p
@@ -144,9 +144,9 @@ class Multiplier(wiring.Component):
         """Partial products, and the delays of the low bits."""
         f = self.factors
         cut = self.CUT
-        late: dict[str, Any] = {"a0reg": f, "b0reg": f, "a1reg": True, "b1reg": True, "mreg": True}
-        m.submodules.ll = ll = DSP48A1(a1reg=f, b1reg=f, mreg=True, x=X.ZERO)
-        m.submodules.hl = hl = DSP48A1(a1reg=f, b1reg=f, mreg=True, preg=True, z=Z.C)
+        late: dict[str, Any] = {"reg0": f, "reg1": True, "mreg": True}
+        m.submodules.ll = ll = DSP48A1(reg1=f, mreg=True, adds=False)
+        m.submodules.hl = hl = DSP48A1(reg1=f, mreg=True, preg=True, z=Z.C)
         m.submodules.lh = lh = DSP48A1(**late, preg=self.sums, z=Z.PCIN)
         m.submodules.hh = hh = DSP48A1(**late, preg=True, z=Z.C)
         for dsp in (ll, hl, lh, hh):

@@ -12,18 +12,9 @@ from amaranth.sim import Simulator
 from boresight.core_files import project_files, write_project
 from boresight.gateware.attitude.system.attitude_system import system_design
 from boresight.gateware.attitude.system.programs import system_core
-from boresight.gateware.boards import ecp5_clock as ecp5
-from boresight.gateware.boards import ice40_clock as ice40
+from boresight.gateware.boards import clock
 from boresight.gateware.boards.bitstream import ClockMissed, open_project
-from boresight.gateware.boards.ecp5_clock import (
-    CLOCK_MAX_HZ,
-    VCO_HZ,
-    Ecp5Pll,
-    Ecp5PllClock,
-    ecp5_clock,
-    ecp5_pll,
-)
-from boresight.gateware.boards.ice40_clock import Ice40Pll, Ice40PllClock, ice40_pll
+from boresight.gateware.boards.clock import Ecp5Clock, Ice40Clock, Pll
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
@@ -129,25 +120,28 @@ def test_a_clock_that_is_missed_writes_nothing(tools, leaky: Core, tmp_path) -> 
 
 @pytest.mark.parametrize("mhz", [12.5, 75, 100, 112.5, 125, 150, 400])
 def test_factors(mhz: float) -> None:
-    pll = ecp5_pll(oscillator_hz=25_000_000, clock_hz=int(1e6 * mhz))
-    clock = pll.oscillator_hz * pll.feedback / pll.reference
-    assert clock == 1e6 * mhz and VCO_HZ[0] <= clock * pll.output <= VCO_HZ[1]
+    pll = Ecp5Clock.factors(25_000_000, int(1e6 * mhz))
+    hz = pll.oscillator_hz * pll.feedback / pll.reference
+    assert hz == 1e6 * mhz and Ecp5Clock.VCO_HZ[0] <= hz * pll.output <= Ecp5Clock.VCO_HZ[1]
     assert pll.oscillator_hz / pll.reference >= 10e6
 
 
 @pytest.mark.parametrize("mhz", [127.5, 130, 128.125, 60.0])
 def test_factors_of_a_second_output(mhz: float) -> None:
     """Where the first output cannot be the clock; else it is."""
-    pll = ecp5_pll(oscillator_hz=25_000_000, clock_hz=int(1e6 * mhz))
+    pll = Ecp5Clock.factors(25_000_000, int(1e6 * mhz))
     first = pll.oscillator_hz * pll.feedback / pll.reference
     assert pll.second is not None and first * pll.output / pll.second == 1e6 * mhz
-    assert VCO_HZ[0] <= first * pll.output <= VCO_HZ[1] and first <= CLOCK_MAX_HZ
+    assert (
+        Ecp5Clock.VCO_HZ[0] <= first * pll.output <= Ecp5Clock.VCO_HZ[1]
+        and first <= Ecp5Clock.CLOCK_MAX_HZ
+    )
     assert pll.oscillator_hz / pll.reference >= 10e6 and pll.feedback <= 80
 
 
 def test_factors_are_those_of_ecppll() -> None:
-    assert ecp5_pll(oscillator_hz=25_000_000, clock_hz=112_500_000) == Ecp5Pll(25_000_000, 2, 9, 5)
-    assert ecp5_clock(25_000_000, 25_000_000) is None
+    assert Ecp5Clock.factors(25_000_000, 112_500_000) == Pll(25_000_000, 2, 9, 5)
+    assert Ecp5Clock.of(25_000_000, 25_000_000) is None
 
 
 def test_the_second_output_of_an_ecp5s_pll_behind_its_gate(monkeypatch) -> None:
@@ -161,11 +155,11 @@ def test_the_second_output_of_an_ecp5s_pll_behind_its_gate(monkeypatch) -> None:
             made.d.comb += [ports["o_CLKOS"].eq(ports["i_CLKI"]), ports["o_LOCK"].eq(lock)]
         return made
 
-    monkeypatch.setattr(ecp5, "Instance", model)
+    monkeypatch.setattr(clock, "Instance", model)
     m.domains += [ClockDomain("board"), ClockDomain("sync", reset_less=True)]
     m.d.comb += pin.i.eq(ClockSignal("board"))
     platform = SimpleNamespace(default_clk="", request=lambda *_, **options: pin)
-    m.submodules.clock = Ecp5PllClock(pll=Ecp5Pll(25_000_000, 1, 5, 5, 4)).elaborate(platform)
+    m.submodules.clock = Ecp5Clock(Pll(25_000_000, 1, 5, 5, 4)).elaborate(platform)
     pll, gate = parts["EHXPLLL"], parts["DCCA"]
     clocks = {k[-5:].strip("_"): v for k, v in pll.items() if k.startswith("a_FREQUENCY_PIN")}
     assert clocks == {"CLKI": "25", "CLKOP": "125", "CLKOS": "156.25"}
@@ -196,28 +190,28 @@ def test_the_second_output_of_an_ecp5s_pll_behind_its_gate(monkeypatch) -> None:
 @pytest.mark.parametrize("hz", [1, 101_000_000, 412_500_000])
 def test_impossible_clocks(hz: int) -> None:
     with pytest.raises(InputError, match=r"^clock: wanted a multiple of 12\.5 MHz up to 400 MHz, "):
-        ecp5_pll(oscillator_hz=25_000_000, clock_hz=hz)
+        Ecp5Clock.factors(25_000_000, hz)
 
 
 @pytest.mark.parametrize(
     ("mhz", "pll"),
     [
         # As icepll of Project IceStorm gives them for 12 MHz.
-        (24, Ice40Pll(12_000_000, 1, 64, 5)),
-        (30, Ice40Pll(12_000_000, 1, 80, 5)),
-        (33, Ice40Pll(12_000_000, 1, 88, 5)),
-        (48, Ice40Pll(12_000_000, 1, 64, 4)),
+        (24, Pll(12_000_000, 1, 64, 5)),
+        (30, Pll(12_000_000, 1, 80, 5)),
+        (33, Pll(12_000_000, 1, 88, 5)),
+        (48, Pll(12_000_000, 1, 64, 4)),
     ],
 )
-def test_factors_are_those_of_icepll(mhz: int, pll: Ice40Pll) -> None:
-    assert ice40_pll(oscillator_hz=12_000_000, clock_hz=1_000_000 * mhz) == pll
-    assert pll.filter == 1
+def test_factors_are_those_of_icepll(mhz: int, pll: Pll) -> None:
+    assert Ice40Clock.factors(12_000_000, 1_000_000 * mhz) == pll
+    assert Ice40Clock(pll).filter == 1
 
 
 @pytest.mark.parametrize(
-    ("pll", "waits"), [(Ice40Pll(12_000_000, 1, 80, 5), 450), (Ice40Pll(34_133_333, 1, 16, 4), 512)]
+    ("pll", "waits"), [(Pll(12_000_000, 1, 80, 5), 450), (Pll(34_133_333, 1, 16, 4), 512)]
 )
-def test_the_design_runs_15_us_after_the_lock(monkeypatch, pll: Ice40Pll, waits: int) -> None:
+def test_the_design_runs_15_us_after_the_lock(monkeypatch, pll: Pll, waits: int) -> None:
     """And begins anew when the lock is lost."""
     lock, runs, domain, m = Signal(), Signal(8), ClockDomain("sync"), Module()
 
@@ -229,11 +223,11 @@ def test_the_design_runs_15_us_after_the_lock(monkeypatch, pll: Ice40Pll, waits:
         ]
         return model
 
-    monkeypatch.setattr(ice40, "Instance", pll_model)
+    monkeypatch.setattr(clock, "Instance", pll_model)
     pin = SimpleNamespace(io=Signal())
     platform = SimpleNamespace(default_clk="", request=lambda *_, **options: pin)
     m.domains += [domain, ClockDomain("oscillator")]
-    m.submodules.clock = Ice40PllClock(pll=pll).elaborate(platform)
+    m.submodules.clock = Ice40Clock(pll).elaborate(platform)
     m.d.sync += runs.eq(runs + 1)
 
     async def bench(ctx):
@@ -269,7 +263,7 @@ def test_a_core_on_an_icebreaker(leaky: Core) -> None:
     (_, receiver) = made.verilog.split(r"module \top.pin_rx_0.buf")
     assert made.verilog.count("PULLUP") == receiver.split("endmodule")[0].count("PULLUP") == 1
     # The design's reset lasts 15 us, 450 cycles, from the lock on.
-    (clock,) = re.findall(r"(?s)module \\top\.clock \(.*?endmodule", made.verilog)
-    assert "9'h1c2" in clock and re.search(r"assign rst = ~ ?ready;", clock)
+    (source,) = re.findall(r"(?s)module \\top\.clock \(.*?endmodule", made.verilog)
+    assert "9'h1c2" in source and re.search(r"assign rst = ~ ?ready;", source)
     assert re.search(r"module \\top\.design \([^)]*\brst\b", made.verilog)
     assert "iCE40UP5K-SG48" in made.project.readme({}, bitstream=None)  # a part without grades

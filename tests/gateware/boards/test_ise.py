@@ -11,7 +11,7 @@ import pytest
 from boresight.core_files import write_system
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.board import BOARDS
-from boresight.gateware.boards.clock import VCO_HZ, pll_for
+from boresight.gateware.boards.clock import Spartan6Clock
 from boresight.gateware.boards.ise import pins, write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
@@ -250,11 +250,10 @@ def test_complete_system(board: str, tmp_path) -> None:
 @pytest.mark.parametrize("oscillator", [50_000_000, 100_000_000])
 @pytest.mark.parametrize("clock", [25_000_000, 75_000_000, 120_000_000, 150_000_000])
 def test_factors(oscillator: int, clock: int) -> None:
-    pll = pll_for(oscillator_hz=oscillator, clock_hz=clock)
-    assert pll is not None
-    assert oscillator * pll.multiply == clock * pll.divide
-    assert VCO_HZ[0] <= oscillator * pll.multiply <= VCO_HZ[1]
-    assert 1 <= pll.multiply <= 64 and 1 <= pll.divide <= 128
+    pll = Spartan6Clock.factors(oscillator, clock)
+    assert oscillator * pll.feedback == clock * pll.output
+    assert Spartan6Clock.VCO_HZ[0] <= oscillator * pll.feedback <= Spartan6Clock.VCO_HZ[1]
+    assert 1 <= pll.feedback <= 64 and 1 <= pll.output <= 128
 
 
 @pytest.mark.parametrize("clock", [0, -1, 123_456_789, 400_000_000, 2_000_000, 1e8, None])
@@ -265,4 +264,4 @@ def test_impossible_clocks(clock) -> None:
         r"that is 50000000 Hz \* m / d .*, found .*; choose 50000000 or, for "
         r"example, 100000000$",
     ):
-        pll_for(oscillator_hz=50_000_000, clock_hz=clock)
+        Spartan6Clock.factors(50_000_000, clock)
