@@ -22,6 +22,8 @@ from boresight.sim.result import Result, plain
 
 __all__ = ["calibrate", "calibrated"]
 
+#: Of the Earth's field at the ground [uT] and of its gravity [m/s^2], with a margin; of sights.
+_FIELD_UT, _GRAVITY, _SIGHT_DEG = (20.0, 70.0), (9.7, 9.9), (1e-4, 10.0)
 #: rms of residuals in stated standard deviations, from which on they are told.
 _LARGE = 3.0
 #: The same, from which on nothing is written; and of sights and turns, which nothing disturbs.
@@ -38,13 +40,19 @@ def calibrated(
     InputError
         A setting out of its range; what `records.observe` and `solve.solve` raise.
     """
-    wanted = "three numbers, not all 0: the local field east, north, up in uT"
-    good = np.shape(field_ut) == (3,) and bool(np.all(np.isfinite(field_ut))) and any(field_ut)
+    least, most = _FIELD_UT
+    wanted = f"the local field east, north, up in uT, {least:g} to {most:g} in all"
+    parts = np.asarray(field_ut, dtype=object)
+    good = parts.shape == (3,) and all(isinstance(x, int | float) for x in parts)
+    good = good and least <= float(np.linalg.norm(field_ut)) <= most
     fix = 'for example "board(field_ut=(0, 27.9, -46.2))"; a model such as WMM gives it'
     require(good, "board, field_ut", wanted, field_ut, fix)
-    for name, value in (("gravity", gravity), ("sight_deg", sight_deg)):
-        good = isinstance(value, int | float) and 0.0 < value < np.inf
-        require(good, f"board, {name}", "a number above 0", value)
+    for name, value, (low, high) in (
+        ("gravity", gravity, _GRAVITY),
+        ("sight_deg", sight_deg, _SIGHT_DEG),
+    ):
+        good = isinstance(value, int | float) and low <= value <= high
+        require(good, f"board, {name}", f"{low:g} to {high:g}", value)
     return solve(observe(records), field_ut=field_ut, gravity=gravity, sight_deg=sight_deg)
 
 

@@ -105,6 +105,13 @@ def observe(records: Sequence[Record]) -> Observed:
     """
     raw = [_columns(record, INERTIAL) for record in records]
     lines = [_columns(record, LINE, gaps=True) for record in records]
+    if np.isnan(np.concatenate(lines)).all():
+        raise InputError.at(
+            "records",
+            wanted="lines of the compass with its counts",
+            found="none",
+            fix="record with --write compass_mode=counts --write magnetic_source=counts",
+        )
     sights = [_sights(record) for record in records]
     clocks = [_clock(record) for record in records]
     still = _still(records, raw, [t for t, _ in clocks])
@@ -141,7 +148,7 @@ def _columns(record: Record, names: Sequence[str], *, gaps: bool = False) -> Flo
                 record.where,
                 wanted=f"raw counts {names[0]} to {names[-1]}",
                 found=f"no column {name}",
-                fix="take a log of boresight monitor --log, with compass_mode=counts",
+                fix="take a log of boresight monitor --log",
             )
     values = np.column_stack([record.values(name, "counts") for name in names])
     missing = np.isnan(values)

@@ -56,6 +56,11 @@ _N = 36
 _RESTS, _PASSES, _EVALUATIONS = 6, 3, 40
 #: Step of the differences: a part of one, rad/s, m/s^2, uT or rad.
 _STEP = 1e-7
+#: Remedy for angles, a field and counts that contradict one another.
+_SIGNS = (
+    "check signs and order: of sights, heading to the left, nose up and right side down are "
+    "positive; field_ut is east, north, up; counts are as the sensor gave them"
+)
 #: Smallest singular value, of the largest, of data that determine every unknown.
 _DETERMINED = 1e-7
 
@@ -92,8 +97,8 @@ class Solution:
     misfits: Sequence[Misfit]
 
 
-def mounting(s: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """T and T0 from directions (n, 3) in sensor axes and in body axes.
+def mounting(s: FloatArray, b: FloatArray, what: str = "sights") -> tuple[FloatArray, FloatArray]:
+    """T and T0 from directions (n, 3) in sensor axes and in body axes; ``what`` gave the latter.
 
     Raises
     ------
@@ -113,11 +118,7 @@ def mounting(s: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     t0 = np.asarray(u @ v)  # T (T^T T)^(-1/2)
     if np.linalg.det(t0) < 0.0:
         raise InputError.at(
-            "sights",
-            wanted="axes of a right-handed sensor",
-            found="its mirror image",
-            fix="check the signs of the sighted angles: heading is positive to the left, nose up "
-            "and right side down are positive",
+            what, wanted="axes of a right-handed sensor", found="its mirror image", fix=_SIGNS
         )
     return np.asarray(t), t0
 
@@ -190,7 +191,8 @@ class _Fit:
             )
         ):
             centre, radius = _sphere(points, ("positions", "swing")[k])
-            t, t0 = mounting((self.means[k + 1][self.sighted] - centre) / radius, c_bn @ n)
+            seen = (self.means[k + 1][self.sighted] - centre) / radius
+            t, t0 = mounting(seen, c_bn @ n, ("sights", "sights, field_ut")[k])
             if k == 0:
                 self.t, self.t0 = t, t0
             matrices.append(norm / radius * t0.T)
@@ -216,8 +218,7 @@ class _Fit:
                 "records",
                 wanted="counts, sights and a field that agree",
                 found="a fit that does not converge",
-                fix="check signs, order of axes and units: heading is positive to the left, "
-                "field_ut is east, north, up",
+                fix=_SIGNS,
             )
         for k, part in enumerate(found.x[:_N].reshape(3, 12)):
             self.m[k] = (np.eye(3) + part[:9].reshape(3, 3)) @ self.m[k]

@@ -255,11 +255,20 @@ def _read(line: BoardLine, register: Register) -> RegisterWord:
 
 
 def _attitudes(
-    line: BoardLine, count: int | None, silence_s: float, each: Callable[[str], None] | None
-) -> tuple[list[Update], list[float]]:
-    """What comes, up to ``count``, the end of a file or Ctrl-C; and when, by this computer [s]."""
+    line: BoardLine,
+    count: int | None,
+    silence_s: float,
+    each: Callable[[str], None] | None,
+    *,
+    keep: bool,
+) -> tuple[list[Update], list[float], list[str]]:
+    """What comes, up to ``count``, the end of a file or Ctrl-C; and when, by this computer [s].
+
+    To ``keep`` what came, a line that then falls silent or is gone ends it, too; the third says so.
+    """
     attitudes: list[Update] = []
     heard: list[float] = []
+    lost: list[str] = []
     try:
         for item in line.items(silence_s=silence_s):
             if isinstance(item, Update):
@@ -271,7 +280,11 @@ def _attitudes(
                 break
     except KeyboardInterrupt:
         pass
-    return attitudes, heard
+    except InputError as error:
+        if not (keep and attitudes):
+            raise
+        lost.append(f"ended after {len(attitudes)} attitudes: {error}")
+    return attitudes, heard, lost
 
 
 def monitor(
@@ -327,9 +340,11 @@ def monitor(
         if log is not None and line.is_port:
             for register, word in _words(table, _RECORDING):
                 line.access(Kind.WRITE, [register.address, word])
-        nothing: tuple[list[Update], list[float]] = ([], [])
-        attitudes, heard = nothing if accesses_only else _attitudes(line, count, silence_s, each)
-        if log is not None and line.is_port:
+        attitudes, heard, lost = list[Update](), list[float](), list[str]()
+        if not accesses_only:
+            keep = bool(outputs)
+            attitudes, heard, lost = _attitudes(line, count, silence_s, each, keep=keep)
+        if log is not None and line.is_port and not lost:
             ((register, word),) = _words(table, ["output_mode=binary"])
             line.access(Kind.WRITE, [register.address, word])
         bad = line.listener.error_count
@@ -359,4 +374,4 @@ def monitor(
         "registers": registers,
     }
     lines = _lines(written, registers, len(attitudes), track.missing, bad)
-    return Result(data, summary="\n".join(lines), notes=notes)
+    return Result(data, summary="\n".join(lines), notes=notes, failures=lost)

@@ -89,7 +89,8 @@ def log_of(
     rows, number = updates[first:last], np.asarray(numbers[first:last])
     notes = []
     if last < len(updates):
-        notes.append(f"the record ends after {last - first} rows, where the filter changes")
+        what = "the filter changes" if has_counts[last] else "the counts end"
+        notes.append(f"the record ends after {last - first} rows, where {what}")
     gaps = np.flatnonzero(np.diff(number) != 1)
     if len(gaps):
         notes.append(f"an update is missing after row {gaps[0] + 1}: replay is exact up to there")

@@ -13,6 +13,7 @@ import boresight
 from boresight.cli import main
 from boresight.sim.attitude import system
 from boresight.sim.attitude.calibration.campaign import trial
+from boresight.sim.attitude.calibration.records import LINE
 from boresight.sim.attitude.calibration.solve import mounting
 from boresight.sim.attitude.calibration.world import calibration_records, device
 from boresight.sim.records.files import content_of
@@ -142,6 +143,7 @@ REFUSED = {
     "found none that do": changed("gx_counts", np.zeros_like),
     "do not span a sphere": changed("mx_counts", lambda v: 0.0 * v),
     "no column mz_counts": changed("mz_counts", None),
+    "sights, field_ut: wanted axes": changed("mx_counts", np.negative),
     "6 or more rests": records()[:1],
 }
 
@@ -159,7 +161,30 @@ def test_sights_that_contradict_are_not_written(tmp_path) -> None:
     assert not (tmp_path / "calibration.json").exists()
 
 
-@pytest.mark.parametrize("board", ["board", "board(field_ut=(1, 2))", "board(fild=1)"])
-def test_wrong_settings(board, capsys) -> None:
-    assert main(["fit", board, "records.csv"]) == 2
+def test_a_log_of_headings() -> None:
+    logs = [
+        Record(r.name, {n: c for n, c in r.columns.items() if n[0] != "m"} | dict.fromkeys(LINE, c))
+        for r in records()
+        for c in [Column(np.full(len(r), np.nan))]
+    ]
+    with pytest.raises(boresight.InputError, match="found none; record with --write compass_mode"):
+        boresight.fit(BOARD, *logs, output="/dev/null")
+
+
+WRONG = (
+    "board",
+    "board(field_ut=(1, 2))",
+    "board(fild=1)",
+    "board(field_ut=(0, 0.0279, -0.0462))",
+    "board(field_ut=('a', 27.9, -46.2))",
+    "board(field_ut=((0, 1), 27.9, -46.2))",
+    "board(field_ut=(0, 27.9, -46.2), gravity=1)",
+    "board(field_ut=(0, 27.9, -46.2), sight_deg=0)",
+)
+
+
+@pytest.mark.parametrize("board", WRONG)
+def test_wrong_settings(board, tmp_path, capsys) -> None:
+    (tmp_path / "rest.csv").write_bytes(content_of("rest.csv", records()[0]))
+    assert main(["fit", board, str(tmp_path / "rest.csv")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

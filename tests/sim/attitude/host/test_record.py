@@ -122,11 +122,15 @@ def test_a_port_is_told_to_record(recorded: Path, tmp_path: Path) -> None:
 
 
 def test_a_port_s_record_has_the_computer_s_time(recorded: Path, tmp_path: Path) -> None:
+    """And is kept when the board falls silent."""
     capture, log = (recorded / "capture.bin").read_bytes(), tmp_path / "port.csv"
     registers = recorded / "registers.json"
     with SerialBoard({}, capture=capture) as board:
-        boresight.monitor(board.port, steps=100, register_map=registers, log=log)
+        result = boresight.monitor(board.port, register_map=registers, log=log, silence_s=2.0)
+    assert not result.good
+    assert result.failures[0].startswith(f"ended after {UPDATES} attitudes: {board.port}: wanted")
     record = read_record(log)
+    assert differing(log, registers) == 0
     assert (np.diff(record.numbers("computer")) >= 0.0).all()
     assert record.numbers("computer")[-1] > record.numbers("computer")[0]
 
