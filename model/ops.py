@@ -389,7 +389,10 @@ def _unit_vector(y: Any, x: Any) -> tuple[Any, Any, Any]:
     """(sine, cosine) of the vector's angle, and its inverse length in half turns."""
     weight = rsqrt(y * y + x * x)
     sine, cosine = (bounded(c * weight, -1.0, 1.0, "of a unit vector") for c in (y, x))
-    return sine, cosine, weight * (1.0 / math.pi)
+    if _interval(y * y + x * x)[0] > 0.0:
+        return sine, cosine, weight * (1.0 / math.pi)
+    # A scale without an end is no value of its own, but a factor of what limits the derivative.
+    return sine * (1.0 / math.pi), cosine * (1.0 / math.pi), weight
 
 
 def _angle_by_y(e: Any, y: Any, x: Any) -> Any:
@@ -495,6 +498,23 @@ def _sincos(x: Any) -> tuple[Any, Any]:
     return sincos_ht(x * (1.0 / math.pi))  # of rad
 
 
+def _remainder(x: Any, period: Any) -> Any:
+    """``x`` modulo a number above 0: the fraction of a turn, which ends in the middle."""
+    number = isinstance(period, int | float | np.number)
+    fix = "give a number"
+    require(number and bool(period > 0.0), author_line, "a number above 0 behind %", period, fix)
+    return period * (wrap_turns(x * (1.0 / period) - 0.5) + 0.5)
+
+
+def _fmod(x: Any, period: Any) -> Any:
+    raise InputError.at(
+        author_line(),
+        wanted="operations that can be recorded",
+        found="numpy's fmod of a traced value",
+        fix="write x % c of a number c, whose results are from 0 to c",
+    )
+
+
 #: numpy's functions, which numpy calls for recorded values.
 Scalar.functions.update(
     sqrt=sqrt,
@@ -511,5 +531,6 @@ Scalar.functions.update(
     **dict.fromkeys(("maximum", "fmax"), maximum),
     **dict.fromkeys(("minimum", "fmin"), minimum),
     copysign=lambda x, y: flip(y < 0.0, absolute(x)),
-    fmod=operator.mod,  # which is refused
+    **dict.fromkeys(("remainder", "mod"), _remainder),
+    fmod=_fmod,
 )

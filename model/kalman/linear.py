@@ -156,7 +156,12 @@ def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
             getattr(system, letter, None) for letter in "ABCD"
         ]  # fmt: skip
     parts += [None] * (4 - len(parts))
-    require(parts[0] is not None and parts[2] is not None, where, "matrices A, B, C, D", system)
+    fix = "SYSTEM.to_ss() of scipy, or control.ss(SYSTEM)"
+    whole = parts[0] is not None and parts[2] is not None
+    require(whole, where, "matrices A, B, C, D", type(system).__name__, fix)
+    for name, plain in (("alpha", 1.0), ("M", 0.0)) if hasattr(system, "F") else ():
+        given, fix = getattr(system, name, plain), "write such a filter by its equations"
+        require(bool(np.all(given == plain)), f"{where}, {name}", f"{plain:g}", given, fix)
     a, c = (np.atleast_2d(np.asarray(part, dtype=np.float64)) for part in (parts[0], parts[2]))
     b = np.zeros((len(a), 0)) if parts[1] is None else np.asarray(parts[1], dtype=np.float64)
     b = b.reshape(len(a), -1) if b.size % len(a) == 0 else b

@@ -289,8 +289,9 @@ class Update:
             )
         row = self._limited_row(m, row)
         innovation = self._innovation(m)
-        dots = [self._dot(row, g.__getitem__) for g in self.gains]
         spread = self._spread(m, row)
+        # |h L| <= sqrt(h P h), by Cauchy and Schwarz.
+        dots = [self._within(self._dot(row, g.__getitem__), spread) for g in self.gains]
         full_column = [
             self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
         ]
@@ -395,10 +396,17 @@ class Update:
                     wanted=f"a derivative by {self.kalman.errors[j]} with a finite range",
                     found="an infinite one",
                     fix="bound what h divides by or takes a root of: ops.clip, ops.maximum; x or y "
-                    "of an arc tangent needs a range without 0",
+                    "of an arc tangent needs a range without 0; or give this Measurement "
+                    f'slope_max={{"{self.kalman.errors[j]}": 1.0}}, the largest derivative',
                 )
         spread = math.fsum(size * self.bounds[j] for j, size in sizes.items())
         return spread if m.sd_max is None else min(spread, m.sd_max)
+
+    def _within(self, value: Scalar, spread: float) -> Any:
+        """A value within a standard deviation, where its interval is wider."""
+        if self.intervals.size(value) <= spread * (1.0 + 1e-9):
+            return value
+        return ops.bounded(value, -spread, spread, "standard deviations", unless=INDEFINITE)
 
     def _move(self, s: Any) -> None:
         """The sum of all corrections of one state."""

@@ -32,9 +32,9 @@ NO_NUMBER: Refused = {
         "a traced value as a whole number",
         "choose with ops.where and comparisons",
     ),
-    ("__mod__", "__rmod__", "__floordiv__", "__rfloordiv__", "__divmod__", "__rdivmod__"): (
-        "% or // of a traced value",
-        "use ops.wrap_ht (modulo 2) or ops.wrap_turns (modulo 1) of a multiple",
+    ("__rmod__", "__floordiv__", "__rfloordiv__", "__divmod__", "__rdivmod__"): (
+        "// or divmod of a traced value, or % by one",
+        "x - x % c is a multiple of a number c",
     ),
     ("__rpow__",): (
         "a traced value as a power",

@@ -115,6 +115,11 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
     def __pow__(self, power: Any) -> Scalar:
         return self.tracer.power(self, power)
 
+    def __mod__(self, other: Any) -> Any:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        return self.functions["remainder"](self, other)
+
     def __eq__(self, other: object) -> Any:
         if self is other:
             return np.True_

@@ -52,7 +52,8 @@ class Culprit:
 
     def __str__(self) -> str:
         where = f" ({self.line})" if self.line else ""
-        return f"step {self.step}, value {self.value}{where}: {self.why}; {self.cure}"
+        value = self.value if self.value.startswith(("a ", "an ")) else f"value {self.value}"
+        return f"step {self.step}, {value}{where}: {self.why}; {self.cure}"
 
 
 def find_culprit(
@@ -197,7 +198,7 @@ def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None
         said = f"asin: argument {x:.3g} is outside 0 to {ASIN_LIMIT}"
         return None if inside else (said, f"limit {name}")
     bits = twin.program.arithmetic.norm_max
-    if x == 0.0 or abs(x) >= math.ldexp(full, -bits):
+    if abs(x) >= math.ldexp(full, -bits) or (x == 0.0 and arg.low <= 0.0 <= arg.high):
         return None
     return (
         f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",

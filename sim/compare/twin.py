@@ -30,7 +30,13 @@ RELATIVE_BITS = 8
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
 #: Kinds of values that messages call otherwise.
-KINDS = {"mul": "a product", "sum": "a sum", "select": "a selection"}
+KINDS = {
+    **{"mul": "a product", "sum": "a sum", "select": "a selection", "flip": "a change of sign"},
+    **{"bounded": "a bounded value", "saturated": "a limited value", "abs": "a magnitude"},
+    **{"wrap": "a wrapped angle", "rsqrt": "an inverse root", "reciprocal": "a quotient"},
+    **{"complement": "a change of sign", "asin": "an arc sine", "sin": "a sine"},
+    "normalised": "a scaled value",
+}
 #: Functions that look up their argument itself, by the block of their table.
 _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 

@@ -257,6 +257,44 @@ def test_a_claim_of_what_the_states_leave_unknown() -> None:
     assert in_turn(np.float64(0.0), [*rows, Measurement(0.0, 0.0, 1.0)]).sd_max is None
 
 
+def test_what_measurements_before_took_is_within_the_claim() -> None:
+    """|h L| <= sd_max: the innovation's word holds 64 of them and not what intervals allow."""
+
+    class Twice(Cart):
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            h = x.pos + 0.1 * (x.vel * x.vel)
+            return [Measurement(u.z, x.pos, p.r), Measurement(u.z, h, p.r, sd_max=4.0)]
+
+    widest = [e.data[1] for e in Twice().record().needed if "standard deviations" in e.data]
+    assert widest.count(4.0) == 1
+    log = {"z": np.sin(0.02 * np.arange(500)), "there": np.ones(500)}
+    (result,) = boresight.check(Twice(), log, levels=("fixed", "c"))["results"]
+    assert result.good, result.lines()
+
+
+def test_a_bearing_all_around_has_limited_derivatives() -> None:
+    """Of a vector that may be zero, where intervals know no end."""
+
+    class Around(Kalman):
+        inputs = (Input("b", -1.0, 1.0, "ht"),)
+        states = (State("mx", -16.0, 16.0, initial=4.0, sd=1.0), State("my", -16.0, 16.0, sd=1.0))
+        outputs = (Output("mx", tolerance=1e-4), Output("my", tolerance=1e-4))
+        steepest: Mapping[str, float] = {}
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            b = np.arctan2(x.my, x.mx) / np.pi
+            return [Measurement(u.b, b, 1e-3, slope_max=self.steepest)]
+
+    class Limited(Around):
+        steepest = {"mx": 0.5, "my": 0.5}
+
+    with pytest.raises(InputError, match=r'or give this Measurement slope_max=\{"my": 1.0\}'):
+        Around().record()
+    log = {"b": 0.1 + 0.01 * np.sin(np.arange(200.0))}
+    (result,) = boresight.check(Limited(), log, levels=("fixed", "c"))["results"]
+    assert result.good, result.lines()
+
+
 def test_a_derivative_counts_as_its_largest_beyond_it() -> None:
     """Of 0.2 v, limited to 1 at v = 8: as without a limit up to 5 m/s, and above as 1."""
 

@@ -64,6 +64,13 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
         ((A, B, C, D), {"R": None}, "give R="),
         ((A, B, C, D), {"R": Q}, "factor of Cholesky"),
         ((A, B, C, D), {"x": [1.0]}, "2 largest"),
+        (signal.dlti([1.0], [1.0, -0.5], dt=0.1), {}, "TransferFunctionDiscrete'; SYSTEM.to_ss"),
+        (
+            SimpleNamespace(**vars(FILTERPY), alpha=1.05),
+            {},
+            "alpha: wanted 1, found 1.05; write such",
+        ),
+        (SimpleNamespace(**vars(FILTERPY), alpha=1.0, M=C), {}, "M: wanted 0, found array"),
     ],
 )
 def test_refused(system: object, changed: dict[str, object], said: str) -> None:

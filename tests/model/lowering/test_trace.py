@@ -72,8 +72,15 @@ def test_functions_of_numpy_are_those_of_ops(x: Any, y: Any) -> None:
     assert np.copysign(2.0, x) is ops.flip(x < 0.0, x.tracer.const(2.0))
     with pytest.raises(InputError, match=r"ops\.maximum, ops\.minimum"):
         np.maximum(a, b)
-    with pytest.raises(InputError, match=r"ops\.wrap_ht"):
+    with pytest.raises(InputError, match=r"numpy's fmod of a traced value; write x % c"):
         np.fmod(x, 2.0)
+    assert x % 2.0 is np.mod(x, 2.0) is 2.0 * (ops.wrap_turns(x * 0.5 - 0.5) + 0.5)
+    assert list(a % 2.0) == [y % 2.0, x % 2.0] and x % np.float64(2.0) is x % 2.0
+    for period in (0.0, -1.0, y):
+        with pytest.raises(InputError, match="wanted a number above 0 behind %, found"):
+            _ = x % period
+    with pytest.raises(InputError, match="found // or divmod of a traced value, or % by one"):
+        _ = 2.0 % x
     with pytest.raises(AttributeError, match="no attribute 'arcsinh'"):
         _ = x.arcsinh
 

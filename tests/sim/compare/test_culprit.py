@@ -22,11 +22,12 @@ from tests.support.faulty import HERE, All, Bounded, NegativeRoot, Root, Sine, S
     [
         (Bounded, [0.0, 4.0, 4.0], 1, rf"step 1, value total {HERE}: saturates: 4\.5 does not fit "
          r"its range \[-2, 2\]; widen the range \(declared: by hand\) or limit the value"),
-        (NegativeRoot, [1.0, 0.5, -2.0, -3.0], 2, rf"step 2, value bounded in y_out {HERE}: "
+        (NegativeRoot, [1.0, 0.5, -2.0, -3.0], 2, rf"step 2, a bounded value in y_out {HERE}: "
          r"-2 does not fit its range \[0, 4\]; widen the range \(declared: hoped\)"),
-        (Sine, [0.1, 0.5, 0.8], 2, rf"step 2, value y_out, asin {HERE}: asin: argument 0\.8 is "
-         r"outside 0 to 0\.7188; limit the argument"),
-        (Sine, [0.1, -0.5, 0.8], 1, rf"step 1, value y_out, asin {HERE}: asin: argument -0\.5 "),
+        (Sine, [0.1, 0.5, 0.8], 2, rf"step 2, value y_out, an arc sine {HERE}: asin: argument "
+         r"0\.8 is outside 0 to 0\.7188; limit the argument"),
+        (Sine, [0.1, -0.5, 0.8], 1, rf"step 1, value y_out, an arc sine {HERE}: asin: argument "
+         r"-0\.5 "),
         (Sums, [1.0, 2.0, 4.0, 0.0], 1, rf"step 1, value state y {HERE}: 1\.25 does not "
          r"fit its range \[-1, 1\]; widen the range \(declared\) or limit the value"),
         (Sums, [-4.0, -2.0, -4.0], 2, rf"step 2, value state y {HERE}: saturates: -2 does"),
@@ -67,7 +68,7 @@ def test_an_angle_that_is_not_wrapped(low: float, high: float, unit: str, cure: 
     ("wrong", "kind"),
     [(lambda u: u.u * u.v, "a product"), (lambda u: u.u + 0.25 * u.v, "a sum"),
      (lambda u: ops.where(u.u < u.v, u.u, 0.5 * u.v), "a selection"),
-     (lambda u: ops.absolute(u.u), "abs")],
+     (lambda u: ops.absolute(u.u), "a magnitude")],
 )  # fmt: skip
 def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
     """No range explains it: both numbers are shown, in the first update in which they differ."""
@@ -100,7 +101,7 @@ def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
 
 def test_below_the_floor_of_a_function() -> None:
     result = str(look(Root(), [1.0, 0.1, 1e-3]))
-    assert re.match(rf"step 2, value y_out, bounded {HERE}: rsqrt: argument ", result)
+    assert re.match(rf"step 2, value y_out, a bounded value {HERE}: rsqrt: argument ", result)
     assert result.endswith(
         "e-08 of full scale is below the floor 2^-22; scale power up, or declare a narrower range "
         "than [0, 16]"

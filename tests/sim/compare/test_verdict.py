@@ -48,7 +48,9 @@ def test_a_value_without_a_name_is_called_by_the_nearest_that_has_one() -> None:
     """Of two on one line the count is that of the one that saturates more often."""
     made = judge(Unnamed(), [4.0, 0.0, 2.0])
     ((name, count),) = made.saturated.items()
-    assert count == 2 and re.fullmatch(r"bounded in sum_of_squares, faulty\.py, line \d+", name)
+    assert count == 2 and re.fullmatch(
+        r"a bounded value in sum_of_squares, faulty\.py, line \d+", name
+    )
 
 
 def test_saturated_values_have_lines() -> None:
@@ -64,7 +66,7 @@ def test_what_an_output_beyond_its_tolerance_comes_from() -> None:
     made = judge(NegativeRoot(), [1.0, 0.5, -2.0])
     assert not made.saturated_updates
     assert "-2 in step 2 is BEYOND the claim" in made.beyond_range[0]
-    assert re.match(rf"step 2, value bounded in y_out {HERE}: -2 does not fit", made.culprit)
+    assert re.match(rf"step 2, a bounded value in y_out {HERE}: -2 does not fit", made.culprit)
 
 
 class Accepted(NegativeRoot):
@@ -82,7 +84,7 @@ class Accepted(NegativeRoot):
 def test_what_an_accepted_output_is_made_of_is_not_to_blame() -> None:
     made = judge(Accepted(), [1.5, 0.5, -2.0])
     assert [d.good for d in made.differences] == [False, True] and not made.saturated_updates
-    assert re.match(rf"step 2, value bounded in y_out {HERE}: -2 does not fit", made.culprit)
+    assert re.match(rf"step 2, a bounded value in y_out {HERE}: -2 does not fit", made.culprit)
 
 
 class Growing(Estimator):
