@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 from typing import Any
@@ -10,7 +11,6 @@ from amaranth.hdl import Const, Module, Signal, Value
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.csr import layout_of
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.machine import Machine
 from boresight.gateware.registers.core import (
@@ -22,9 +22,17 @@ from boresight.gateware.registers.core import (
     STATUS,
     UPDATES,
 )
+from boresight.gateware.registers.model import BitField
 
 #: Bits of an address above the first fixed register's.
 _OFFSET = (RESTART.address - FIRST).bit_length()
+
+
+def layout_of(fields: Sequence[BitField], *, width: int | None = None) -> data.Layout:
+    """The layout of a register with these fields, ``width`` bits or up to the last of them."""
+    size = width or max(field.bit + field.width for field in fields)
+    members = {f.name: data.Field(f.width, f.bit) for f in fields}
+    return data.FlexibleLayout(size, members)
 
 
 class Registers(wiring.Component):

@@ -86,14 +86,6 @@ class Schedule:
         """Latency of the last urgent output."""
         return self.latencies[self.urgent - 1] if self.urgent else 0
 
-    @property
-    def lane_use(self) -> tuple[float, ...]:
-        """Share of each lane's cycles that hold a slot."""
-        return tuple(
-            sum(s.lane == lane for s in self.slots) / self.length
-            for lane in range(self.machine.lanes)
-        )
-
     def write_cycle(self, op: int) -> int:
         """Cycle at whose end the result of an op is written."""
         return self.ends[op].cycle + self.machine.stages.write

@@ -34,9 +34,7 @@ __all__ = [
     "IntArray",
     "WORDS",
     "check_word",
-    "fraction",
     "leading_sign_count",
-    "table_index",
     "saturate",
     "wrap",
 ]
@@ -215,19 +213,3 @@ def leading_sign_count(x: Any, arith: Arithmetic) -> Any:
     for n in range(1, arith.norm_max + 1):
         count += magnitude < (1 << (arith.word - 1 - n))
     return count
-
-
-def table_index(x: Any, arith: Arithmetic, quarter: bool) -> Any:
-    """Segment index: the `INDEX_BITS` bits below the sign bit of ``x``.
-
-    With ``quarter`` the index is that of ``x`` plus a quarter of the word's range (cosine from
-    the table of the sine: half turns plus one half).
-    """
-    if quarter:
-        x = x + (1 << (arith.word - 2))
-    return (x >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
-
-
-def fraction(x: Any, arith: Arithmetic) -> Any:
-    """Position inside the segment: the bits below the segment index, unsigned."""
-    return x & ((1 << arith.fraction_bits) - 1)

@@ -93,7 +93,7 @@ class Term:
 
     ``a`` is a value. ``b`` is a value, or None when ``coefficient`` (0..3) names a word of the
     operation's table segment. ``fraction_a``/``fraction_b`` replace the word by its bits below the
-    segment index (`model.words.fixed.fraction`).
+    segment index.
     """
 
     a: int

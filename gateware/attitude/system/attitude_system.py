@@ -12,6 +12,7 @@ from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.arbiter import BusArbiter
+from boresight.gateware.attitude.bus.csr import packed
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS, TEST_BITS
@@ -29,7 +30,7 @@ from boresight.gateware.attitude.system.interface import (
 )
 from boresight.gateware.attitude.system.system_bus import ADDRESS_BITS, SystemBus
 from boresight.gateware.boards.board import Line
-from boresight.gateware.bus.csr import layout_of, packed
+from boresight.gateware.bus.core_registers import layout_of
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description, describe
 from boresight.model.errors import InputError

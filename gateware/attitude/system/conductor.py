@@ -8,6 +8,7 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.attitude.bus.csr import packed
 from boresight.gateware.attitude.bus.results import ResultPort, Results
 from boresight.gateware.attitude.sensors.adis16385_device import FRACTION
 from boresight.gateware.attitude.system.conductor_words import (
@@ -21,7 +22,6 @@ from boresight.gateware.attitude.system.conductor_words import (
 )
 from boresight.gateware.attitude.system.interface import HEADER
 from boresight.gateware.attitude.system.plan import plan_of, reset_word
-from boresight.gateware.bus.csr import packed
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine

@@ -2,8 +2,8 @@
 
 Hardware, register map, host and the simulated board's comparison read it: the update controller
 packs `HEADER`, the frames to the host add `FRAME_FLAGS`, a write of `ORDERS` triggers actions.
-`system_registers` is the block that `gateware.bus.csr` makes, from the rows of ``registers.csv``;
-`system_map` is everything on the bus.
+`system_registers` is the block that `gateware.attitude.bus.csr` makes, from the rows of
+``registers.csv``; `system_map` is everything on the bus.
 """
 
 from __future__ import annotations

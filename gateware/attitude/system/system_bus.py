@@ -10,8 +10,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.counters import EventCounters
+from boresight.gateware.attitude.bus.csr import Csr
 from boresight.gateware.attitude.bus.results import INDEX_BITS, ResultPort
-from boresight.gateware.bus.csr import Csr
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Register

@@ -12,14 +12,7 @@ from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.layout import lane_fields
-from boresight.model.words.fixed import (
-    Arithmetic,
-    fraction,
-    leading_sign_count,
-    saturate,
-    table_index,
-    wrap,
-)
+from boresight.model.words.fixed import Arithmetic, leading_sign_count, saturate, wrap
 from tests.support.bench import Pins, run_bench
 
 # -- the lane, field by field at random, against the integer semantics of `model.words.fixed` -----
@@ -43,7 +36,7 @@ class Reference:
 
     def slot(self, a: int, b: int, f: dict[str, int]) -> tuple[int, int]:
         """Execute one slot; the written word and whether it saturates."""
-        arith = self.arith
+        arith, mask = self.arith, (1 << self.arith.fraction_bits) - 1
         raw = a
         if f["cap_flag"]:
             moved = signed(raw + (f["quarter"] << (arith.word - 2)), arith.word)
@@ -51,9 +44,9 @@ class Reference:
         if f["cap_norm"]:
             self.norm = int(leading_sign_count(raw, arith))
         if f["cap_index"]:
-            self.index = int(table_index(raw, arith, bool(f["quarter"])))
-        a = fraction(a, arith) if f["frac_a"] else a
-        b = fraction(b, arith) if f["frac_b"] else b
+            self.index = (raw + (f["quarter"] << arith.word - 2)) >> arith.fraction_bits & 127
+        a = a & mask if f["frac_a"] else a
+        b = b & mask if f["frac_b"] else b
         n = (0, self.norm, self.norm & ~1, self.norm >> 1)[f["scale"]]
         term = (a * b) >> max(f["shift"] - n, 0)
         if f["neg"] ^ (f["neg_flag"] & self.flag):

@@ -6,21 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from amaranth.hdl import Cat, Const, Module, Signal, Value
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.block_ram import attributes
+from boresight.gateware.attitude.bus.block_ram import attributes
 from boresight.gateware.registers.model import Access, BitField, Register
 
 #: Bits of a bus word.
 WORD = 32
-
-
-def layout_of(fields: Sequence[BitField], *, width: int | None = None) -> data.Layout:
-    """The layout of a register with these fields, ``width`` bits or up to the last of them."""
-    size = width or max(field.bit + field.width for field in fields)
-    members = {f.name: data.Field(f.width, f.bit) for f in fields}
-    return data.FlexibleLayout(size, members)
 
 
 def packed(fields: Sequence[BitField], values: Mapping[str, Any], *, first: int = 0) -> Value:

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from boresight.gateware.attitude.bus.counters import EventCounters
-from boresight.gateware.bus.csr import Csr
+from boresight.gateware.attitude.bus.csr import Csr
 from boresight.gateware.registers.model import Access, Register
 from tests.support.bench import pulse
 
