@@ -13,9 +13,9 @@ from boresight.sim.formal.harness import (
     Stream,
     StreamHarness,
     before,
+    drive,
     fixed,
     reached,
-    unknown,
 )
 from boresight.sim.formal.prove import Proof
 
@@ -63,18 +63,8 @@ class AxiLiteHarness(Harness[AxiLiteSlave]):
     def surround(self, m: Module, dut: AxiLiteSlave) -> None:
         """Any master that holds its requests, any bus."""
         axi, bus = dut.axi, dut.bus
-        grant, w_ack, r_data = (
-            unknown(m, 1, "grant"),
-            unknown(m, 1, "w_ack"),
-            unknown(m, len(bus.r_data), "r_data"),
-        )
-        m.d.comb += [
-            dut.grant.eq(grant),
-            bus.r_data.eq(r_data),
-            bus.w_ack.eq(w_ack),
-            Assume(~grant | dut.request),
-            Assume(~w_ack | (grant & bus.w_stb)),
-        ]
+        (grant,), (w_ack, r_data) = drive(m, dut, "grant"), drive(m, bus, "w_ack", "r_data")
+        m.d.comb += [Assume(~grant | dut.request), Assume(~w_ack | (grant & bus.w_stb))]
         b = Stream(axi.bvalid, axi.bready, axi.bresp, name="b")
         r = Stream(axi.rvalid, axi.rready, axi.rdata, axi.rresp, name="r")
         for answer in (b, r):

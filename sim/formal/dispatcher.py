@@ -15,6 +15,7 @@ from boresight.sim.formal.harness import (
     Stream,
     StreamHarness,
     before,
+    drive,
     fixed,
     reached,
     unknown,
@@ -84,15 +85,13 @@ class DispatcherHarness(Harness[Dispatcher]):
         """The frame that waits; the bus; the core; the replies."""
         inputs = dut.inputs
         # The frame, and the buffer's output, which stays without a read.
-        pending, kind = unknown(m, 1, "pending"), unknown(m, 2, "kind")
+        pending, kind = drive(m, dut, "pending", "kind")
         words = [Signal(WORD, name=f"word{k}") for k in range(dut.depth)]
         new = [unknown(m, WORD, f"new{k}") for k in range(dut.depth)]
         stays = before(m, pending & ~dut.done, "stays")
         kind_before, output = before(m, kind, "kind_before"), Signal(WORD, name="shown")
         m.d.sync += [w.eq(Mux(stays, w, n)) for w, n in zip(words, new, strict=True)]
         m.d.comb += [
-            dut.pending.eq(pending),
-            dut.kind.eq(kind),
             dut.word_data.eq(output),
             Assume(~stays | (pending & (kind == kind_before))),
             Assume(
@@ -116,17 +115,9 @@ class DispatcherHarness(Harness[Dispatcher]):
         self.sent, self.busy = sent, busy
         self.due = due = Signal(range(dut.read_cycles + 2), name="read_due")
         self.cycles = cycles = Signal(8, name="own_cycles")
-        ack, grant, reply_ready = (
-            unknown(m, 1, "ack"),
-            unknown(m, 1, "grant"),
-            unknown(m, 1, "reply_ready"),
-        )
-        m.d.comb += [
-            bus.w_ack.eq(ack & bus.w_stb),
-            bus.r_data.eq(unknown(m, WORD, "r_data")),
-            dut.grant.eq(grant),
-            reply.ready.eq(reply_ready),
-        ]
+        m.d.comb += bus.w_ack.eq(unknown(m, 1, "ack") & bus.w_stb)
+        (grant,), (reply_ready,) = drive(m, dut, "grant"), drive(m, reply, "ready")
+        drive(m, bus, "r_data")
         address = words[0][: len(bus.addr)]
         read_request = dut.request & ~bus.w_stb
         stalled = (bus.w_stb & ~bus.w_ack) | (reply.valid & ~reply_ready) | (read_request & ~grant)
@@ -138,8 +129,8 @@ class DispatcherHarness(Harness[Dispatcher]):
         with m.If(reply.valid & reply_ready):
             m.d.sync += replied.eq(1)
         if inputs:
-            ready = unknown(m, 1, "core_ready")
-            m.d.comb += [dut.o.ready.eq(ready), dut.answered.eq(unknown(m, 1, "answered"))]
+            (ready,) = drive(m, dut.o, "ready")
+            drive(m, dut, "answered")
             transfer = dut.o.valid & ready
             with m.If(dut.answered):
                 m.d.sync += busy.eq(0)

@@ -14,7 +14,7 @@ from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.machine import Machine
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.harness import drive, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
@@ -55,9 +55,7 @@ class LaneHarness(InductiveHarness[Lane]):
         """The stages in order; a number in a name is the stage that reads it, at depth 7."""
         inside = self.inside
         arith, at = self.arith, self.stages
-        for name in ("en", "a", "b", *FIELDS, "outside", "which"):
-            port = getattr(dut, name)
-            m.d.comb += port.eq(unknown(m, len(port), name))
+        drive(m, dut, "en", "a", "b", *FIELDS, "outside", "which")
         for k in range(dut.sources):
             m.d.comb += dut.words[k].eq(unknown(m, arith.word, f"word{k}"))
         register = _Registers(m, dut.en)
@@ -212,9 +210,7 @@ class FourSlicesHarness(InductiveHarness[Multiplier]):
     def surround(self, m: Module, dut: Multiplier) -> None:
         """Products in the cycle in which their slice has them, and one and two cycles later."""
         inside = self.inside
-        for name in ("en", "a", "b"):
-            port = getattr(dut, name)
-            m.d.comb += port.eq(unknown(m, port.shape(), name))
+        drive(m, dut, "en", "a", "b")
         register = _Registers(m, dut.en)
         cut = Multiplier.CUT
         halves = {"l": lambda w: w[:cut], "h": lambda w: w[cut:].as_signed()}
@@ -283,9 +279,7 @@ class OneSliceHarness(InductiveHarness[Multiplier]):
         """Every register, cycle by cycle; a number in a name is the cycle that reads it."""
         inside = self.inside
         low = dut.word - 18
-        for name in ("en", "a", "b"):
-            port = getattr(dut, name)
-            m.d.comb += port.eq(unknown(m, port.shape(), name))
+        drive(m, dut, "en", "a", "b")
         register, part = _Registers(m, dut.en), inside.parts["slice"]
         m.d.comb += Assert(part.component.en == dut.en)
         words: dict[str, Value] = {"a": dut.a, "b": dut.b}

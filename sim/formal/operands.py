@@ -10,7 +10,7 @@ from boresight.gateware.engine.operands import Operands
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import fixed, reached, unknown
+from boresight.sim.formal.harness import drive, fixed, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
@@ -44,7 +44,7 @@ class OperandsHarness(InductiveHarness[Operands]):
         """Reads take effect `Stages.read` enabled cycles after; writes at once."""
         inside = self.inside
         machine = self.machine
-        m.d.comb += [dut.en.eq(unknown(m, 1, "en")), dut.parity.eq(unknown(m, 1, "parity"))]
+        drive(m, dut, "en", "parity")
         for k in range(machine.lanes):
             for name in ("a_addr", "b_addr", "table", "index", "w_en", "w_addr", "w_data"):
                 port = getattr(dut, name)[k]

@@ -9,7 +9,7 @@ from amaranth.hdl import Array, Assert, Assume, Cat, Const, Module, Mux, Signal
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.registers.core import PROGRAM, RESTART
-from boresight.sim.formal.harness import after_start, before, reached, unknown
+from boresight.sim.formal.harness import after_start, before, drive, reached
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
@@ -28,17 +28,9 @@ class RegistersHarness(InductiveHarness[Registers]):
     def surround(self, m: Module, dut: Registers) -> None:
         """Initiator and machine, with their assumptions."""
         inside = self.inside
-        bus, word = dut.bus, dut.machine.arithmetic.word
-        addr, w_data = unknown(m, 10, "addr"), unknown(m, word, "w_data")
-        w_stb, grant = unknown(m, 1, "w_stb"), unknown(m, 1, "grant")
-        events = {name: unknown(m, 1, name) for name in _EVENTS}
-        m.d.comb += [
-            bus.addr.eq(addr),
-            bus.w_data.eq(w_data),
-            bus.w_stb.eq(w_stb),
-            dut.grant.eq(grant),
-            *(getattr(dut, name).eq(signal) for name, signal in events.items()),
-        ]
+        bus = dut.bus
+        addr, w_data, w_stb = drive(m, bus, "addr", "w_data", "w_stb")
+        grant, *_ = drive(m, dut, "grant", *_EVENTS)
         # A write is held until it is acknowledged; the machine grants only what is requested.
         waited = before(m, w_stb & ~bus.w_ack, "waited")
         same = (addr == before(m, addr, "addr_before")) & (
@@ -52,27 +44,25 @@ class RegistersHarness(InductiveHarness[Registers]):
         change = chosen if dut.programs > 1 and not dut.selector else Const(0)
         first = self._restarts(m, w_stb & addr[9] & (addr[:3] == RESTART.address % 8))
         self._writes(m, parameter | change, change, first, waited)
-        self._reads(m, inside, addr=addr, w_data=w_data, w_stb=w_stb, **events)
+        self._reads(m, inside)
 
     def _restarts(self, m: Module, written: Any) -> Any:
         """Programs that have to restart; whether a grant is for that or a change by the port."""
         dut = self.dut
         due = Signal(dut.programs, init=(1 << dut.programs) - 1, name="must_restart")
-        restart, start = unknown(m, 1, "restart"), unknown(m, 1, "start")
+        restart, start = drive(m, dut, "restart", "start")
         selected = (Const(1) << dut.program)[: dut.programs]
         asked = Mux(restart | written, selected, 0)
         m.d.sync += due.eq(due & ~Mux(start, selected, 0) | asked)
         m.d.comb += [
-            dut.restart.eq(restart),
-            dut.start.eq(start),
             Assert(dut.anew == (due & selected).any()),
             Assert(due == self.inside["due"]),  # for induction
             reached(m, dut.grant & dut.anew, "restarted"),
         ]
         soon = dut.anew | restart | written
         if dut.selector:
-            choice = unknown(m, dut.choice.shape(), "choice")
-            m.d.comb += [dut.choice.eq(choice), Assume(choice < dut.programs)]
+            (choice,) = drive(m, dut, "choice")
+            m.d.comb += Assume(choice < dut.programs)
             soon = soon | (choice != dut.program)
         first = before(m, soon, "first")
         m.d.comb += Assert(first == self.inside["inner"])
@@ -107,35 +97,20 @@ class RegistersHarness(InductiveHarness[Registers]):
         if dut.programs > 1:
             m.d.comb += reached(m, dut.program == dut.programs - 1, "last_program")
 
-    def _reads(
-        self,
-        m: Module,
-        inside: Inside,
-        *,
-        addr: Any,
-        w_data: Any,
-        w_stb: Any,
-        en: Any,
-        saturated: Any,
-        beyond: Any,
-        framing: Any,
-        commit: Any,
-        idle: Any,
-        parity: Any,
-    ) -> None:
+    def _reads(self, m: Module, inside: Inside) -> None:
         """A second model of the registers 512 to 516."""
-        dut, word = self.dut, self.dut.machine.arithmetic.word
-        mask = (1 << word) - 1
+        dut, bus, word = self.dut, self.dut.bus, self.dut.machine.arithmetic.word
+        addr, mask = bus.addr, (1 << word) - 1
         flags, updates = Signal(5, name="flags"), Signal(word, name="updates")
         pending, last = Signal(2, name="pending"), Signal(2, name="last_update")
-        cleared = Mux(w_stb & addr[9] & (addr[:3] == 0), w_data[:5], 0)
-        found = Mux(en, Cat(saturated, beyond), 0)
-        m.d.comb += Assume(en | ~(commit | framing))
-        m.d.sync += flags.eq(flags & ~cleared | found[0] | framing << 1 | found[1] << 4)
-        with m.If(commit):
+        cleared = Mux(bus.w_stb & addr[9] & (addr[:3] == 0), bus.w_data[:5], 0)
+        found = Mux(dut.en, Cat(dut.saturated, dut.beyond), 0)
+        m.d.comb += Assume(dut.en | ~(dut.commit | dut.framing))
+        m.d.sync += flags.eq(flags & ~cleared | found[0] | dut.framing << 1 | found[1] << 4)
+        with m.If(dut.commit):
             m.d.sync += [updates.eq(updates + 1), last.eq(pending | found)]
-        m.d.sync += pending.eq(Mux(commit | framing, 0, pending | found))
-        status = flags | idle << 2 | parity << 3
+        m.d.sync += pending.eq(Mux(dut.commit | dut.framing, 0, pending | found))
+        status = flags | dut.idle << 2 | dut.parity << 3
         values = Array(
             [
                 status,

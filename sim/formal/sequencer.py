@@ -10,7 +10,7 @@ from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
-from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.harness import drive, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
@@ -72,12 +72,7 @@ class SequencerHarness(InductiveHarness[Sequencer]):
     def surround(self, m: Module, dut: Sequencer) -> None:
         """Sets ``at``, the executed word of the rules; negative values count the cycles to it."""
         inside = self.inside
-        inputs = {
-            name: unknown(m, 1, name)
-            for name in ("i_valid", "i_last", "o_ready", "request", "switch", "anew")
-        }
-        for name, signal in inputs.items():
-            m.d.comb += getattr(dut, name).eq(signal)
+        drive(m, dut, "i_valid", "i_last", "o_ready", "request", "switch", "anew")
         self.program = Signal(range(len(PROGRAMS)))
         next_program = unknown(m, 1, "other")
         self.restarting = Signal(name="restarts")
@@ -88,9 +83,9 @@ class SequencerHarness(InductiveHarness[Sequencer]):
         ]
         with m.If(dut.grant & dut.switch):
             m.d.sync += self.program.eq(next_program)
-        self._rules(m, **inputs)
+        self._rules(m)
         self._registers(m, inside)
-        self._back_to_idle(m, **inputs)
+        self._back_to_idle(m)
 
     def _field(self, field: str) -> Any:
         """A field of the executed word."""
@@ -109,17 +104,7 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             ]
         )
 
-    def _rules(
-        self,
-        m: Module,
-        *,
-        i_valid: Any,
-        i_last: Any,
-        o_ready: Any,
-        request: Any,
-        switch: Any,
-        anew: Any,
-    ) -> None:
+    def _rules(self, m: Module) -> None:
         """Outputs of a cycle, and the executed word of the next."""
         dut = self.dut
         self.at = at = Signal(range(-self.fill, 8), init=-self.fill)
@@ -136,45 +121,45 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             self.length.eq(Array(map(len, _PARTS))[self.part]),
             home.eq(at == self.length - 1),
             first.eq(get & ~begun),
-            grant.eq(first & request),
-            takes.eq(get & i_valid & ~swallowing & ~grant),
-            moves.eq(~(get & ~takes) & ~(emit & ~o_ready)),
-            fault.eq(takes & (i_last ^ self._field("get_last"))),
+            grant.eq(first & dut.request),
+            takes.eq(get & dut.i_valid & ~swallowing & ~grant),
+            moves.eq(~(get & ~takes) & ~(emit & ~dut.o_ready)),
+            fault.eq(takes & (dut.i_last ^ self._field("get_last"))),
             Assert(dut.active == self.active),
             Assert(dut.en == moves),
             Assert(dut.grant == grant),
             Assert(dut.start == (at == -self.fill)),
             Assert(dut.i_ready == (swallowing | (get & ~grant))),
             Assert(dut.o_valid == emit),
-            Assert(dut.idle == (first & ~i_valid)),
+            Assert(dut.idle == (first & ~dut.i_valid)),
             Assert(dut.commit == (home & moves & ~fault)),
             Assert(dut.restarting == self.restarting),
             Assert(dut.framing == fault),
-            Assert(dut.write[0] == (takes | (grant & ~switch) | (moves & self._field("we")))),
+            Assert(dut.write[0] == (takes | (grant & ~dut.switch) | (moves & self._field("we")))),
             *(
                 Assert(dut.write[lane] == (moves & self._field("we")))
                 for lane in range(1, dut.machine.lanes)
             ),
         ]
         with m.If(at == -self.fill):
-            m.d.sync += self.restarting.eq(anew)
+            m.d.sync += self.restarting.eq(dut.anew)
         with m.Elif(home & moves & ~fault):
             m.d.sync += self.restarting.eq(0)
-        with m.If(swallowing & i_valid & i_last):
+        with m.If(swallowing & dut.i_valid & dut.i_last):
             m.d.sync += swallowing.eq(0)
         with m.If(takes):
             m.d.sync += [
-                begun.eq(~(i_last | self._field("get_last"))),
-                swallowing.eq(self._field("get_last") & ~i_last),
+                begun.eq(~(dut.i_last | self._field("get_last"))),
+                swallowing.eq(self._field("get_last") & ~dut.i_last),
             ]
-        with m.If(fault | (grant & switch)):
+        with m.If(fault | (grant & dut.switch)):
             m.d.sync += at.eq(-self.fill)
         with m.Elif(moves):
             m.d.sync += at.eq(Mux(home, 0, at + 1))
         m.d.comb += [
-            reached(m, fault & ~i_last, "late_last"),
+            reached(m, fault & ~dut.i_last, "late_last"),
             *(reached(m, dut.commit & (self.part == k), f"end{k}") for k in range(len(_PARTS))),
-            reached(m, grant & ~switch, "written"),
+            reached(m, grant & ~dut.switch, "written"),
         ]
 
     def _registers(self, m: Module, inside: Inside) -> None:
@@ -241,13 +226,12 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             next(k for k, text in enumerate(words) if "get_last" in text) for words in PROGRAMS
         )[self.program]
 
-    def _back_to_idle(
-        self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, **_: Any
-    ) -> None:
+    def _back_to_idle(self, m: Module) -> None:
         """Cycles in which both streams flow, since the machine last waited at its start."""
         limit = _LONGEST + _LONGEST_RESTART + self.fill + 1
         count = Signal(range(limit + 2))
-        flows = i_valid & o_ready & ~(self.swallowing & ~i_last)
+        dut = self.dut
+        flows = dut.i_valid & dut.o_ready & ~(self.swallowing & ~dut.i_last)
         with m.If(self.first):
             m.d.sync += count.eq(0)
         with m.Elif(flows):
