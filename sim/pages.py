@@ -35,8 +35,6 @@ class Section:
         Head of its table.
     rows : sequence of sequences
         Cells: text, a `Verdict`, or numbers, which are formatted by `number`.
-    right : bool
-        Whether texts, too, are right-aligned, except in the first column.
     figures : sequence of (caption, SVG)
         See `sim.plotting.svg`.
     """
@@ -45,7 +43,6 @@ class Section:
     text: str = ""
     columns: Sequence[str] = ()
     rows: Sequence[Sequence[str | float | Verdict]] = ()
-    right: bool = False
     figures: Sequence[tuple[str, str]] = ()
 
 
@@ -74,11 +71,6 @@ _RAISED = str.maketrans(
         chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)
     ),
 )
-
-
-def degrees(x: float | None) -> str:
-    """Degrees with two decimals."""
-    return UNKNOWN if x is None else f"{x:.2f}"
 
 
 def unit(text: str) -> str:

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.pages import Section, Verdict, number, page_of, section_of, unit
 
-__all__ = ["Section", "numbers", "render"]
-
 
 def numbers(values: Iterable[float], form: str = ".2f") -> str:
     """Several numbers as one cell."""

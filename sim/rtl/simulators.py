@@ -38,9 +38,6 @@ BUILD_ARGS = {
     "icarus": ["-g2012"],
 }
 
-#: Arguments of Verilator for benches under cocotb.
-TIMESCALE = ("--timescale", "1ns/1ps")
-
 
 class SimulationFailed(ToolFailed):
     """The simulation did not end, or showed an unknown value: never a pass.

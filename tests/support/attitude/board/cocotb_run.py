@@ -20,7 +20,7 @@ from boresight.sim.attitude.board.run import (
 )
 from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.rtl.cosim import quiet
-from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed
+from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed
 from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
 
@@ -101,7 +101,7 @@ def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
     build_program(
         Path(folder.name) / "bench",
         {"seen.vlt": _SEEN, **board_sources(board)},
-        [*BUILD_ARGS["verilator"], *TIMESCALE, *values],
+        [*BUILD_ARGS["verilator"], "--timescale", "1ns/1ps", *values],
         top="bench",
         cocotb=True,
     )
