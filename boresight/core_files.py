@@ -33,7 +33,6 @@ from boresight.gateware.texts.core import (
 )
 from boresight.gateware.texts.memories import check_memories
 from boresight.model.errors import InputError
-from boresight.model.tools.cache import Cache
 from boresight.sim.boards import board_system
 from boresight.sim.levels.build import Build
 
@@ -128,7 +127,7 @@ def write_project(
         write_ise_project(make, board, folder, clock_hz=clock_hz)
         return None
     project = open_project(make, board, clock_hz=clock_hz)
-    bitstream = build_bitstream(project, seeds=seeds, cache_dir=Cache().root, progress=progress)
+    bitstream = build_bitstream(project, seeds=seeds, progress=progress)
     write_open_project(folder, project, bitstream)
     return bitstream.routed
 
@@ -228,7 +227,7 @@ def map_core(core: Core, target: Target) -> Mapped:
     """Resources of a core on a target; on Spartan-6 also an estimate of its clock."""
     primitives = has_primitives(target.name)
     text = core.verilog(instances=primitives, identified=not primitives)
-    return netlist_for(text, "core", target, cache_dir=Cache().root)
+    return netlist_for(text, "core", target)
 
 
 def route_core(
@@ -246,7 +245,6 @@ def route_core(
         target,
         seeds=seeds,
         clock_mhz=clock_mhz,
-        cache_dir=Cache().root,
         progress=progress,
     )
 

@@ -47,7 +47,6 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.options import (
@@ -336,4 +335,4 @@ def _write_sensors(
         return routed
     settings["progress"]("synthesis of the complete system")
     text = to_verilog(system, "system", instances=True)
-    return netlist_for(text, "system", TARGETS[BOARDS[board].target], cache_dir=Cache().root)
+    return netlist_for(text, "system", TARGETS[BOARDS[board].target])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,11 +99,7 @@ def open_project(
 
 
 def build_bitstream(
-    design: OpenProject,
-    *,
-    seeds: int = 1,
-    cache_dir: str | os.PathLike[str] | None = None,
-    progress: Callable[[str], None] = lambda text: None,
+    design: OpenProject, *, seeds: int = 1, progress: Callable[[str], None] = lambda text: None
 ) -> Bitstream:
     """Synthesise, place and route with seeds 1, 2, ..., pack the fastest placement.
 
@@ -122,7 +117,7 @@ def build_bitstream(
     target, router = design.target, design.router
     clock_mhz = design.project.clock_hz / 1e6
     find_router(router)  # before the work
-    mapped = netlist_for(design.verilog, "top", target, cache_dir=cache_dir)
+    mapped = netlist_for(design.verilog, "top", target)
     option, placed = router.placed
     routed = route(
         mapped,
@@ -132,7 +127,6 @@ def build_bitstream(
         progress=progress,
         constraints={router.pins[0]: (router.pins[1], design.pins)},
         writes={option: placed},
-        cache_dir=cache_dir,
     )
     best = max(routed.runs, key=lambda run: run.clock_mhz or 0.0)
     if (best.clock_mhz or 0.0) < clock_mhz:

@@ -107,9 +107,8 @@ def place_and_route(
     clock_mhz: float,
     constraints: Mapping[str, tuple[str, str]] | None = None,
     writes: Mapping[str, str] | None = None,
-    cache_dir: str | os.PathLike[str] | None = None,
 ) -> Run:
-    """Place and route a netlist with one seed.
+    """Place and route a netlist with one seed; the build cache keeps the results.
 
     Parameters
     ----------
@@ -123,8 +122,6 @@ def place_and_route(
         Option -> name and text of a file that it names: pins.
     writes : mapping
         Option -> name of a text file that the tool writes there.
-    cache_dir : path, optional
-        Build cache that keeps results; None keeps nothing.
 
     Raises
     ------
@@ -138,7 +135,7 @@ def place_and_route(
     options = command(target, seed=seed, clock_mhz=clock_mhz)
     files, outputs = dict(constraints or {}), dict(writes or {})
 
-    def routed() -> dict[str, Any]:
+    def store(folder: Path) -> None:
         named = [w for option, (file, _) in files.items() for w in (option, file)]
         named += [word for item in outputs.items() for word in item]
         results = run_tool(
@@ -150,21 +147,15 @@ def place_and_route(
             RouteError,
         )
         report = json.loads(results.pop("report.json"))
-        written = {file: content.decode("latin-1") for file, content in results.items()}
-        return {**_timing(report), "files": written}
+        written = {file: data.decode("latin-1") for file, data in results.items()}
+        content = {**_timing(report), "files": written}
+        (folder / "run.json").write_text(json.dumps(content), encoding="utf-8")
 
-    if cache_dir is None:
-        result = routed()
-    else:
-        identity = json.dumps(
-            [_CACHE_FORMAT, tool.version, options, sorted(files.items()), sorted(outputs.items())]
-        ) + json.dumps(netlist, sort_keys=True)
-
-        def store(folder: Path) -> None:
-            (folder / "run.json").write_text(json.dumps(routed()), encoding="utf-8")
-
-        entry = Cache(Path(cache_dir)).get(f"route-{target.name}", identity, store)
-        result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
+    identity = json.dumps(
+        [_CACHE_FORMAT, tool.version, options, sorted(files.items()), sorted(outputs.items())]
+    ) + json.dumps(netlist, sort_keys=True)
+    entry = Cache().get(f"route-{target.name}", identity, store)
+    result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
     path = tuple(Step(**step) for step in result["path"])
     return Run(seed=seed, clock_mhz=result["clock_mhz"], path=path, files=result["files"])
 

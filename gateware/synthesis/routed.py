@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import os
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -149,13 +148,7 @@ class FamilyNetlist(NamedTuple):
     inside: int
 
 
-def netlist_of(
-    verilog: str | Mapping[str, str],
-    top: str,
-    family: Family,
-    *,
-    cache_dir: str | os.PathLike[str] | None = None,
-) -> FamilyNetlist:
+def netlist_of(verilog: str | Mapping[str, str], top: str, family: Family) -> FamilyNetlist:
     """Synthesise for a family, and use the registers of its multipliers and memories.
 
     Raises
@@ -163,17 +156,11 @@ def netlist_of(
     ToolMissing, SynthesisError
         Yosys is not installed, or rejected the design.
     """
-    synthesis = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
+    synthesis = synthesise(verilog, top=top, command=family.synthesis)
     return FamilyNetlist(synthesis, family.absorb(synthesis.netlist, top))
 
 
-def netlist_for(
-    verilog: str | Mapping[str, str],
-    top: str,
-    target: Target,
-    *,
-    cache_dir: str | os.PathLike[str] | None = None,
-) -> Mapped:
+def netlist_for(verilog: str | Mapping[str, str], top: str, target: Target) -> Mapped:
     """The netlist for a target (`netlist_of`), the resources that it uses, a clock estimate.
 
     Raises
@@ -184,7 +171,7 @@ def netlist_for(
         The part is too small.
     """
     family = target.family
-    synthesis, inside = netlist_of(verilog, top, family, cache_dir=cache_dir)
+    synthesis, inside = netlist_of(verilog, top, family)
     netlist = synthesis.netlist
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
@@ -234,7 +221,6 @@ def implement(
     *,
     seeds: int = 1,
     clock_mhz: float | None = None,
-    cache_dir: str | os.PathLike[str] | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Routed:
     """Synthesise, place and route a design between flip-flops (`harness`), with seeds 1, 2, ...
@@ -263,10 +249,10 @@ def implement(
     """
     assert target.family.router is not None
     find_router(target.family.router)  # before the work
-    mapped = netlist_for(verilog, top, target, cache_dir=cache_dir)
+    mapped = netlist_for(verilog, top, target)
     inner = enclosed(mapped.netlist, top, target.family)
     wanted = clock_mhz or _CLOCK_MHZ
-    return route(mapped, inner, wanted, seeds, progress=progress, cache_dir=cache_dir)
+    return route(mapped, inner, wanted, seeds, progress=progress)
 
 
 def route(

@@ -227,7 +227,7 @@ def synthesise(
     *,
     top: str,
     command: str,
-    cache_dir: str | os.PathLike[str] | None = None,
+    cache: Path | None = None,
     tool: Tool | None = None,
 ) -> Synthesis:
     """Map Verilog to primitives of a family, flattened.
@@ -241,8 +241,8 @@ def synthesise(
         Name of the top module.
     command : str
         Commands of yosys, the last one without ``-top``.
-    cache_dir : path, optional
-        Build cache that keeps results (`boresight.model.tools.cache`); None keeps nothing.
+    cache : Path, optional
+        Folder of the build cache that keeps results; None: that of the user.
     tool : Tool, optional
         Yosys to use; None looks for one.
 
@@ -262,14 +262,9 @@ def synthesise(
         netlist = {"modules": {top: json.loads(text)["modules"][top]}}
         (folder / _NETLIST).write_text(json.dumps(netlist), encoding="utf-8")
 
-    with tempfile.TemporaryDirectory(prefix="synthesis-") as name:
-        folder = Path(name)
-        if cache_dir is None:
-            make(folder)
-        else:
-            identity = json.dumps([_CACHE_FORMAT, chosen.version, script, [*files.items()]])
-            folder = Cache(Path(cache_dir)).get(f"netlist-{top}", identity, make)
-        netlist = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
+    identity = json.dumps([_CACHE_FORMAT, chosen.version, script, [*files.items()]])
+    folder = Cache(cache).get(f"netlist-{top}", identity, make)
+    netlist = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
     return Synthesis(
         netlist=netlist, version=chosen.version, command=f'{chosen.name} -q -p "{script}"'
     )

@@ -29,7 +29,6 @@ from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
 from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.tolerances import tolerances_now
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.accuracy.figures import ANGLES, errors
 from boresight.sim.campaign import digest, sources
@@ -235,7 +234,7 @@ def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
     core, target = case.build(exploration).core, TARGETS[case.target]
     primitives = target.family is SPARTAN6
     text = core.verilog(instances=primitives, identified=not primitives)
-    mapped = netlist_for(text, "core", target, cache_dir=Cache().root)
+    mapped = netlist_for(text, "core", target)
     used = {name: mapped.used[name] for name in ("lut", "ff", "dsp")}
     clock: dict[str, Any] = {}
     if mapped.clock is not None:
@@ -247,7 +246,7 @@ def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Clock of the placed and routed core at its slowest seed, MHz."""
     core, target = case.build(exploration).core, TARGETS[case.target]
     text = core.verilog(instances=False, identified=True)
-    design = implement(text, "core", target, seeds=exploration.seeds, cache_dir=Cache().root)
+    design = implement(text, "core", target, seeds=exploration.seeds)
     return {"clock": design.clock_mhz, "clock_is": "routed"}
 
 

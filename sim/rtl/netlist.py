@@ -19,7 +19,6 @@ from boresight.gateware.synthesis.routed import netlist_of
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import cell_library
-from boresight.model.tools.cache import Cache
 from boresight.sim.rtl.harness import CompiledSimulation
 
 #: Cells that only tell where something came from.
@@ -129,7 +128,7 @@ class NetlistSimulation(CompiledSimulation):
         """See `RtlSimulation.design`."""
         family = self.target.family
         text = core.verilog(instances=family is SPARTAN6, identified=True)
-        netlist = netlist_of(text, "core", family, cache_dir=Cache().root).synthesis.netlist
+        netlist = netlist_of(text, "core", family).synthesis.netlist
         cells = CELLS[family.name]
         return {"core.v": verilog_of(netlist, "core", cells), **cells.sources()}, {}
 

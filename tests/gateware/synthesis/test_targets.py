@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import time
 
 import pytest
 
@@ -22,7 +23,7 @@ endmodule
 @pytest.fixture
 def router(tmp_path, monkeypatch):
     """A program that behaves like nextpnr as far as this package looks."""
-    yield stand_in(tmp_path, monkeypatch)
+    yield stand_in(tmp_path, monkeypatch, version=f"9.{time.time_ns()}")  # in no cache
     find_program.cache_clear()
 
 

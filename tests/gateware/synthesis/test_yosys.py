@@ -54,7 +54,7 @@ def fresh():
 def test_the_command_is_run_once_and_shown(fake, tmp_path):
     tool, cache = fake(), tmp_path / "cache"
     made = [
-        synthesise(DESIGN, top="top", command=COMMAND, cache_dir=cache, tool=tool) for _ in range(2)
+        synthesise(DESIGN, top="top", command=COMMAND, cache=cache, tool=tool) for _ in range(2)
     ]
     script = "read_verilog design.v; synth_ecp5 -top top; write_json netlist.json"
     assert fake.runs() == [script] and made[0].command == f'yosys -q -p "{script}"'
@@ -64,11 +64,11 @@ def test_the_command_is_run_once_and_shown(fake, tmp_path):
 
 @pytest.mark.parametrize("change", ["text", "command", "version"])
 def test_the_cache_knows_what_matters(fake, tmp_path, change):
-    synthesise(DESIGN, top="top", command=COMMAND, cache_dir=tmp_path / "c", tool=fake())
+    synthesise(DESIGN, top="top", command=COMMAND, cache=tmp_path / "c", tool=fake())
     text = DESIGN if change != "text" else "module top; /**/ endmodule"
     command = COMMAND if change != "command" else "synth_ice40"
     tool = fake(version="0.98" if change == "version" else "0.99")
-    synthesise(text, top="top", command=command, cache_dir=tmp_path / "c", tool=tool)
+    synthesise(text, top="top", command=command, cache=tmp_path / "c", tool=tool)
     assert len(fake.runs()) == 2
 
 

@@ -13,7 +13,6 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import build_core
 from boresight.gateware.registers.core import UPDATES
 from boresight.gateware.synthesis.routed import netlist_for
-from boresight.model.tools.cache import Cache
 from boresight.sim.rtl.netlist import CELLS, verilog_of
 from boresight.sim.rtl.simulators import available
 from tests.support.estimators import Leaky
@@ -111,7 +110,7 @@ def test_icebreaker(tmp_path) -> None:
     word = 18
     core = build_core(Leaky().compile(word=word), "small")
     made = open_project(records_design(core, baud=BAUD), "icebreaker", clock_hz=CLOCK_HZ)
-    mapped = netlist_for(made.verilog, "top", made.target, cache_dir=Cache().root)
+    mapped = netlist_for(made.verilog, "top", made.target)
     cells = CELLS[made.target.family.name]
     sources = cells.sources()
     plain = re.sub(r"(?ms)^module SB_PLL40_PAD\b.*?^endmodule", "", sources["cells.v"])
