@@ -48,6 +48,11 @@ class Top(wiring.Component):
     heartbeat_bits : int, 1..24
         `heartbeat` toggles every ``2^(heartbeat_bits - 1)`` updates.
 
+    Raises
+    ------
+    InputError
+        Programs with different numbers of inputs; an impossible baud rate.
+
     Members
     -------
     rx : In(1)
@@ -63,21 +68,22 @@ class Top(wiring.Component):
     def __init__(
         self, *, core: Core, clock_hz: float, baud: float = 115_200, heartbeat_bits: int = 6
     ) -> None:
-        if not isinstance(core, Core):
-            raise TypeError(f"core must be a Core, not {core!r}")
-        for part in core.parts:
-            if not part.program.outputs:
-                raise ValueError(f"core must have outputs, not none, as {part.program.name} has")
         if len({len(part.program.inputs) for part in core.parts}) > 1:
-            raise ValueError(
-                "programs of the core must have equally many inputs, not "
-                + ", ".join(
-                    f"{len(part.program.inputs)} ({part.program.name})" for part in core.parts
-                )
+            raise InputError.at(
+                "programs",
+                wanted="equally many inputs",
+                found=", ".join(f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
+                fix="put them into cores of their own",
             )
-        if not isinstance(heartbeat_bits, int) or not 1 <= heartbeat_bits <= 24:
-            raise ValueError(f"heartbeat_bits must be 1 to 24, not {heartbeat_bits!r}")
-        self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        try:
+            self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        except ValueError as error:
+            raise InputError.at(
+                "baud",
+                wanted=f"bits per second up to {clock_hz / 8:.0f}, within 2 % of {clock_hz} Hz / n",
+                found=repr(baud),
+                fix="choose another rate or clock",
+            ) from error
         self.core = core
         self.clock_hz = clock_hz
         self.baud = baud
@@ -165,30 +171,5 @@ class Top(wiring.Component):
 
 
 def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
-    """Return the design for `gateware.boards.ise.write_ise_project`: `Top` for a clock.
-
-    Raises
-    ------
-    InputError
-        Programs with different numbers of inputs; when called, an impossible baud rate.
-    """
-    if len({len(part.program.inputs) for part in core.parts}) > 1:
-        raise InputError.at(
-            "programs",
-            wanted="equally many inputs",
-            found=", ".join(f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
-            fix="put them into cores of their own",
-        )
-
-    def make(clock_hz: int) -> Top:
-        try:
-            return Top(core=core, clock_hz=clock_hz, baud=baud)
-        except ValueError as error:
-            raise InputError.at(
-                "baud",
-                wanted=f"bits per second up to {clock_hz // 8}, within 2 % of {clock_hz} Hz / n",
-                found=repr(baud),
-                fix="choose another rate or clock",
-            ) from error
-
-    return make
+    """Return the design for `gateware.boards.ise.write_ise_project`: `Top` for a clock."""
+    return lambda clock_hz: Top(core=core, clock_hz=clock_hz, baud=baud)

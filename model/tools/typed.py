@@ -92,10 +92,10 @@ def _record(record_type: Any, data: Any, location: str) -> Any:
         optional = field.default is not MISSING or field.default_factory is not MISSING
         if field.name in data or not optional:
             at = f"{location}, {field.name}"
-            values[field.name] = typed(hints(record_type)[field.name], data.get(field.name), at)
+            values[field.name] = typed(_hints(record_type)[field.name], data.get(field.name), at)
     return record_type(**values)
 
 
 @cache
-def hints(record_type: type) -> dict[str, Any]:
+def _hints(record_type: type) -> dict[str, Any]:
     return get_type_hints(record_type, include_extras=True)

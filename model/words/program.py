@@ -14,12 +14,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum, StrEnum
 from functools import cache, cached_property
-from typing import Any, get_args, get_origin
+from typing import Any
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray
-from boresight.model.tools.typed import hints
+from boresight.model.tools.typed import typed
 from boresight.model.words.fixed import Arithmetic, Format, IntArray
 
 
@@ -239,7 +239,7 @@ class Program:
     @classmethod
     def from_json(cls, text: str) -> Program:
         """Inverse of `to_json`."""
-        program: Program = _read(cls, json.loads(text))
+        program: Program = typed(cls, json.loads(text))
         return program
 
     @cached_property
@@ -280,15 +280,6 @@ def _plain(x: Any) -> Any:
     if is_dataclass(x):
         return {name: _plain(getattr(x, name)) for name in _names(type_)}
     return x.value if isinstance(x, Enum) else x
-
-
-def _read(hint: Any, x: Any) -> Any:
-    """Inverse of `_plain` for a type hint."""
-    if isinstance(hint, type) and is_dataclass(hint):
-        return hint(**{name: _read(hints(hint)[name], y) for name, y in x.items()})
-    if get_origin(hint) is tuple:
-        return tuple(_read(get_args(hint)[0], y) for y in x)
-    return hint(x) if isinstance(hint, type) and issubclass(hint, Enum) else x
 
 
 def _identity(value: Value) -> list[Any]:
