@@ -207,54 +207,43 @@ class Machine:
     @cached_property
     def fields(self) -> tuple[Field, ...]:
         """Fields of the microword, least significant first; a lane's fields end in its number."""
-        out: list[Field] = []
         at = self.stages
-        for k in range(self.lanes):
-            out += [
-                Field(f"a_addr{k}", self.register_bits, 0, "register address of operand a"),
-                Field(
-                    f"b_addr{k}",
-                    self.register_bits,
-                    0,
-                    "register address of operand b, or with table: "
-                    "bits 1:0 coefficient, bits 3:2 block",
-                ),
-                Field(f"table{k}", 1, 0, "operand b comes from the table memory"),
-                Field(f"frac_a{k}", 1, at.read, "replace a by its bits below the segment index"),
-                Field(f"frac_b{k}", 1, at.read, "replace b by its bits below the segment index"),
-                Field(f"cap_index{k}", 1, at.read, "capture the segment index of a"),
-                Field(f"cap_flag{k}", 1, at.read, "capture the sign of a"),
-                Field(f"cap_norm{k}", 1, at.read, "capture the leading-sign count of a"),
-                Field(
-                    f"quarter{k}", 1, at.read, "captures see a plus a quarter of the word's range"
-                ),
-                Field(f"neg{k}", 1, at.condition, "negate the term"),
-                Field(f"neg_flag{k}", 1, at.condition, "exclusive-or the negation with the flag"),
-                Field(
-                    f"when{k}",
-                    1,
-                    at.condition,
-                    "the term takes part (with when_flag: when the flag is 0)",
-                ),
-                Field(f"when_flag{k}", 1, at.condition, "exclusive-or when with the flag"),
-                Field(f"shift{k}", 5, at.amount, "right shift of the product"),
-                Field(
-                    f"scale{k}",
-                    2,
-                    at.amount,
-                    "0: shift, 1: shift - n, 2: shift - (n & ~1), 3: shift - (n >> 1)",
-                ),
-                Field(
-                    f"first{k}",
-                    1,
-                    at.accumulate,
-                    "first slot of a group: start from the rounding half",
-                ),
-                Field(f"we{k}", 1, at.write, "write the result"),
-                Field(f"wrap{k}", 1, at.limit, "result is modulo 2^W"),
-                Field(f"sticky{k}", 1, at.write, "saturation raises the flag"),
-                Field(f"dest{k}", self.offset_bits, at.write, "offset in the lane's bank"),
-            ]
+        lane = [
+            Field("a_addr", self.register_bits, 0, "register address of operand a"),
+            Field(
+                "b_addr",
+                self.register_bits,
+                0,
+                "register address of operand b, or with table: "
+                "bits 1:0 coefficient, bits 3:2 block",
+            ),
+            Field("table", 1, 0, "operand b comes from the table memory"),
+            Field("frac_a", 1, at.read, "replace a by its bits below the segment index"),
+            Field("frac_b", 1, at.read, "replace b by its bits below the segment index"),
+            Field("cap_index", 1, at.read, "capture the segment index of a"),
+            Field("cap_flag", 1, at.read, "capture the sign of a"),
+            Field("cap_norm", 1, at.read, "capture the leading-sign count of a"),
+            Field("quarter", 1, at.read, "captures see a plus a quarter of the word's range"),
+            Field("neg", 1, at.condition, "negate the term"),
+            Field("neg_flag", 1, at.condition, "exclusive-or the negation with the flag"),
+            Field(
+                "when", 1, at.condition, "the term takes part (with when_flag: when the flag is 0)"
+            ),
+            Field("when_flag", 1, at.condition, "exclusive-or when with the flag"),
+            Field("shift", 5, at.amount, "right shift of the product"),
+            Field(
+                "scale",
+                2,
+                at.amount,
+                "0: shift, 1: shift - n, 2: shift - (n & ~1), 3: shift - (n >> 1)",
+            ),
+            Field("first", 1, at.accumulate, "first slot of a group: start from the rounding half"),
+            Field("we", 1, at.write, "write the result"),
+            Field("wrap", 1, at.limit, "result is modulo 2^W"),
+            Field("sticky", 1, at.write, "saturation raises the flag"),
+            Field("dest", self.offset_bits, at.write, "offset in the lane's bank"),
+        ]
+        out = [replace(f, name=f"{f.name}{k}") for k in range(self.lanes) for f in lane]
         out += [
             Field("get", 1, at.write, "lane 0 writes the next input word instead of a result"),
             Field("get_last", 1, at.write, "this get is the last of the record"),

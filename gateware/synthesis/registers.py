@@ -73,7 +73,7 @@ class Absorption:
     clock: str
     enables: tuple[str, ...]
     agrees: str = ""
-    wires: Mapping[str, str]
+    wires: Mapping[str, str] = field(default_factory=dict)
     idle: tuple[str, ...] = ()
 
 
@@ -92,7 +92,7 @@ class Reading:
     """
 
     flip_flop: Callable[[Json], FlipFlop | None]
-    table: Callable[[Json], tuple[tuple[Bit, ...], int, Bit] | None]
+    table: Callable[[Json], tuple[tuple[Bit, ...], int, Bit] | None] = lambda cell: None
     constants: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 

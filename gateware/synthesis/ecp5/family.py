@@ -63,7 +63,6 @@ def _memory(port: str) -> Absorption:
         clock=f"CLK{port}",
         enables=(f"OCE{port}",),
         agrees=f"CE{port}",
-        wires={},
     )
 
 
@@ -77,7 +76,6 @@ _WIDE_MEMORY: Final = Absorption(
     clock="CLKB",
     enables=("OCEA", "OCEB"),
     agrees="CEB",
-    wires={},
 )
 
 

@@ -48,7 +48,6 @@ def _memory(cell: str, port: str, register: str, mode: str) -> Absorption:
         clock=f"CLK{register}",
         enables=(f"OCE{port}",),
         agrees=f"CE{register}",
-        wires={},
         idle=(f"RESET{register}",),
     )
 
@@ -63,7 +62,6 @@ def _multiplier(cell: str, pins: str, register: str, *, output: bool = False) ->
         parameters={register: "1"},
         clock="CLK",
         enables=("CE",),
-        wires={},
         idle=("RESET",),
     )
 
@@ -79,9 +77,7 @@ _RULES: Final = (
         for pins, register in (("A", "AREG"), ("B", "BREG"), ("DOUT", "OUT_REG"))
     ),
 )
-_READING: Final = Reading(
-    flip_flop=_flip_flop, table=lambda cell: None, constants={"GND": ("G", "0"), "VCC": ("V", "1")}
-)
+_READING: Final = Reading(flip_flop=_flip_flop, constants={"GND": ("G", "0"), "VCC": ("V", "1")})
 _CELLS: Final = {
     **{f"LUT{inputs}": {"lut": 1} for inputs in range(1, 5)},
     "ALU": {"lut": 1},

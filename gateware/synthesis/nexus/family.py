@@ -45,7 +45,6 @@ def _multiplier(pins: str, register: str, suffix: str, *, output: bool = False) 
         parameters={register: "REGISTER"},
         clock="CLK",
         enables=(f"CE{suffix}",),
-        wires={},
         idle=(f"RST{suffix}",),
     )
 
@@ -55,9 +54,7 @@ _RULES: Final = (
     _multiplier("B", "REGINPUTB", "B"),
     _multiplier("Z", "REGOUTPUT", "OUT", output=True),
 )
-_READING: Final = Reading(
-    flip_flop=_flip_flop, table=lambda cell: None, constants={"VLO": ("Z", "0"), "VHI": ("Z", "1")}
-)
+_READING: Final = Reading(flip_flop=_flip_flop, constants={"VLO": ("Z", "0"), "VHI": ("Z", "1")})
 
 
 def _absorb(netlist: dict[str, Any], top: str) -> int:
