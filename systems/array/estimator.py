@@ -64,7 +64,7 @@ class ArrayAttitude(Estimator):
     rate : float
         Records a second.
     align : float
-        Seconds at rest in which the attitude is found, 30 to 200, or 0: ``attitude`` is right.
+        Seconds at rest in which the attitude is found, 30 to 280, or 0: ``attitude`` is right.
     aided : bool
         False: strapdown alone, from ``attitude``.
 
@@ -98,9 +98,11 @@ class ArrayAttitude(Estimator):
         require(len(attitude) == 3, "array_attitude, attitude", ", ".join(names), attitude)
         for name, value in zip(names, attitude, strict=True):
             _check(name, value, -360.0, 360.0)
-        known = align == 0.0 or 30.0 <= align <= 200.0
-        require(known, "array_attitude, align", "30 to 200, or 0", align)
+        known = align == 0.0 or 30.0 <= align <= 280.0
+        require(known, "array_attitude, align", "30 to 280, or 0", align)
         self.align = round(align * rate) if aided else 0
+        # The Earth turns by up to 73e-6 rad/s in half of it, which is a correction.
+        self.fast = 2.0 * sd.FAST if align > 200.0 else sd.FAST
         readings = " or ".join(READINGS)
         require(reading in READINGS, "array_attitude, reading", readings, reading, "choose one")
         self.rate, self.dt = rate, 1.0 / rate
@@ -161,7 +163,7 @@ class ArrayAttitude(Estimator):
         v = [ops.saturated(ops.where(hold, 0.0, a), sd.VELOCITY) for a in v]
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
         after = velocities | sample.last
-        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, begin)
+        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, begin, self.fast)
         outputs = (
             seen.outputs | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
         )

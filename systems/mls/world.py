@@ -102,8 +102,10 @@ class Landing(World):
     """A receiver at an azimuth and elevation [deg]; the beams of an ``antenna`` follow it.
 
     ``beams`` of each scan are asked for: over the whole sector while the receiver has no pulse,
-    then 2 deg to each side. ``compensated=False``: the array takes the deck for level. ``angles``
-    are those found from the times of the pulses to and fro [deg], of every scan with a pulse.
+    then 64/(elements spacing) deg to each side, 2.5 half widths of the beam. ``compensated=False``:
+    the array takes the deck for level. ``angles`` are those found from the times of the pulses to
+    and fro [deg], of every scan with a whole pulse, 3 dB lower at both ends: of 64 elements none
+    beyond 60 deg.
 
     Raises
     ------
@@ -134,6 +136,7 @@ class Landing(World):
         require(beams >= 8, "landing, beams", "8 or more", beams)
         self.place, self.beams, self.antenna, self.scan = place, beams, antenna, SCANS[antenna]
         self.array = Array(elements, spacing, self.scan.axis)
+        self.near = min(64.0 / (elements * spacing), 0.4 * self.scan.half)
         deck_motion = deck(motion, seconds, seed)
         toward = quaternion_conjugate(deck_motion.q)
         self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
@@ -183,11 +186,13 @@ class Landing(World):
             return
         scan, top = self._scanned(), int(self._amplitude.argmax())
         pulse = lobe(scan, self._amplitude, 2.0 * self._half)
-        if self._half < self.scan.half and pulse.peak > 0.5 and 0 < top < self.beams - 1:
+        # Of a pulse that the end of a scan cuts, the middle is elsewhere.
+        whole = self._amplitude[[0, -1]].max() < np.sqrt(0.5) * pulse.peak
+        if self._half < self.scan.half and pulse.peak > 0.5 and whole:
             self.angles.append(float(self.scan.angle(*self.scan.times(pulse.centre))))
-            self._centre, self._half = self.angles[-1], 2.0
+            self._centre, self._half = self.angles[-1], self.near
         elif pulse.peak > 0.25:  # a sight of it: nearer
-            self._centre, self._half = float(scan[top]), 4.0
+            self._centre, self._half = float(scan[top]), 2.0 * self.near
         else:
             self._centre, self._half = self.scan.middle, self.scan.half
         self._count, self._beam = self._count + 1, 0

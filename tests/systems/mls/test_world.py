@@ -58,14 +58,23 @@ def test_received_waveform(antenna: str, t0_us: float, widest_us: float) -> None
         assert scan.angle(to, fro) == pytest.approx(scan.high - inside, abs=0.05)
 
 
+def test_a_pulse_that_the_end_of_the_scan_cuts_gives_no_angle() -> None:
+    """Half of a beam of 64 elements is 1.6 deg wide at 60 deg, where the scan ends at 62."""
+    for azimuth, found in ((59.5, True), (61.0, False)):
+        world = Landing("sea_5", 1, azimuth, seconds=1.9)
+        fly(world)
+        assert len(world.angles) > 5 if found else not world.angles
+        assert np.abs(np.array(world.angles) - azimuth).max(initial=0.0) < 0.2
+
+
 def test_beams_go_where_the_pulse_was() -> None:
     """The first scan covers the sector, then the gate is narrow and about the angle found."""
     world = Landing("sea_5", 2, 35.0, elements=16, seconds=1.6, beams=25)
     loop = fly(world)
     azimuth = np.degrees(np.arctan2(loop.inputs[:, 5], loop.inputs[:, 4]))
     assert (azimuth[0], azimuth[24]) == pytest.approx((-62.0, 62.0))
-    assert np.abs(azimuth[75:] - 35.0).max() < 3.0
-    assert np.ptp(azimuth[75:100]) == pytest.approx(4.0)
+    assert np.abs(azimuth[75:] - 35.0).max() < 9.0
+    assert np.ptp(azimuth[75:100]) == pytest.approx(16.0)
     lost = Landing("sea_5", 2, 35.0, elements=16, seconds=1.6, beams=25)
     lost.start()
     outputs = None
