@@ -23,6 +23,9 @@ class Verdict(NamedTuple):
     text: str
     good: bool
 
+    def __str__(self) -> str:
+        return self.text
+
 
 @dataclass(frozen=True, kw_only=True)
 class Section:

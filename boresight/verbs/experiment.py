@@ -15,7 +15,8 @@ from typing import Annotated, Any
 from boresight.model.errors import InputError, require_whole
 from boresight.model.tools.files import output_folder
 from boresight.options import ExperimentName, OutputFolder, Progress
-from boresight.sim.experiments.experiment import Experiment, Target, grouped, result_of
+from boresight.sim.experiments.experiment import Experiment, Target, result_of
+from boresight.sim.experiments.page import target_rows
 from boresight.sim.experiments.registry import experiment_of
 from boresight.sim.result import Result, plain
 
@@ -75,14 +76,16 @@ def experiment(
 
 
 def _told(data: Mapping[str, Any], targets: Sequence[Target]) -> Result:
-    """The targets, a line for each group, and which of them are missed."""
+    """The targets, and which of them are missed."""
     judged = [target for target in targets if target.judged]
     met = sum(target.good for target in judged)
     reported = sum(not (target.good or target.binding) for target in judged)
     besides = f"; {reported} missed that are reported, not binding" if reported else ""
-    lines = [*map(_line, grouped(targets)), f"targets met: {met} of {len(judged)}{besides}"]
     missed = [t.to_json()["name"] for t in targets if t.binding and not t.good]
-    return Result(data, summary="\n".join([*lines, *data["files"]]), failures=missed)
+    heads = ("what", "source", "value", "target", "verdict")
+    rows = [{head: row[head] for head in heads} for row in target_rows(targets)]
+    summary = "\n".join([*data["files"], f"targets met: {met} of {len(judged)}{besides}"])
+    return Result(data, {"targets": rows}, summary, failures=missed)
 
 
 def _written(instance: Experiment, data: Mapping[str, Any]) -> str:
@@ -95,18 +98,3 @@ def _written(instance: Experiment, data: Mapping[str, Any]) -> str:
             found=str(error),
             fix="convert it, for example by float()",
         ) from None
-
-
-def _line(group: tuple[Target, ...]) -> str:
-    """Targets that differ in their part alone, for people."""
-    first = group[0]
-    values = " / ".join(f"{target.value:.3g}" for target in group)
-    judged = any(target.judged for target in group)
-    missed = [target for target in group if not target.good]
-    verdict = "pass" if judged else "    "
-    if missed:
-        verdict = "FAIL" if any(target.binding for target in missed) else "miss"
-    said = f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
-    limits = dict.fromkeys(t.limits or "a finite number" for t in group if not t.good)
-    unjudged = f", {first.unjudged}" if first.needs else ""
-    return said + (f", wanted {' / '.join(limits)}" if limits else unjudged)

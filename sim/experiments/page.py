@@ -22,16 +22,23 @@ def render(
     """
     judged = [target for target in targets if target.judged]
     met = f"Targets met: {sum(target.good for target in judged)} of {len(judged)}."
+    table = section_of("Targets", target_rows(targets))
+    return page_of(f"Experiment {name}", [*intro, met], [*sections, table])
+
+
+def target_rows(targets: Iterable[Target]) -> list[dict[str, object]]:
+    """Targets as rows of a table."""
     rows = []
     for group in grouped(targets):
         notes = ["", *(target.note for target in group)]  # one that parts share stands once
         rows += [_row(t, t.note if t.note != n else "") for t, n in zip(group, notes, strict=False)]
-    return page_of(f"Experiment {name}", [*intro, met], [*sections, section_of("Targets", rows)])
+    return rows
 
 
 def _row(target: Target, note: str) -> dict[str, object]:
     """A target as cells by column."""
-    verdict = Verdict("pass" if target.good else "FAIL", target.good) if target.judged else None
+    text = "pass" if target.good else "FAIL" if target.binding else "miss"
+    verdict = Verdict(text, target.good) if target.judged else None
     least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
     return {
         "what": f"{target.name}, {target.part}" if target.part else target.name,

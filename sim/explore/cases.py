@@ -49,31 +49,17 @@ class Case:
         Raises
         ------
         InputError
-            The constructor does not take them, or is missing.
+            There is no name.
         """
         name, text = self.estimator, ", ".join(f"{key}={value}" for key, value in self.arguments)
         if not text:
             return name
-        if isinstance(name, type):
-            try:
-                return name(**{key: ast.literal_eval(value) for key, value in self.arguments})
-            except InputError:
-                raise
-            except Exception as error:
-                found = f"{type(error).__name__}: {error}".splitlines()[0]
-                where = f"{name.__name__}({text})"
-                raise InputError.at(
-                    where,
-                    wanted="a constructor that returns",
-                    found=found,
-                    fix="correct the arguments",
-                ) from error
         if not isinstance(name, str):
             raise InputError.at(
                 "estimator",
-                wanted="a name or a class with arguments of the constructor",
-                found="an object",
-                fix="give its class, or leave the arguments out",
+                wanted="a name, as FILE.py:CLASS, with arguments of the constructor",
+                found="an object of Python",
+                fix="give its name, or leave the arguments out",
             )
         if name.endswith(")"):
             return f"{name[:-1]}{'' if name.endswith('()') else ', '}{text})"
