@@ -363,6 +363,9 @@ class _Fit:
             rows = slice(12 * k, 12 * k + 12)
             sd = np.sqrt(np.diag(change @ self.covariance[rows, rows] @ change.T))
             found = [*self.m[k].ravel(), *bias]
+            if k == 0 and (tick := self.data.tick) is not None:
+                # A turn is M_g c times the clock's period.
+                sd = np.hypot(sd, np.array(found) * tick.sigma / tick.value)
             for name, value, uncertain in zip(_names(k), found, sd, strict=True):
                 values.setdefault(program, {})[name] = float(value)
                 sigma.setdefault(program, {})[name] = float(uncertain)

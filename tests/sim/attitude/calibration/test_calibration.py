@@ -136,6 +136,22 @@ def test_clock_of_a_log_whose_times_are_stamps() -> None:
     assert abs(tick - device(3).tick_s) < 4.0 * sigma < 1e-13
 
 
+def test_clock_of_a_computer_that_hears_late() -> None:
+    """Half of the time late by up to 0.2 s, for a second at a time: the gyro's scale is kept."""
+    rng, logs = np.random.default_rng(1), []
+    for record in records():
+        t = record.numbers("t")
+        late = rng.uniform(-0.2, 0.2, 1 + int(t[-1])).clip(0.0)[t.astype(int)]
+        computer = Column(np.maximum.accumulate(t + late), "s")
+        logs.append(Record(record.name, {**record.columns, "computer": computer}))
+    found = boresight.fit(BOARD, *logs, output="/dev/null")
+    true = device(3).registers()["calibrate_inertial"]
+    some, sigma = (found[k]["calibrate_inertial"] for k in ("parameters", "sigma"))
+    assert sigma["tick_s"] < 1e-4 * true["tick_s"]
+    for name in ("tick_s", "gyro_xx", "gyro_yy", "gyro_zz"):
+        assert abs(some[name] - true[name]) < 4.0 * sigma[name]
+
+
 REFUSED = {
     "three or more sighted rests": changed("heading", None),
     "a fit that does not converge": changed("heading", np.negative),
