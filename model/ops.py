@@ -387,9 +387,11 @@ def _precise_angle(y: float, x: float) -> Any:
 
 def _unit_vector(y: Any, x: Any) -> tuple[Any, Any, Any]:
     """(sine, cosine) of the vector's angle, and its inverse length in half turns."""
-    weight = rsqrt(y * y + x * x)
-    sine, cosine = (bounded(c * weight, -1.0, 1.0, "of a unit vector") for c in (y, x))
-    if _interval(y * y + x * x)[0] > 0.0:
+    square = y * y + x * x
+    weight, far = rsqrt(square), _interval(square)[0] > 0.0
+    near = "" if far else "the vector is of a few last bits"
+    sine, cosine = (bounded(c * weight, -1.0, 1.0, "of a unit vector", unless=near) for c in (y, x))
+    if far:
         return sine, cosine, weight * (1.0 / math.pi)
     # A scale without an end is no value of its own, but a factor of what limits the derivative.
     return sine * (1.0 / math.pi), cosine * (1.0 / math.pi), weight

@@ -143,7 +143,7 @@ class Measurement:
     wrap : bool
         z and h are angles in half turns. So they are, too, where a declared unit ``ht``,
         `ops.wrap_ht` or `ops.atan2_ht` says so. An h that is pi or 180 times such an angle, as
-        ``np.arctan2`` is, wraps too, without ``slope_max``: z and r are converted.
+        ``np.arctan2`` is, wraps too: z, r and the largest values are converted.
     sd_max : float, optional
         Largest standard deviation of h. By default it follows from those of the states and the
         intervals of the derivatives, which are wide for a row that is one of several kinds.

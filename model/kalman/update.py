@@ -389,16 +389,17 @@ class Update:
     def _spread(self, m: Measurement, row: Slope) -> float:
         """Largest standard deviation of h, without the noise."""
         sizes = {j: self.intervals.size(h) for j, h in row.items()}
-        for j, size in sizes.items():
-            if not math.isfinite(size):
-                raise InputError.at(
-                    placed(m.line, "measurement"),
-                    wanted=f"a derivative by {self.kalman.errors[j]} with a finite range",
-                    found="an infinite one",
-                    fix="bound what h divides by or takes a root of: ops.clip, ops.maximum; x or y "
-                    "of an arc tangent needs a range without 0; or give this Measurement "
-                    f'slope_max={{"{self.kalman.errors[j]}": 1.0}}, the largest derivative',
-                )
+        endless = [self.kalman.errors[j] for j in sorted(sizes) if not math.isfinite(sizes[j])]
+        if endless:
+            limits = ", ".join(f'"{name}": 1.0' for name in endless)
+            raise InputError.at(
+                placed(m.line, "measurement"),
+                wanted=f"a derivative by {endless[0]} with a finite range",
+                found="an infinite one",
+                fix="bound what h divides by or takes a root of: ops.clip, ops.maximum; x or y "
+                "of an arc tangent needs a range without 0; or give this Measurement "
+                f"slope_max={{{limits}}}, the largest derivatives",
+            )
         spread = math.fsum(size * self.bounds[j] for j, size in sizes.items())
         return spread if m.sd_max is None else min(spread, m.sd_max)
 
@@ -609,11 +610,13 @@ def _in_half_turns(m: Measurement) -> Measurement:
     if not (isinstance(h, Scalar) and h.kind == "mul" and h.args[0].kind in ("atan2", "wrap")):
         return m
     turn = h.args[1].data[0] if h.args[1].kind == "const" else 0.0
-    if m.slope_max or not any(math.isclose(turn, half, rel_tol=1e-6) for half in (math.pi, 180.0)):
+    if not any(math.isclose(turn, half, rel_tol=1e-6) for half in (math.pi, 180.0)):
         return m
     sd_max = None if m.sd_max is None else m.sd_max / turn
+    # Up to the next power of two.
+    slope_max = {n: 2.0 ** math.ceil(math.log2(most / turn)) for n, most in m.slope_max.items()}
     z, r = m.z * (1.0 / turn), m.r * (1.0 / turn**2)
-    return replace(m, z=z, h=h.args[0], r=r, wrap=True, sd_max=sd_max)
+    return replace(m, z=z, h=h.args[0], r=r, wrap=True, sd_max=sd_max, slope_max=slope_max)
 
 
 def _is_angle(m: Measurement) -> bool:

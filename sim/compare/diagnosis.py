@@ -14,6 +14,7 @@ import numpy as np
 
 from boresight.firmware.build import WordRanges
 from boresight.model.estimator import Estimator
+from boresight.model.kalman.update import INDEFINITE
 from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
@@ -123,6 +124,8 @@ def _cure(kind: Kind, node: Node | None, limits: str, derived: bool) -> str:
     """What gives a value more bits."""
     if derived:
         return "lower sd_max of its states"
+    if node is not None and node.unless == INDEFINITE:
+        return "lower sd_max of its states or of its Measurement"
     if kind is not Kind.OP or (node is not None and node.kind in ("bounded", "saturated")):
         return f"narrow its range to {limits}"
     return f"bound it to {limits} with ops.bounded"

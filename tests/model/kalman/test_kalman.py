@@ -288,11 +288,21 @@ def test_a_bearing_all_around_has_limited_derivatives() -> None:
     class Limited(Around):
         steepest = {"mx": 0.5, "my": 0.5}
 
-    with pytest.raises(InputError, match=r'or give this Measurement slope_max=\{"my": 1.0\}'):
+    with pytest.raises(
+        InputError, match=r'or give this Measurement slope_max=\{"mx": 1.0, "my": 1.0\}'
+    ):
         Around().record()
-    log = {"b": 0.1 + 0.01 * np.sin(np.arange(200.0))}
-    (result,) = boresight.check(Limited(), log, levels=("fixed", "c"))["results"]
-    assert result.good, result.lines()
+
+    class Radians(Limited):
+        inputs = (Input("b", -3.2, 3.2, "rad"),)
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            return [Measurement(u.b, np.arctan2(x.my, x.mx), 1e-2, slope_max=self.steepest)]
+
+    for made, turn in ((Limited(), 1.0), (Radians(), np.pi)):
+        log = {"b": turn * (0.1 + 0.01 * np.sin(np.arange(200.0)))}
+        (result,) = boresight.check(made, log, levels=("fixed", "c"))["results"]
+        assert result.good, result.lines()
 
 
 def test_a_derivative_counts_as_its_largest_beyond_it() -> None:
