@@ -11,10 +11,10 @@ from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import stem
 from boresight.firmware.validation import validate_c
-from boresight.gateware.boards.bitstream import build_bitstream, open_project, write_open_project
+from boresight.gateware.boards.bitstream import build_bitstream, write_open_project
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
-from boresight.gateware.boards.project import Design
+from boresight.gateware.boards.project import Design, prepared
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
@@ -126,7 +126,7 @@ def write_project(
     if not is_open(board):
         write_ise_project(make, board, folder, clock_hz=clock_hz)
         return None
-    project = open_project(make, board, clock_hz=clock_hz)
+    project = prepared(make, board, clock_hz=clock_hz)
     bitstream = build_bitstream(project, seeds=seeds, progress=progress)
     write_open_project(folder, project, bitstream)
     return bitstream.routed

@@ -14,6 +14,6 @@ top         `Top`: the core with all of these; pins rx, tx and two LEDs
 clock       clock of the core from the board's oscillator, by PLL if needed
 project     a design on a board: shell, Amaranth's build plan, README
 ise         `write_ise_project` for boards with a Spartan-6
-bitstream   `open_project`, `build_bitstream` for boards whose part an open tool routes
+bitstream   `build_bitstream` for boards whose part an open tool routes
 =========== ====================================================================
 """

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
-from boresight.gateware.boards.project import Design, board_named, prepared
+from boresight.gateware.boards.project import Design, prepared
 from boresight.gateware.texts.render import render
 
 
@@ -28,12 +28,7 @@ def pins(ucf: str) -> dict[str, str]:
 
 
 def write_ise_project(
-    make: Callable[[int], Design],
-    board: str,
-    folder: Path | str,
-    *,
-    clock_hz: int | None = None,
-    files: Mapping[str, str] | None = None,
+    make: Callable[[int], Design], board: str, folder: Path | str, *, clock_hz: int | None = None
 ) -> tuple[Path, ...]:
     """Write an ISE project of a design on a board.
 
@@ -50,8 +45,6 @@ def write_ise_project(
         Output folder; made if it is missing.
     clock_hz : int, optional
         Clock of the design; that of the board's oscillator by default, else made by a PLL.
-    files : mapping, optional
-        Further files of the design: modules in ``.v``, memory contents.
 
     Returns
     -------
@@ -65,9 +58,8 @@ def write_ise_project(
     """
     project = prepared(
         make,
-        board_named(board),
+        board,
         clock_hz=clock_hz,
-        files=files,
         # Asynchronous inputs end in synchronisers, so paths from their pads have no timing.
         options=lambda design: {
             "add_constraints": "\n".join(

@@ -12,6 +12,8 @@ from amaranth.hdl import ClockDomain, Elaboratable, Module
 
 from boresight.gateware.boards.board import BOARDS, Board, Line
 from boresight.gateware.boards.clock import Clock
+from boresight.gateware.synthesis.family import Router, Target
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.texts.render import render
 from boresight.gateware.verilog import from_rtlil
 from boresight.model.errors import require_choice
@@ -122,6 +124,28 @@ class Project:
     platform: Any
     texts: Mapping[str, str]
 
+    @property
+    def target(self) -> Target:
+        """The board's part."""
+        return TARGETS[self.board.target]
+
+    @property
+    def router(self) -> Router:
+        """The router of the board's part, one that an open tool routes."""
+        router = self.target.family.router
+        assert router is not None
+        return router
+
+    @property
+    def verilog(self) -> str:
+        """Module ``top``, with the primitives of the part's pads and PLL."""
+        return self.texts["top.v"]
+
+    @property
+    def pins(self) -> str:
+        """Pins and the oscillator's period, in the format of the router."""
+        return self.texts[self.router.pins[1]]
+
     def readme(self, places: Mapping[str, str], **flow: Any) -> str:
         """README.txt; ``places``: the pins by net; ``flow``: values for the board's template."""
         platform = self.platform
@@ -138,24 +162,11 @@ class Project:
         )
 
 
-def board_named(name: str) -> Board:
-    """A board of `BOARDS`.
-
-    Raises
-    ------
-    InputError
-        There is none of this name.
-    """
-    require_choice("board", name, BOARDS)
-    return BOARDS[name]
-
-
 def prepared(
     make: Callable[[int], Design],
-    board: Board,
+    board: str,
     *,
     clock_hz: int | None = None,
-    files: Mapping[str, str] | None = None,
     options: Callable[[Design], Mapping[str, Any]] = lambda design: {},
 ) -> Project:
     """A design on a board.
@@ -164,34 +175,32 @@ def prepared(
     ----------
     make : callable
         Function that returns the design for a clock in Hz.
-    board : Board
+    board : str
+        One of `BOARDS`.
     clock_hz : int, optional
         Clock of the design; that of the board's oscillator by default, else made by a PLL.
-    files : mapping, optional
-        Further files of the design: modules in ``.v``, memory contents.
     options : callable
         Overrides of Amaranth's build plan for the design.
 
     Raises
     ------
     InputError
-        A clock that the PLL cannot make.
+        Unknown board, or a clock that the PLL cannot make.
     """
-    hz = board.oscillator_hz if clock_hz is None else clock_hz
-    clock = board.clocking.of(board.oscillator_hz, hz)
+    require_choice("board", board, BOARDS)
+    chosen = BOARDS[board]
+    hz = chosen.oscillator_hz if clock_hz is None else clock_hz
+    clock = chosen.clocking.of(chosen.oscillator_hz, hz)
     design = make(hz)
-    platform = board.make(design.lines)
-    extra = files or {}
-    for name, text in extra.items():
-        platform.add_file(name, text)
+    platform = chosen.make(design.lines)
     with _no_overrides():
-        shell = Shell(design, board, clock)
+        shell = Shell(design, chosen, clock)
         plan = platform.prepare(shell, "top", emit_src=False, **options(design))
     texts = {
         name: text.decode() if isinstance(text, bytes) else text
         for name, text in plan.files.items()
     }
     verilog = from_rtlil(texts.pop("top.il"), "top")
-    clean = {name: text if name in extra else _stripped(text) for name, text in texts.items()}
+    clean = {name: _stripped(text) for name, text in texts.items()}
     clean["top.v"] = f"/* {NOTICE} */\n{verilog}"
-    return Project(design, board, hz, platform, clean)
+    return Project(design, chosen, hz, platform, clean)

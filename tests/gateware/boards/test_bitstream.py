@@ -13,8 +13,9 @@ from boresight.core_files import project_files, write_project
 from boresight.gateware.attitude.system.attitude_system import system_design
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards import clock
-from boresight.gateware.boards.bitstream import ClockMissed, open_project
+from boresight.gateware.boards.bitstream import ClockMissed
 from boresight.gateware.boards.clock import Ecp5Clock, Ice40Clock, Pll
+from boresight.gateware.boards.project import prepared
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
@@ -68,7 +69,7 @@ def tools(tmp_path, monkeypatch):
 
 def test_the_complete_system_on_its_pins() -> None:
     core = system_core(("complementary",))
-    made = open_project(system_design(core), "ulx3s", clock_hz=100_000_000)
+    made = prepared(system_design(core), "ulx3s", clock_hz=100_000_000)
     pins = made.pins
     assert dict(re.findall(r'LOCATE COMP "(\w+?)(?:_0)?__io" SITE "(\w+)"', pins)) | {
         f"{name}_{k}": site
@@ -251,7 +252,7 @@ def test_the_design_runs_15_us_after_the_lock(monkeypatch, pll: Pll, waits: int)
 
 
 def test_a_core_on_an_icebreaker(leaky: Core) -> None:
-    made = open_project(records_design(leaky), "icebreaker", clock_hz=30_000_000)
+    made = prepared(records_design(leaky), "icebreaker", clock_hz=30_000_000)
     # Schematic of the iCEBreaker, version 1.0: its oscillator, the FT2232H's TX and RX, two LEDs.
     wanted = {"clk12_0": "35", "rx_0": "6", "tx_0": "9", "led_0": "11", "led_1": "37"}
     assert dict(re.findall(r"set_io (\w+)__io (\d+)", made.pins)) == wanted
@@ -266,4 +267,4 @@ def test_a_core_on_an_icebreaker(leaky: Core) -> None:
     (source,) = re.findall(r"(?s)module \\top\.clock \(.*?endmodule", made.verilog)
     assert "9'h1c2" in source and re.search(r"assign rst = ~ ?ready;", source)
     assert re.search(r"module \\top\.design \([^)]*\brst\b", made.verilog)
-    assert "iCE40UP5K-SG48" in made.project.readme({}, bitstream=None)  # a part without grades
+    assert "iCE40UP5K-SG48" in made.readme({}, bitstream=None)  # a part without grades

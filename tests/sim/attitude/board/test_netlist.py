@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from boresight.firmware.build import CModel
-from boresight.gateware.boards.bitstream import open_project
 from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.gateware.boards.project import prepared
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import build_core
 from boresight.gateware.registers.core import UPDATES
@@ -109,7 +109,7 @@ def test_icebreaker(tmp_path) -> None:
     """PLL, pads, reset, serial line, core: records in, the model's words out; registers."""
     word = 18
     core = build_core(Leaky().compile(word=word), "small")
-    made = open_project(records_design(core, baud=BAUD), "icebreaker", clock_hz=CLOCK_HZ)
+    made = prepared(records_design(core, baud=BAUD), "icebreaker", clock_hz=CLOCK_HZ)
     mapped = netlist_for(made.verilog, "top", made.target)
     cells = CELLS[made.target.family.name]
     sources = cells.sources()
