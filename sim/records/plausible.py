@@ -89,7 +89,8 @@ def warnings_of(
     truth : mapping of str to float64 (n,), optional
         The log's attitude, among others; NaN where it has none.
     """
-    warnings, triads = list[str](), dict[str, Triad]()
+    uneven = False
+    warnings, triads, implausible = list[str](), dict[str, Triad](), dict[str, list[str]]()
     for names, columns in _sensors(estimator):
         rows = new[:, columns].all(axis=1)
         incomplete = int((new[:, columns].any(axis=1) & ~rows).sum())
@@ -99,7 +100,7 @@ def warnings_of(
             continue
         declared = estimator.inputs[columns[0]]
         typical = float(np.median(np.linalg.norm(inputs[rows][:, columns], axis=1)))
-        warnings += [
+        unlikely = [
             f"{' '.join(names)}: typically {typical:.3g} {rule.unit}, {_looks(rule, typical)}"
             for rule in _RULES
             if rule.unit == declared.unit
@@ -108,10 +109,11 @@ def warnings_of(
             and (typical > 0.0 or rule.unit == "m/s^2")  # no field: no sample
             and rule.least < declared.high <= rule.range_limit
         ]
+        warnings += unlikely
         if declared.unit == "uT" and len(columns) == 3 and typical > 0.0:
             lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
             low, high = np.percentile(lengths[lengths > 0.0], (5.0, 95.0))
-            if high > _UNEVEN * low:
+            if uneven := bool(high > _UNEVEN * low):
                 warnings.append(
                     f"{' '.join(names)}: {low:.3g} to {high:.3g} uT in 9 of 10 samples: is there "
                     "a magnet or iron near, or an offset?"
@@ -119,6 +121,7 @@ def warnings_of(
         if len(columns) == 3:
             triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
             triads[declared.unit] = triad
+            implausible[declared.unit] = unlikely
             clamps = any(estimator.inputs[k].clamp for k in columns)
             warnings += [*_held(triad), *(() if clamps else _at_ends(names, triad))]
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
@@ -126,7 +129,12 @@ def warnings_of(
         rates, force, field = (triads.get(unit) for unit in ("rad/s", "m/s^2", "uT"))
         assert rates is not None
         attitude = None if truth is None else _attitude(truth)
-        warnings += contradictions(rates, force, field, attitude, inputs[:, dt])
+        force = None if implausible.get("m/s^2") else force
+        field = None if uneven else field  # which is not that of the Earth
+        lines, agree = contradictions(rates, force, field, attitude, inputs[:, dt])
+        if agree:  # however fast they are
+            warnings = [text for text in warnings if text not in implausible["rad/s"]]
+        warnings += [*_dead_axis(rates)] or lines
     usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
     if dt is not None and (usual >= estimator.inputs[dt].high or usual < 0.0):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
@@ -206,6 +214,15 @@ def _held(sensor: Triad) -> Iterator[str]:
         )
 
 
+def _dead_axis(rates: Triad) -> Iterator[str]:
+    """One axis that never changes, while the others do in most samples."""
+    changes = (np.diff(rates.values[rates.new], axis=0) != 0.0).sum(axis=0)
+    still = np.flatnonzero(changes == 0)
+    if len(still) == 1 and np.median(changes) > max(_AT_END, len(rates.values) // 2):
+        name, value = rates.names.split()[still[0]], rates.values[rates.new][0, still[0]] + 0.0
+        yield f"{rates.names}: {name} is {value:.4g} in every sample: is the axis dead?"
+
+
 def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
     """Axes whose samples pile up at their largest or least value, while others change."""
     values = sensor.values[sensor.new]
@@ -220,7 +237,7 @@ def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
             off = np.abs(values[:, k] - end)
             count = int((varied & (off == 0.0)).sum())
             beside = int(((off > 0.0) & (off < 0.02 * off.max())).sum())
-            coarse = off.max() < _STEPS * finest
+            coarse = off.max() < max(_STEPS * finest, 1e-9 * np.abs(values).max())
             inner = 2.0 * abs(end) < np.abs(values[:, k]).max()
             if (
                 not coarse

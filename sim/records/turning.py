@@ -41,6 +41,9 @@ _RIGHT, _ON_TIME_S = (0.9, 1.1), 0.05
 #: What is tried: scales, finer ones around the best, and delays [s].
 _SCALES, _FINE = np.geomspace(0.01, 100.0, 49), np.linspace(0.85, 1.15, 13)
 _DELAYS_S = np.linspace(-1.0, 1.0, 51)
+#: Share of the Earth's gravity, m/s^2, that a force has in most windows; shares of rates and their
+#: changes in a turn that is steady.
+_WEIGHT, _STEADY = 0.9 * 9.80665, 1e-3
 #: An attitude that has left the rates: angle in a window, and number of windows.
 _AWAY_DEG, _OFTEN = 30.0, 3
 #: All matrices that exchange axes and signs; the first leaves them as they are.
@@ -103,7 +106,8 @@ class _Windows:
         self.count = (int(self._block[-1]) + 1) // self.blocks
         self._size = self.count * self.blocks
         turn = self._sums(rates.values * np.where(rates.new, step, 0.0)[:, None])
-        self._turn = turn.reshape(self.count, self.blocks, 3)
+        #: Turns (count, blocks, 3), rad.
+        self.steps = turn.reshape(self.count, self.blocks, 3)
 
     def _sums(self, values: FloatArray) -> FloatArray:
         size = max(self._size, int(self._block[-1]) + 1)
@@ -119,7 +123,7 @@ class _Windows:
     def turns(self, matrices: FloatArray, some: IntArray) -> FloatArray:
         """Turns (k, windows, blocks, 4) since a window's start, after each of k matrices."""
         halves = rotation_vector_to_quaternion(
-            0.5 * np.einsum("kij,wbj->bkwi", matrices, self._turn[some])
+            0.5 * np.einsum("kij,wbj->bkwi", matrices, self.steps[some])
         )
         turns, q = np.empty(halves.shape), np.broadcast_to([1.0, 0.0, 0.0, 0.0], halves.shape[1:])
         for k, half in enumerate(halves):
@@ -140,8 +144,10 @@ class _Windows:
 
 def contradictions(
     rates: Triad, force: Triad | None, field: Triad | None, attitude: Triad | None, dt: FloatArray
-) -> list[str]:
+) -> tuple[list[str], bool]:
     """A line for each sensor, or reference attitude, that contradicts the others.
+
+    The second result is whether the rates explain how one of the others turns.
 
     Parameters
     ----------
@@ -172,20 +178,24 @@ def contradictions(
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
         findings += [] if own is None else [own]
     lines = [*_told(rates.names, findings)]
+    agree = any(f.fits and f.cause is None for f in findings)
     if own is not None and attitude is not None and not own.fits:
         for text, other in _OTHERS.items():
             turned = _axes(short, other(attitude.values), attitude.new)
             found = _finding(attitude.names, short, turned, False)
             if found is not None and found.fits and found.cause is None:
                 line = f"{attitude.names}: turn otherwise than the rates {rates.names} say: {text}"
-                return [*_told(rates.names, [f for f in findings if f is not own])] or [line]
+                others = [*_told(rates.names, [f for f in findings if f is not own])]
+                return others or [line], agree
     if lines or force is None:
-        return lines
+        return lines, agree
     if attitude is not None and attitude.new.any():
         lines = [*_by_attitude(force, field, attitude)]
+    if not lines:
+        lines = [*_weight(short, force)]
     if not lines and field is not None:
         lines = [*_dip(long, force, field)]
-    return lines
+    return lines, agree
 
 
 def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
@@ -230,7 +240,9 @@ def _finding(
     some = np.sort(some[np.argsort(size[some])[-_MOST:]])
     as_is, still = as_is[some], still[some]
     before, without = float(as_is.mean()), float(still.mean())
-    if without < 1e-3 * before and before > _TURN:
+    turn = windows.steps[some]
+    steady = float(np.std(turn, axis=(0, 1)).max()) < _STEADY * float(np.abs(turn).max())
+    if without < 1e-3 * before and before > _TURN and not (is_force and steady):
         return _Finding(names, None, False, True, False)
     fits = before < 0.5 * without
     turns = windows.turns(np.eye(3)[None], some)
@@ -269,7 +281,7 @@ def _finding(
         right = True  # turns with an acceleration, and sensors off the axis, look like it
     if not right and explains and _is_sure(scatters[k], as_is):
         return _Finding(names, cause, fits, False, False)
-    unlike = not is_force and without > _TURN and before > 0.8 * without and after > 0.5 * without
+    unlike = not is_force and without > _TURN and before > 0.8 * without
     return _Finding(names, None, fits, False, unlike)
 
 
@@ -296,8 +308,8 @@ def _told(rates: str, findings: Sequence[_Finding]) -> Iterator[str]:
         unlike = [f.names for f in findings if f.unlike]
         if unlike and not agree:
             yield (
-                f"{rates}: do not explain how {' and '.join(unlike)} turn: is a sensor dead or "
-                "held, or are its times wrong?"
+                f"{rates}: do not explain how {' and '.join(unlike)} turn: is a sensor dead, "
+                "held or in another unit, or are its times wrong?"
             )
         return
     cause = wrong[-1].cause  # of the attitude, or the field: nothing accelerates them
@@ -361,6 +373,22 @@ def _by_attitude(force: Triad, field: Triad | None, attitude: Triad) -> Iterator
         yield (
             f"{attitude.names}: take the field {abs(north):.0f} deg from north: wanted axes east, "
             "north, up; --align heading removes a constant turn"
+        )
+
+
+def _weight(windows: _Windows, force: Triad) -> Iterator[str]:
+    """A force whose mean, turned back, is less than gravity: nothing falls most of the time."""
+    every = np.arange(windows.count)
+    turns = windows.turns(np.eye(3)[None], every)
+    new = force.new & (force.values != 0.0).any(axis=1)
+    means = np.linalg.norm(windows.held(turns, windows.means(force.values, new), every)[0], axis=1)
+    seconds = windows.block_s * windows.blocks
+    if np.isfinite(means).sum() < _FEWEST or seconds < 0.9 * _SHORT_S:
+        return
+    if (usual := float(np.nanmedian(means))) < _WEIGHT:
+        yield (
+            f"{force.names}: a mean of {usual:.2g} m/s^2 over {seconds:.2g} s, too little for "
+            "gravity: is the scale wrong, or has the device removed it?"
         )
 
 

@@ -363,6 +363,9 @@ CARELESS = [
     (scaled("t", 2.0), True, f"{RATES}: contradict .* 2 times as large"),
     (scaled(RATES, 1.2), False, f"{RATES} and {FIELD} contradict .* 1.2 times as large"),
     (scaled(RATES, 0.0), False, f"{RATES}: do not explain how {FIELD} turn"),
+    (scaled(RATES, np.pi / 180.0), False, f"{RATES}: do not explain how {FIELD} turn"),
+    (scaled("gz", 0.0), False, f"{RATES}: gz is 0 in every sample"),
+    (scaled(FORCE, 0.8), False, f"{FORCE}: a mean of 7.8 m/s\\^2 over 1 s, too little"),
     (scaled(RATES, -1.0), False, f"{RATES}: contradict .*: the sign is wrong"),
     (scaled("gy", -1.0), False, f"{RATES}: contradict .* x, -y, z"),
     (scaled("ay", -1.0), False, f"{FORCE}: turn otherwise"),
@@ -425,6 +428,17 @@ def test_the_rest_of_a_slow_log_is_not_told() -> None:
     assert feed(estimator("mekf"), Record.of(still)).warnings == ()
     short = {n: v[:40] for n, v in still.items()}
     assert feed(estimator("mekf"), Record.of(short)).warnings == ()
+
+
+@pytest.mark.parametrize(("rate", "force"), [(0.3, [4.0, 0.0, 9.81]), (-25.0, [0.0, 0.0, 9.81])])
+def test_a_steady_turn_is_not_told(rate: float, force: list[float]) -> None:
+    """A car's circle without noise, with its force at rest in the car; a fast spin."""
+    turn = rate * 0.01 * np.arange(4000)
+    field = np.stack([20.0 * np.sin(turn), 20.0 * np.cos(turn), np.full(4000, -40.0)])
+    rates, forces = np.full((3, 4000), [[0.0], [0.0], [rate]]), np.full((3, 4000), np.c_[force])
+    columns = {"t": 0.01 * np.arange(4000), **dict(zip(RATES.split(), rates, strict=True))}
+    columns |= zip(f"{FORCE} {FIELD}".split(), [*forces, *field], strict=True)
+    assert feed(estimator("mekf"), Record.of(columns)).warnings == ()
 
 
 def test_typical_is_the_median_of_new_samples() -> None:
