@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from boresight.gateware.schedule.slots import Slot
@@ -154,22 +155,20 @@ def _build(
             edges.append((places["norm"], k))
         if "index" in places and t.coefficient is not None:
             edges.append((places["index"], k))
-    ordered = _topological(len(slots), edges)
+    ordered = _topological(edges)
     return None if ordered is None else Arrangement(tuple(slots), ordered)
 
 
-def _topological(count: int, edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | None:
+def _topological(edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | None:
     """Edges sorted so that each comes after those into its tail; None if there is a cycle."""
-    out: list[tuple[int, int]] = []
-    remaining = set(range(count))
-    while remaining:
-        roots = [k for k in remaining if not any(e[1] == k and e[0] in remaining for e in edges)]
-        if not roots:
-            return None
-        for k in sorted(roots):
-            out += [e for e in edges if e[0] == k]
-            remaining.discard(k)
-    return tuple(out)
+    before: dict[int, list[int]] = {}
+    for earlier, later in edges:
+        before.setdefault(later, []).append(earlier)
+    try:
+        order = [*TopologicalSorter(before).static_order()]
+    except CycleError:
+        return None
+    return tuple(sorted(edges, key=lambda edge: order.index(edge[0])))
 
 
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
