@@ -21,6 +21,7 @@ from boresight.model.algebra.covariance import (
     symmetric,
 )
 from boresight.model.algebra.quaternion import dot, increment, left_matrix, matrix, multiply
+from boresight.model.errors import require
 from boresight.model.estimator import Param, State
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "named_outputs",
     "normalised",
     "predicted_attitude",
+    "require_unclamped",
     "restarted",
     "squared_force",
     "status_word",
@@ -134,6 +136,31 @@ def attitude_states() -> tuple[State, ...]:
         State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start)
         for axis, start in zip("wxyz", START, strict=True)
     )
+
+
+def require_unclamped(
+    values: Mapping[str, float],
+    limits: Mapping[str, float],
+    beside: Mapping[str, str] | None = None,
+) -> None:
+    """Refuse parameters that a filter would clamp at its ``scale``.
+
+    ``limits``: largest product of a parameter and ``scale``; ``beside``: what else counts.
+
+    Raises
+    ------
+    InputError
+        A value is too large for ``scale``.
+    """
+    scale = values["scale"]
+    for name, limit in limits.items():
+        require(
+            values[name] * scale <= limit,
+            f"parameter {name}",
+            f"at most {limit / scale:.4g} at a scale of {scale:g}{(beside or {}).get(name, '')}",
+            values[name],
+            "choose a smaller value or a smaller scale",
+        )
 
 
 def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:

@@ -23,6 +23,7 @@ A record with dt < 0 starts anew: 32 Gauss-Newton steps to the attitude, whateve
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from boresight import Estimator, Output, Param, State, ops
@@ -123,6 +124,23 @@ class MlsAttitude(Estimator):
             *((Output("norm", "", 1e-5, "|q| before it is set"),) if self.free_norm else ()),
             Output("status", "bits"),
         )
+
+    def param_values(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
+        """As `Estimator.param_values`; also refuses what the filter would clamp at this ``scale``.
+
+        Raises
+        ------
+        InputError
+            Unknown name, a value outside the legal range, or too large for ``scale``.
+        """
+        values = super().param_values(given)
+        limits = {
+            "p0_sd": P0_LIMIT / 0.5,
+            "acc_sd": NOISE_LIMIT * GRAVITY / 0.5,
+            "mag_sd": NOISE_LIMIT * FIELD_UNIT / 0.5,
+        }
+        parts.require_unclamped(values, limits)
+        return values
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""

@@ -50,12 +50,13 @@ from boresight.model.algebra.quaternion import dot, increment, matrix, multiply,
 from boresight.model.algebra.quaternion_filter import (
     TRACE_LIMIT,
     normalised,
+    require_unclamped,
     status_word,
     sum_of,
     update_along,
 )
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import require, require_choice
+from boresight.model.errors import require_choice
 from boresight.systems.satcom import interface
 from boresight.systems.satcom.interface import BIAS_UNIT, FINEST, P0_LIMIT
 
@@ -114,7 +115,7 @@ class Satcom(Estimator):
             Unknown name, a value outside the legal range, or too large for ``scale``.
         """
         values = super().param_values(given)
-        scale, adapt = values["scale"], values["adapt"]
+        adapt = values["adapt"]
         limits = {
             "adapt": ADAPT_LIMIT / 0.5,
             "p0_sd": P0_LIMIT / 0.5,
@@ -126,15 +127,8 @@ class Satcom(Estimator):
             "gyro_sd": STEP_LIMIT / (0.5 * 0.25),
             "bias_density": STEP_LIMIT / BIAS_UNIT,
         }
-        for name, limit in limits.items():
-            with_adapt = f" and an adapt of {adapt:g}" if name in ("roll_sd", "pitch_sd") else ""
-            require(
-                values[name] * scale <= limit,
-                f"parameter {name}",
-                f"at most {limit / scale:.4g} at a scale of {scale:g}{with_adapt}",
-                values[name],
-                "choose a smaller value or a smaller scale",
-            )
+        with_adapt = dict.fromkeys(("roll_sd", "pitch_sd"), f" and an adapt of {adapt:g}")
+        require_unclamped(values, limits, with_adapt)
         return values
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from boresight.model.declarations import GRAVITY
+from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.mls.deck import SensorErrors, deck, records
@@ -110,7 +112,7 @@ def test_restart_forgets(rows: Any) -> None:
 def test_one_step_by_hand() -> None:
     """P after a step without a measurement that counts: turned, and the noise of the gyro added."""
     e = MlsAttitude()
-    p = SimpleNamespace(**e.param_values({"acc_sd": 0.39, "mag_sd": 512.0}))
+    p = SimpleNamespace(**e.param_values())
     x = {s.name: np.float64(s.initial) for s in e.states}
     x |= {"unaligned": 0.0, "p00": 4e-4, "p11": 1e-4, "p22": 2e-4, "p01": 5e-5}
     u = dict(zip([i.name for i in e.inputs], [0.01, 0, 0, 2.0, 0, 0, 0, 0, 0, 9.8], strict=True))
@@ -124,3 +126,12 @@ def test_one_step_by_hand() -> None:
     before = np.array([[4e-4, 5e-5, 0], [5e-5, 1e-4, 0], [0, 0, 2e-4]])
     noise = (0.5 * 0.9 * math.radians(1.0) * 0.01 * SCALE) ** 2
     assert np.array(a, dtype=float) == pytest.approx(c.T @ before @ c + noise * np.eye(3), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "name, edge", [("p0_sd", 1.0), ("acc_sd", 8.0 * GRAVITY), ("mag_sd", 512.0)]
+)
+def test_refuses_what_scale_would_clamp(name: str, edge: float) -> None:
+    assert MlsAttitude().param_values({"scale": 64.0, name: edge / 64.0})[name] == edge / 64.0
+    with pytest.raises(InputError, match=rf"^parameter {name}: .*at most .* at a scale of"):
+        MlsAttitude().param_values({"scale": 64.0, name: 1.001 * edge / 64.0})
