@@ -18,9 +18,8 @@ from boresight.gateware.boards.project import Design, prepared
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
-from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.nextpnr import find_router
-from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
+from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.texts.bench import Recorded
@@ -221,32 +220,6 @@ def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> str:
 def write_text(file: Path, text: str) -> None:
     """Write UTF-8 with line feeds on every operating system."""
     file.write_text(text, encoding="utf-8", newline="\n")
-
-
-def map_core(core: Core, target: Target) -> Mapped:
-    """Resources of a core on a target; on Spartan-6 also an estimate of its clock."""
-    primitives = has_primitives(target.name)
-    text = core.verilog(instances=primitives, identified=not primitives)
-    return netlist_for(text, "core", target)
-
-
-def route_core(
-    core: Core,
-    target: Target,
-    *,
-    seeds: int = 1,
-    clock_mhz: float | None = None,
-    progress: Callable[[str], None] = lambda text: None,
-) -> Routed:
-    """A core placed and routed on a target (`gateware.synthesis.routed.implement`)."""
-    return implement(
-        core.verilog(instances=False, identified=True),
-        "core",
-        target,
-        seeds=seeds,
-        clock_mhz=clock_mhz,
-        progress=progress,
-    )
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -9,11 +9,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from boresight.core_files import map_core, write_text
+from boresight.core_files import write_text
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.estimator import Estimator
 from boresight.model.tools.files import output_folder
 from boresight.sim.compare.results import CheckResult
+from boresight.sim.explore.measure import map_core
 from boresight.sim.levels.build import Build
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html

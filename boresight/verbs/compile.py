@@ -26,10 +26,8 @@ from boresight.core_files import (
     core_files,
     core_texts,
     is_open,
-    map_core,
     project_files,
     project_folder,
-    route_core,
     together,
     write_core,
     write_project,
@@ -63,6 +61,7 @@ from boresight.parameters import estimator_names, params_of_each
 from boresight.regression import Baseline
 from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
+from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import JUDGED, report_data

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from boresight.gateware.core import machine_for
+from boresight.gateware.core import Core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.nextpnr import find_router
-from boresight.gateware.synthesis.routed import implement, netlist_for
+from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
@@ -229,12 +230,23 @@ def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:
     return {"cycles": schedule.latency, "interval": schedule.interval}
 
 
-def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
-    """Area of the core; of a Spartan-6 also its clock, estimated for grade -2 and median nets."""
-    core, target = case.build(exploration).core, TARGETS[case.target]
+def map_core(core: Core, target: Target) -> Mapped:
+    """Resources of a core on a target; on Spartan-6 also an estimate of its clock."""
     primitives = target.family is SPARTAN6
     text = core.verilog(instances=primitives, identified=not primitives)
-    mapped = netlist_for(text, "core", target)
+    return netlist_for(text, "core", target)
+
+
+def route_core(core: Core, target: Target, **settings: Any) -> Routed:
+    """A core placed and routed on a target; ``settings`` of `implement`."""
+    text = core.verilog(instances=False, identified=True)
+    return implement(text, "core", target, **settings)
+
+
+def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
+    """Area of the core; of a Spartan-6 also its clock, estimated for grade -2 and median nets."""
+    target = TARGETS[case.target]
+    mapped = map_core(case.build(exploration).core, target)
     used = {name: mapped.used[name] for name in ("lut", "ff", "dsp")}
     clock: dict[str, Any] = {}
     if mapped.clock is not None:
@@ -245,8 +257,7 @@ def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
 def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Clock of the placed and routed core at its slowest seed, MHz."""
     core, target = case.build(exploration).core, TARGETS[case.target]
-    text = core.verilog(instances=False, identified=True)
-    design = implement(text, "core", target, seeds=exploration.seeds)
+    design = route_core(core, target, seeds=exploration.seeds)
     return {"clock": design.clock_mhz, "clock_is": "routed"}
 
 
