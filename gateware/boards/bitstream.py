@@ -82,11 +82,10 @@ def build_bitstream(
 def write_open_project(folder: Path, project: Project, built: Bitstream) -> None:
     """Write ``top.v``, the pins, the bitstream and README.txt."""
     router = project.router
-    places = {name: pin for name, pin, _ in project.platform.iter_port_constraints_bits()}
     texts: Mapping[str, str] = {
         "top.v": project.verilog,
         router.pins[1]: project.pins,
-        "README.txt": project.readme(places, bitstream=built, router=router),
+        "README.txt": project.readme(bitstream=built, router=router),
     }
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():

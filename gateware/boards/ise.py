@@ -9,24 +9,6 @@ from boresight.gateware.boards.project import Design, prepared
 from boresight.gateware.texts.render import render
 
 
-def pins(ucf: str) -> dict[str, str]:
-    """Pin of every net of a constraints file.
-
-    Raises
-    ------
-    ValueError
-        A pin without a P, so not one of a TQG144 package.
-    """
-    out = {}
-    for line in ucf.splitlines():
-        net, separator, pin = line.strip().rstrip(";").partition(" LOC=")
-        if separator:
-            if not pin.startswith("P"):
-                raise ValueError(f"pin must begin with P, not {pin!r}: {line.strip()}")
-            out[net.removeprefix("NET ").strip('"')] = pin
-    return out
-
-
 def write_ise_project(
     make: Callable[[int], Design], board: str, folder: Path | str, *, clock_hz: int | None = None
 ) -> tuple[Path, ...]:
@@ -72,7 +54,7 @@ def write_ise_project(
     written = {name: text for name, text in project.texts.items() if name != "build_top.json"}
     written["build.sh"] = render("build.sh")
     written["build.bat"] = render("build.bat")
-    written["README.txt"] = project.readme(pins(written["top.ucf"]), bitstream=None)
+    written["README.txt"] = project.readme(bitstream=None)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in written.items():

@@ -146,9 +146,10 @@ class Project:
         """Pins and the oscillator's period, in the format of the router."""
         return self.texts[self.router.pins[1]]
 
-    def readme(self, places: Mapping[str, str], **flow: Any) -> str:
-        """README.txt; ``places``: the pins by net; ``flow``: values for the board's template."""
+    def readme(self, **flow: Any) -> str:
+        """README.txt; ``flow``: values for the board's template."""
         platform = self.platform
+        places = {name: pin for name, pin, _ in platform.iter_port_constraints_bits()}
         return render(
             self.design.readme,
             **self.design.facts(),

@@ -267,4 +267,4 @@ def test_a_core_on_an_icebreaker(leaky: Core) -> None:
     (source,) = re.findall(r"(?s)module \\top\.clock \(.*?endmodule", made.verilog)
     assert "9'h1c2" in source and re.search(r"assign rst = ~ ?ready;", source)
     assert re.search(r"module \\top\.design \([^)]*\brst\b", made.verilog)
-    assert "iCE40UP5K-SG48" in made.readme({}, bitstream=None)  # a part without grades
+    assert "iCE40UP5K-SG48" in made.readme(bitstream=None)  # a part without grades

@@ -12,7 +12,7 @@ from boresight.core_files import write_system
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.clock import Spartan6Clock
-from boresight.gateware.boards.ise import pins, write_ise_project
+from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.yosys import find_tool
@@ -99,6 +99,11 @@ def test_verilog_elaborates(board: str, project) -> None:
     if board == "sk-xc6slx9":  # the clock runs from when it is stable and the device configured
         (enable,) = re.findall(r"BUFGCE [^;]*\.CE\(([^)]*)\)", text)
         assert re.search(rf"assign {re.escape(enable)} = locked & started;", text)
+
+
+def pins(ucf: str) -> dict[str, str]:
+    """Pin of every net of a constraints file."""
+    return dict(re.findall(r'(?m)^NET "(\w+)" LOC=(P\d+);$', ucf))
 
 
 @BOARD
