@@ -105,7 +105,7 @@ def check(
 
     Parameters
     ----------
-    estimator : str, path, class or Estimator
+    estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. The folder
         that compile wrote: its Verilog and C run, if no file has changed. A reproducer.json alone
         runs a difference again.
