@@ -184,7 +184,11 @@ def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
     good = good and np.linalg.eigvalsh(matrix)[0] >= -1e-12 * np.abs(matrix).max()
     require(bool(good), place, wanted, given)
     if name != "Q":
-        fix = "measure by the factor of Cholesky" if name == "R" else "give a larger diagonal"
+        fix = (
+            "measure by the factor of Cholesky"
+            if name == "R"
+            else "give a larger diagonal, as P=[1.0, 2.0]"
+        )
         variances = np.diag(matrix)
         diagonal = np.array_equal(matrix, np.diag(variances)) and variances.min() > 0.0
         require(bool(diagonal), place, "a diagonal above 0, zeros beside it", given, fix)
