@@ -45,7 +45,7 @@ INSIDE = {
     "==": "y = ops.where(u.a == 0.0, 1.0, 0.0)",
     "& without brackets": "y = ops.where(u.a > 0.0 & u.b, 1.0, 0.0)",
     "condition as a number": "y = u.a + (u.b > 1.0)",
-    "remainder": "y = u.a % 2.0",
+    "whole quotient": "y = u.a // 2.0",
     "typo in an input": "y = u.aa",
     "random": "y = u.a * random.random()",
     "not a number": "y = u.a * math.nan",
