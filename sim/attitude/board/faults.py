@@ -27,20 +27,6 @@ from boresight.sim.result import Result
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = [
-    "BOUNDS_DEG",
-    "COMPASS_FAULTS",
-    "FAST_TURN_BOUNDS_DEG",
-    "INERTIAL_FAULTS",
-    "FaultTrial",
-    "fault_board",
-    "fault_line",
-    "fault_names",
-    "fault_trial",
-    "faults_result",
-    "trial_log",
-]
-
 #: First and last sample of an inertial fault and of a fast turn; of a compass fault its lines.
 _INERTIAL_SPAN, _COMPASS_SPAN = (1200, 1400), (9, 15)
 _FAST_TURN_SPAN = (1200, 1200 + round(1024 * TURN_S))
@@ -180,8 +166,8 @@ def fault_trial(board: Board, device: str, fault: str, *, log: Record | None = N
     if fault in WRONG_VALUES:
         log = wronged(log, fault, slice(first, last))
     else:
-        name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
-        texts[device] = f"{first} {last} {name}\n"
+        bit = (INERTIAL_FAULTS if device == "adis" else COMPASS_FAULTS).index(fault)
+        texts[device] = f"{first} {last} {bit}\n"
     run = run_board(
         board,
         stimulus(log, board),

@@ -7,8 +7,8 @@
 //
 // +adis_log=FILE     samples, one line each: gx gy gz ax ay az temperature diag (decimal counts);
 //                    the last one stays, log_done rises
-// +adis_faults=FILE  lines: first last name; from sample instant `first` to `last`, the fault is on
-// Faults (bit of `fault`, name):
+// +adis_faults=FILE  lines: first last bit; from sample instant `first` to `last`, the fault is on
+// Faults (bit, name):
 //   0 wrong_identity   PROD_ID is another one's
 //   1 absent           the lines are not driven: dout high, no data-ready
 //   2 stuck_low        dout
@@ -60,28 +60,8 @@ module adis16385_device #(
     localparam int ENTRIES = 256;
     integer first_of[ENTRIES], last_of[ENTRIES], bit_of[ENTRIES], entries, file, got, n, from, to;
     reg [8*256-1:0] path;
-    reg [8*32-1:0] name;
     reg [15:0] scheduled;
     reg [15:0] on;  // both kinds
-
-    function automatic integer number_of(input [8*32-1:0] text);
-        case (text)
-            "wrong_identity": number_of = 0;
-            "absent": number_of = 1;
-            "stuck_low": number_of = 2;
-            "stuck_high": number_of = 3;
-            "no_data_ready": number_of = 4;
-            "fast_data_ready": number_of = 5;
-            "alarm": number_of = 6;
-            "over_range": number_of = 7;
-            "reset": number_of = 8;
-            "ignore_writes": number_of = 9;
-            "bit_flips": number_of = 10;
-            "lost_settings": number_of = 11;
-            "link_failure": number_of = 12;
-            default: number_of = -1;
-        endcase
-    endfunction
 
     integer log_file, testing;
     reg [15:0] failing;
@@ -91,38 +71,18 @@ module adis16385_device #(
         entries = 0;
         if ($value$plusargs("adis_faults=%s", path)) begin
             file = $fopen(path, "r");
-            if (file == 0) begin
-                $display("adis16385: faults: cannot open %0s", path);
-                $finish;
-            end
             got = 3;
-            while (got == 3 && entries < ENTRIES) begin
-                got = $fscanf(file, "%d %d %s", from, to, name);
-                if (got == 3) begin
-                    first_of[entries] = from;
-                    last_of[entries] = to;
-                    bit_of[entries] = number_of(name);
-                    if (bit_of[entries] < 0) begin
-                        $display("adis16385: faults: no fault %0s", name);
-                        $finish;
-                    end
-                    entries = entries + 1;
-                end
-            end
-            if (got == 3) begin
-                $display("adis16385: faults: more than %0d lines", ENTRIES);
-                $finish;
+            while (got == 3) begin
+                got = $fscanf(file, "%d %d %d", from, to, n);
+                first_of[entries] = from;
+                last_of[entries] = to;
+                bit_of[entries] = n;
+                if (got == 3) entries = entries + 1;
             end
             $fclose(file);
         end
         log_file = 0;
-        if ($value$plusargs("adis_log=%s", path)) begin
-            log_file = $fopen(path, "r");
-            if (log_file == 0) begin
-                $display("adis16385: log: cannot open %0s", path);
-                $finish;
-            end
-        end
+        if ($value$plusargs("adis_log=%s", path)) log_file = $fopen(path, "r");
     end
 
     // --- Registers ----------------------------------------------------------------------------

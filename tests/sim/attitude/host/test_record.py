@@ -12,6 +12,7 @@ from boresight.cli import main
 from boresight.gateware.attitude.system.interface import INITIAL_STATES, ORDERS
 from boresight.gateware.boards.frames import END
 from boresight.sim.attitude.board.run import run_board, stimulus
+from boresight.sim.attitude.devices import INERTIAL_FAULTS
 from boresight.sim.attitude.host.record import static_noise
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.files import read_record
@@ -19,10 +20,11 @@ from boresight.sim.records.record import Record
 from tests.support.attitude.board.shared import MEKF, shared_board
 from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames
 
-#: Of the sensors: lost words, a restart after a gap, a silent and a garbled compass.
-ADIS = "420 421 bit_flips\n450 459 no_data_ready\n500 500 reset\n"
-HMR = "3 8 0\n9 9 6\n"
-UPDATES = 700
+#: Of the sensors: lost words, a reset, a gap after which the filter restarts, a garbled line.
+_SPANS = (("60 61", "bit_flips"), ("90 90", "reset"), ("170 440", "no_data_ready"))
+ADIS = "".join(f"{span} {INERTIAL_FAULTS.index(fault)}\n" for span, fault in _SPANS)
+HMR = "1 1 6\n"
+UPDATES = 230
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +37,9 @@ def recorded(tmp_path_factory) -> Path:
         board,
         what,
         updates=UPDATES,
-        settings={"filter": MEKF, "output_divider": 1, "output_mode": 2},
+        settings={"filter": MEKF, "output_divider": 1, "output_mode": 2, "compass_mode": 0},
         faults={"adis": ADIS, "hmr": HMR},
-        orders={2_200_000: INITIAL_STATES.mask, 7_000_000: restart},
+        orders={250_000: INITIAL_STATES.mask, 2_800_000: restart},
     )
     assert run.trace.violations == 0 and len(run.frames) == UPDATES
     (folder / "capture.bin").write_bytes(run.trace.data)
@@ -64,7 +66,7 @@ def test_replay_with_faults(recorded: Path, tmp_path: Path, capsys) -> None:
     flags = record.numbers("flags").astype(int) << 16
     first = record.numbers("number")[0]
     assert first > 20 and len(record) == UPDATES + 1 - first
-    assert dt[0] == -0.25 and np.count_nonzero(dt < 0) == 3  # and after the reset, and an order
+    assert dt[0] == -0.25 and np.count_nonzero(dt < 0) == 3  # and after the gap, and an order
     assert np.count_nonzero(dt > 0.0015) >= 2 and np.count_nonzero(used) >= 2
     assert np.array_equal(used, np.isfinite(record.numbers("compass_heading_deg")))
     assert (flags & 1 << 28).any()  # a stale compass

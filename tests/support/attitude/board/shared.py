@@ -9,8 +9,7 @@ from boresight.gateware.attitude.system.programs import system_core
 from boresight.model.declarations import Input, Output
 from boresight.model.estimator import Estimator
 from boresight.sim.attitude.board.build import Board, make_board
-from boresight.sim.attitude.board.faults import fault_board
-from boresight.sim.attitude.board.setup import SCALED
+from boresight.sim.attitude.board.setup import FASTER, SCALED
 
 #: Numbers of the filters of `shared_board`.
 MEKF, COMPLEMENTARY = 0, 1
@@ -51,8 +50,9 @@ class Odd(Estimator):
 
 @lru_cache
 def shared_board() -> Board:
-    """Two filters, 16 times as fast as the real one."""
-    return fault_board(("mekf", "complementary"))
+    """Two filters, 16 times as fast as the real one, with short waits after power-up and reset."""
+    tick = {"calibrate_inertial": {"tick_s": FASTER / SCALED.clock_hz}}
+    return make_board(SCALED, filters=("mekf", "complementary"), params=tick)
 
 
 @lru_cache

@@ -199,7 +199,9 @@ class ReaderBench:
             max_cycles=limit + 100,
             files={
                 "log.txt": log_text(log),
-                "faults.txt": "".join(f"{first} {last} {name}\n" for first, last, name in faults),
+                "faults.txt": "".join(
+                    f"{a} {b} {INERTIAL_FAULTS.index(name)}\n" for a, b, name in faults
+                ),
             },
         )
         return _read(run.stdout, run.cycles / max(run.seconds, 1e-9))
