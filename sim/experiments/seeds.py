@@ -20,6 +20,7 @@ POOLED: dict[str, Callable[[FloatArray], Any]] = {
     "max": np.max,
     "min": np.min,
     "sum": np.sum,
+    "median": np.median,
 }
 
 
@@ -44,7 +45,7 @@ class Runs:
     pooling: Mapping[str, str] = field(default_factory=dict)
 
     def pooled(self) -> dict[str, float]:
-        """One figure of all runs by name: root mean square, most, sum or mean (`POOLED`)."""
+        """One figure of all runs by name: root mean square, most, median and so on (`POOLED`)."""
         return {
             name: float(
                 POOLED.get(self.pooling.get(name, name.rpartition("_")[2]), np.mean)(values)

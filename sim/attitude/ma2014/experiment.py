@@ -1,42 +1,46 @@
-"""The experiment of Ma Long et al. (2014) in simulation: its tables, its figures, its page."""
+"""The experiment of Ma Long et al. (2014) in simulation: its tables, its figures, its page.
+
+A standard deviation over many runs is pooled, the root of the mean variance: variances add, and for
+a random walk the pooled value has a closed form, which a single run is far from. Largest values and
+lines of spectra are medians of the runs.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
+from boresight.gateware.core import build_core
+from boresight.model.arrays import FloatArray
+from boresight.model.attitude import ESTIMATORS
 from boresight.sim.attitude.ma2014 import paper
-from boresight.sim.attitude.ma2014.errors import entries_in_band
-from boresight.sim.attitude.ma2014.methods import METHODS, count_mismatches
-from boresight.sim.attitude.ma2014.sections import (
-    HEADING_RUNS,
-    JUDGED,
-    SIDE_RUNS,
-    differences,
-    heading_test,
-    kinematics,
-    stacked,
-    timing,
+from boresight.sim.attitude.ma2014.methods import (
+    METHODS,
+    count_mismatches,
+    gains,
+    run_method,
+    score,
+    wrapped_deg,
 )
-from boresight.sim.attitude.ma2014.targets import targets
-from boresight.sim.attitude.ma2014.world import CASES, E2, make_log
-from boresight.sim.experiments.experiment import Experiment, ExperimentResult, Target
+from boresight.sim.attitude.ma2014.world import E1, E2, LOOP_HZ, make_log, noise_free_log
+from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.page import render
+from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
+from boresight.sim.experiments.targets import targets_of
 from boresight.sim.pages import Section
-from boresight.sim.records.record import Record
 
-__all__ = ["Ma2014", "measure"]
-
-Say = Callable[[str], None]
-
+#: Section 3.2 with two sets of errors, and section 1.3, the heading test, with those of case C.
+CASES = ("noise", "C", "heading")
+_KALMAN = ("ekf_quaternion", "ekf_table_4")
+#: Heading test [Hz]: its frequency, and below which the paper's gyro error lies.
+_LINE_HZ, _SLOW_HZ = 1.0 / 6.0, 0.02
 _INTRO = (
     "Ma Long, Zhang Rui, Su Zhigang (2014): magnetometer-aided attitude of MEMS sensors. Its two "
     "tests are repeated in simulation with the sensors of its Table 2: a heading that swings, and "
     "the stage of Table 1. Its filters run as the integer C of the core.",
     "{runs} runs, seeds {seed} to {last}: boresight experiment ma2014 --seed {seed}. Standard "
-    "deviations are pooled over the runs.",
+    "deviations are pooled over the runs; all else are medians.",
 )
 #: Rows of Table 2.
 _TABLE_2 = {
@@ -52,114 +56,177 @@ class Ma2014(Experiment):
 
     pages = ("ma2014.html",)
 
-    def run(self, *, seed: int, runs: int, say: Say) -> ExperimentResult:
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         """See `Experiment`: of the paper's targets only Figure 7 is binding, at equal gains."""
-        details = measure(seed, runs, say, self.jobs)
-        first = make_log(E2, CASES["C"], details["seed"])
-        judged_targets = (*targets(details), *_equalities(first, say))
-        return ExperimentResult(
-            figures=_figures(details),
-            targets=judged_targets,
-            details=details,
-            pages={"ma2014.html": _page(details, judged_targets)},
+        cases = [(name, name, runs) for name in CASES]
+        outcomes = run_cases(run_case, cases, seed=seed, at_once=25, jobs=self.jobs, say=say)
+        say("kinematics, equality of C and integer interpreter, schedules")
+        figures = figures_of(outcomes) | _noise_free() | _differing(seed) | _timing()
+        for name in ("gyro", "mag_acc"):
+            part = "slow" if name == "gyro" else "line"
+            key = f"{part}_heading_median"
+            over = figures[f"heading_ma2014_cf_{key}"] / figures[f"heading_{name}_{key}"]
+            figures[f"heading_{part}_over_{name}"] = over
+        judged = targets_of(
+            "boresight.sim.attitude.ma2014", figures, spreads_of(outcomes), runs=runs
         )
+        intro = [text.format(runs=runs, seed=seed, last=seed + runs - 1) for text in _INTRO]
+        page = render("ma2014", intro, judged, _sections(figures))
+        return ExperimentResult(figures=figures, targets=judged, pages={"ma2014.html": page})
 
 
-def measure(seed: int, runs: int, say: Say, jobs: int | None = None) -> dict[str, Any]:
-    """All that the page shows, as plain data; see `docs/systems/ma2014.md`."""
-    seeds = [seed + k for k in range(runs)]
-    rows, errors = stacked(seeds, say, jobs)
-    return {
-        "seed": seed,
-        "runs": runs,
-        "side_runs": min(runs, SIDE_RUNS),
-        "table_3": {
-            "cases": rows,
-            "in_band": {case: entries_in_band(rows[case]) for case in JUDGED},
-        },
-        "parameters": {method.key: method.params for method in METHODS},
-        "spectra": heading_test(seeds[:HEADING_RUNS], say),
-        "difference": differences(errors),
-        "kinematics": kinematics(say),
-        "timing": timing(say),
-    }
-
-
-def _equalities(log: Record, say: Say) -> list[Target]:
-    """Binding targets: C equals the integer interpreter."""
-    out = []
+def run_case(name: str, seeds: range) -> Runs:
+    """Errors [deg] of every method, by ``METHOD_FIGURE_AXIS_POOLING``."""
+    if name == "heading":
+        return _heading_test(seeds)
+    logs = [make_log(E2, name, seed) for seed in seeds]
+    figures: dict[str, FloatArray] = {}
+    errors = {}
     for method in METHODS:
-        if method.key != method.estimator.name:
-            continue  # the same estimator with other parameters
-        say(f"C against the integer interpreter: {method.key}")
-        mismatches, total = count_mismatches(method, log)
-        out.append(
-            Target(
-                name=f"{method.key}: updates in which C and the integer interpreter differ",
-                source="bit for bit",
-                value=mismatches if total else np.nan,
-                high=0,
-                note=f"{total:,} updates compared.",
-            )
-        )
+        floating, fixed = run_method(method, logs)
+        errors[method.key] = error = score(fixed[0], logs)
+        figures |= spread(method.key, error)
+        saturated = floating[1] + fixed[1]
+        figures[f"{method.key}_saturated_sum"] = np.array([saturated / len(logs)] * len(logs))
+        apart = wrapped_deg(error - score(floating[0], logs)).std(axis=0)
+        for k, axis in enumerate(paper.AXES):
+            figures[f"{method.key}_fixed_{axis}_max"] = apart[:, k]
+    for key in _KALMAN:
+        figures |= spread(f"less_{key}", errors["ma2014_cf"] - errors[key])
+    return Runs(figures)
+
+
+def spread(name: str, error: FloatArray) -> dict[str, FloatArray]:
+    """Errors (steps, runs, 3): standard deviation, largest, the same without the run's mean."""
+    figures = {}
+    for k, axis in enumerate(paper.AXES):
+        e = error[..., k]
+        figures[f"{name}_sd_{axis}_rms"] = e.std(axis=0)
+        figures[f"{name}_most_{axis}_median"] = np.abs(e).max(axis=0)
+        figures[f"{name}_moving_{axis}_median"] = np.abs(e - e.mean(axis=0)).max(axis=0)
+    return figures
+
+
+def _heading_test(seeds: range) -> Runs:
+    """Section 1.3: spectra of the heading error [deg], in whole periods."""
+    logs = [make_log(E1, "C", seed) for seed in seeds]
+    figures = {}
+    for method in METHODS:
+        if not method.key.endswith("_as_printed"):
+            ((angles, _),) = run_method(method, logs, ("c",))
+            error = score(angles, logs)[: round(E1.seconds * LOOP_HZ), :, 2]
+            slow = slow_share(error, LOOP_HZ)
+            figures[f"{method.key}_share_heading_median"] = slow
+            figures[f"{method.key}_slow_heading_median"] = error.std(axis=0) * np.sqrt(slow)
+            figures[f"{method.key}_line_heading_median"] = line_amplitude(error, LOOP_HZ)
+    return Runs(figures)
+
+
+def _spectrum(x: FloatArray, rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and one-sided amplitudes along the first axis, without the mean.
+
+    A sine of amplitude A that fits whole periods into the record stands as one line of height A.
+    """
+    n = len(x)
+    lines = np.fft.rfft(x - x.mean(axis=0), axis=0)[: (n + 1) // 2]
+    return np.arange(len(lines)) * rate_hz / n, 2.0 * np.abs(lines) / n
+
+
+def slow_share(x: FloatArray, rate_hz: float) -> FloatArray:
+    """Share of the energy of a signal (n, ...) below 0.02 Hz, 0 to 1."""
+    frequency, amplitude = _spectrum(x, rate_hz)
+    energy = np.square(amplitude)
+    return np.asarray(energy[frequency < _SLOW_HZ].sum(axis=0) / energy.sum(axis=0))
+
+
+def line_amplitude(x: FloatArray, rate_hz: float) -> FloatArray:
+    """Amplitude of a signal's line at 1/6 Hz."""
+    frequency, amplitude = _spectrum(x, rate_hz)
+    return np.asarray(amplitude[int(np.argmin(np.abs(frequency - _LINE_HZ)))])
+
+
+def _noise_free() -> dict[str, float]:
+    """Eq. (3) as printed against the consistent set, without any noise, in fixed point."""
+    out: dict[str, float] = {}
+    for name, rate, of_sample in (
+        ("gyro_8", LOOP_HZ, 0.0),
+        ("gyro_100", 100.0, 0.0),
+        ("filter_8", LOOP_HZ, 1.0),
+        ("filter_100", 100.0, 1.0 / 100.0),  # gains per second
+    ):
+        log = noise_free_log(E2, rate)
+        ki = [k * of_sample * of_sample for k in paper.KI]
+        params = gains([k * of_sample for k in paper.KP], ki)
+        for method in METHODS:
+            if method.key in ("ma2014_cf", "ma2014_cf_as_printed"):
+                ((angles, _),) = run_method(method, [log], ("c",), params)
+                sd = score(angles, [log])[:, 0].std(axis=0)
+                out |= {
+                    f"{name}_{method.key}_{a}": float(v)
+                    for a, v in zip(paper.AXES, sd, strict=True)
+                }
     return out
 
 
-def _figures(details: Mapping[str, Any]) -> dict[str, float]:
-    """Table 3, the lines of the spectra and the times, by name."""
+def _differing(seed: int) -> dict[str, float]:
+    """Updates in which C differs from the integer interpreter, of each estimator."""
+    log = make_log(E2, "C", seed)
+    ours = [m for m in METHODS if m.key == m.estimator.name]
+    return {f"{m.key}_differing": float(count_mismatches(m, log)) for m in ours}
+
+
+def _timing() -> dict[str, float]:
+    """Cycles to the attitude and microseconds at 100 MHz, from the schedules."""
     out = {}
-    for case in JUDGED:
-        for key, row in details["table_3"]["cases"][case].items():
-            pooled = row["fixed"]["sd"]["pooled"]
-            for axis, value in zip(paper.AXES, pooled, strict=True):
-                out[f"{key}: sd, {case}, {axis}, deg"] = value
-    for key, method in details["spectra"]["methods"].items():
-        out[f"{key}: heading line at 1/6 Hz, deg"] = method["line_deg"]["median"]
-    for row in details["timing"]:
-        out[f"{row['estimator']} on {row['config']}: cycles"] = row["cycles"]
-        out[f"{row['estimator']} on {row['config']}: us"] = row["us"]
+    for key in ("ma2014_cf", "ekf_quaternion", "complementary"):
+        estimator = ESTIMATORS[key]()
+        program = estimator.compile()
+        for config in ("small", "fast"):
+            schedule = build_core(program, config, urgent=estimator.urgent).schedule
+            cycles = max(schedule.latencies[: estimator.urgent])
+            out[f"{key}_{config}_cycles"] = float(cycles)
+            out[f"{key}_{config}_us"] = cycles / paper.CLOCK_MHZ
     return out
 
 
-def _page(details: Mapping[str, Any], judged: Sequence[Target]) -> str:
-    """HTML text: the targets, Tables 2 and 3, the times, and what the paper leaves open."""
-    runs, seed = details["runs"], details["seed"]
-    methods = [
-        (row["title"], *(value for case in JUDGED for value in _pooled(details, case, key)))
-        for key, row in details["table_3"]["cases"]["C"].items()
-    ]
-    columns = ("", *(f"{axis}, {case}, deg" for case in JUDGED for axis in paper.AXES))
+def _sections(figures: dict[str, float]) -> list[Section]:
+    """Tables 2 and 3, the times, and what the paper leaves open."""
+    judged = [(case, axis) for case in ("noise", "C") for axis in paper.AXES]
     times = [
-        (f"{row['estimator']}, {row['config']}", row["cycles"], row["us"], row["paper_us"])
-        for row in details["timing"]
+        (
+            f"{key}, {config}",
+            int(figures[f"{key}_{config}_cycles"]),
+            figures[f"{key}_{config}_us"],
+            paper.TIME_US[paper.BESIDE[key]],
+        )
+        for key in ("ma2014_cf", "ekf_quaternion", "complementary")
+        for config in ("small", "fast")
     ]
-    return render(
-        "ma2014",
-        [text.format(runs=runs, seed=seed, last=seed + runs - 1) for text in _INTRO],
-        judged,
-        [
-            Section(
-                title="Table 2: bias and variances of the sensors, as printed",
-                columns=("", "x", "y", "z"),
-                rows=[
-                    (name, *(f"{v:.5g}" for v in getattr(paper.TABLE_2, key)))
-                    for key, name in _TABLE_2.items()
-                ],
-            ),
-            Section(title="Table 3: standard deviations", columns=columns, rows=methods),
-            Section(
-                title="Figure 8: time of one update at 100 MHz",
-                columns=("", "cycles", "core, us", "paper, us"),
-                rows=times,
-            ),
-            Section(
-                title="What the paper leaves open, or prints twice",
-                columns=("", "assumed here"),
-                rows=paper.OPEN,
-            ),
-        ],
-    )
-
-
-def _pooled(details: Mapping[str, Any], case: str, key: str) -> Any:
-    return details["table_3"]["cases"][case][key]["fixed"]["sd"]["pooled"]
+    return [
+        Section(
+            title="Table 2: bias and variances of the sensors, as printed",
+            columns=("", "x", "y", "z"),
+            rows=[
+                (name, *(f"{v:.5g}" for v in getattr(paper.TABLE_2, key)))
+                for key, name in _TABLE_2.items()
+            ],
+        ),
+        Section(
+            title="Table 3: standard deviations",
+            columns=("", *(f"{axis}, {case}, deg" for case, axis in judged)),
+            rows=[
+                (m.title, *(figures[f"{case}_{m.key}_sd_{axis}_rms"] for case, axis in judged))
+                for m in METHODS
+            ],
+        ),
+        Section(
+            title="Figure 8: time of one update at 100 MHz",
+            columns=("", "cycles", "core, us", "paper, us"),
+            rows=times,
+        ),
+        Section(
+            title="What the paper leaves open, or prints twice",
+            columns=("", "assumed here"),
+            rows=paper.OPEN,
+        ),
+    ]

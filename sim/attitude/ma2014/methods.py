@@ -22,32 +22,17 @@ from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.rotation import quaternion_to_euler, wrap_rad
-
-__all__ = [
-    "METHODS",
-    "Method",
-    "count_mismatches",
-    "gains",
-    "kalman_parameters",
-    "run_method",
-    "score",
-    "truth_deg",
-]
+from boresight.sim.rotations.rotation import quaternion_to_euler
 
 
 @dataclass(frozen=True)
 class Method:
-    """One row of Table 3: an estimator with these parameters.
-
-    ``row``: the row of Table 3 that it stands beside, if any.
-    """
+    """One row of Table 3: an estimator with these parameters."""
 
     key: str
     title: str
     estimator: Estimator
     params: Mapping[str, float]
-    row: str | None = None
 
 
 def gains(
@@ -96,35 +81,25 @@ def _kalman_of_table_4() -> dict[str, float]:
 _NO_GAIN, _FULL_GAIN = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 _GYRO, _PRINTED = gains(_NO_GAIN, _NO_GAIN), Ma2014Cf(as_printed=True)
 METHODS = (
-    Method("gyro", "gyro alone", Ma2014Cf(), _GYRO, "gyro"),
+    Method("gyro", "gyro alone", Ma2014Cf(), _GYRO),
     Method(
-        "mag_acc",
-        "magnetometer and accelerometer alone",
-        Ma2014Cf(),
-        gains(_FULL_GAIN, _NO_GAIN),
-        "mag_acc",
+        "mag_acc", "magnetometer and accelerometer alone", Ma2014Cf(), gains(_FULL_GAIN, _NO_GAIN)
     ),
     Method(
-        "ekf_quaternion",
-        "Kalman filter, noises of Table 2",
-        EkfQuaternion(),
-        kalman_parameters(),
-        "kalman",
+        "ekf_quaternion", "Kalman filter, noises of Table 2", EkfQuaternion(), kalman_parameters()
     ),
     Method(
         "ekf_table_4",
         "Kalman filter, steady gains of Table 4",
         EkfQuaternion(),
         _kalman_of_table_4(),
-        "kalman",
     ),
-    Method("ma2014_cf", "the paper's complementary filter", Ma2014Cf(), gains(), "complementary"),
+    Method("ma2014_cf", "the paper's complementary filter", Ma2014Cf(), gains()),
     Method(
         "complementary",
         "the improved complementary filter",
         Complementary(),
         gains(rate_hz=LOOP_HZ),
-        "complementary",
     ),
     Method("ma2014_cf_as_printed", "the paper's filter, eq. (3) as printed", _PRINTED, gains()),
     Method("gyro_as_printed", "gyro alone, eq. (3) as printed", _PRINTED, _GYRO),
@@ -167,20 +142,20 @@ def _angles(runs: Sequence[Run]) -> FloatArray:
     )
 
 
-def count_mismatches(method: Method, log: Record) -> tuple[int, int]:
-    """Updates in which C and the integer interpreter differ, and updates compared."""
+def count_mismatches(method: Method, log: Record) -> int:
+    """Updates in which C and the integer interpreter differ; one more if that stopped."""
     (expected,), (run,) = _runs(method, [log], ("fixed", "c"))
     assert run.words is not None and run.saturated is not None
     mismatches = (run.words != expected.words).any(axis=1) | (run.saturated != expected.saturated)
-    return int(mismatches.sum()) + bool(expected.fault), len(mismatches)
-
-
-def truth_deg(log: Record) -> FloatArray:
-    """Pitch, roll, heading [deg] of the truth (steps, 3)."""
-    return np.degrees(quaternion_to_euler(NineAxis.of(log).attitude))
+    return int(mismatches.sum()) + bool(expected.fault or not len(mismatches))
 
 
 def score(angles: FloatArray, logs: Sequence[Record]) -> FloatArray:
     """Error [deg] of the samples from t = 0 on: (steps - LEAD, runs, 3)."""
-    truth = np.stack([truth_deg(log) for log in logs], axis=1)
-    return np.degrees(wrap_rad(np.radians(angles - truth)))[LEAD:]
+    truth = [np.degrees(quaternion_to_euler(NineAxis.of(log).attitude)) for log in logs]
+    return wrapped_deg(angles - np.stack(truth, axis=1))[LEAD:]
+
+
+def wrapped_deg(x: FloatArray) -> FloatArray:
+    """Degrees into [-180, 180)."""
+    return np.asarray((x + 180.0) % 360.0 - 180.0)

@@ -1,4 +1,4 @@
-"""What Ma Long, Zhang Rui and Su Zhigang (2014) print, what they leave open, and a prototype of it.
+"""What Ma Long, Zhang Rui and Su Zhigang (2014) print, and what they leave open.
 
 "A New Data Fusion Algorithm Based on Magnetometer and MEMS Inertial Device", Computer Measurement &
 Control 22(8), 2014, 2518. Angles in degrees, in the order pitch, roll, heading.
@@ -7,46 +7,20 @@ Control 22(8), 2014, 2518. Angles in degrees, in the order pitch, roll, heading.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, TypeAlias
-
-__all__ = [
-    "AXES",
-    "BESIDE",
-    "CLOCK_MHZ",
-    "CYCLES",
-    "FIG_6_DEG",
-    "FIG_7_DEG",
-    "FIXED_LIMIT_DEG",
-    "GAUSS_UT",
-    "KI",
-    "KP",
-    "OPEN",
-    "PRINTED_SD_DEG",
-    "PROTOTYPE",
-    "PROTOTYPE_FIG_6_DEG",
-    "RATIO",
-    "TABLE_1",
-    "TABLE_2",
-    "TABLE_3",
-    "TIME_US",
-    "Table2",
-]
+from typing import TypeAlias
 
 Vector: TypeAlias = tuple[float, float, float]
 
 AXES = ("pitch", "roll", "heading")
 
 #: Table 1: stage, amplitude [deg], period [s], periods, end attitude [deg].
-TABLE_1: tuple[dict[str, Any], ...] = tuple(
-    {"stage": stage, "amplitude_deg": 15.0, "period_s": period, "periods": 4.25, "end_deg": end}
-    for stage, period, end in (
-        ("x", 25.0, (-15.0, 0.0, 0.0)),
-        ("y", 14.0, (-15.0, 15.0, 0.0)),
-        ("z", 5.0, (-15.0, 15.0, 15.0)),
-        ("x", 25.0, (0.0, 15.0, 15.0)),
-        ("y", 14.0, (0.0, 0.0, 15.0)),
-        ("z", 5.0, (0.0, 0.0, 0.0)),
-    )
+TABLE_1 = (
+    ("x", 15.0, 25.0, 4.25, (-15.0, 0.0, 0.0)),
+    ("y", 15.0, 14.0, 4.25, (-15.0, 15.0, 0.0)),
+    ("z", 15.0, 5.0, 4.25, (-15.0, 15.0, 15.0)),
+    ("x", 15.0, 25.0, 4.25, (0.0, 15.0, 15.0)),
+    ("y", 15.0, 14.0, 4.25, (0.0, 0.0, 15.0)),
+    ("z", 15.0, 5.0, 4.25, (0.0, 0.0, 0.0)),
 )
 
 GAUSS_UT = 100.0  #: uT per gauss.
@@ -70,20 +44,9 @@ class Table2:
 
 TABLE_2 = Table2()
 
-#: Table 3: standard deviation of the difference to the reference unit [deg].
-TABLE_3 = {
-    "gyro": (0.624, 0.676, 0.566),
-    "mag_acc": (0.197, 0.218, 0.536),
-    "kalman": (0.095, 0.127, 0.246),
-    "complementary": (0.104, 0.128, 0.242),
-}
-
 #: Table 4; a unit of time is not printed.
 KP = (0.1414, 0.1414, 0.1)
 KI = (0.0000005, 0.00005, 0.0000005)
-
-FIG_6_DEG = (0.5, 0.5, 0.8)  #: largest difference of the filter to the reference unit.
-FIG_7_DEG = 0.07  #: largest difference between the two filters, all angles.
 
 CLOCK_MHZ = 100.0
 #: Figure 8 and the conclusion [us]; the abstract says 360 for the complementary filter.
@@ -97,28 +60,6 @@ BESIDE = {
     "ekf_bias": "kalman",
     "mekf": "kalman",
 }
-
-#: What a float prototype of the specification measured for Table 3; one draw of the errors each.
-PROTOTYPE = {
-    "C": {
-        "gyro": (0.70, 0.70, 0.43),
-        "mag_acc": (0.192, 0.222, 0.547),
-        "ekf_quaternion": (0.102, 0.107, 0.278),
-        "ma2014_cf": (0.092, 0.097, 0.286),
-    },
-    "noise": {
-        "gyro": (0.60, 0.64, 0.33),
-        "mag_acc": (0.192, 0.222, 0.479),
-        "ekf_quaternion": (0.072, 0.083, 0.079),
-        "ma2014_cf": (0.070, 0.079, 0.112),
-    },
-}
-PROTOTYPE_FIG_6_DEG = (0.28, 0.32, 0.47)
-#: Its sd with eq. (3) as printed, without noise: gyro alone (False) and filtered (True).
-PRINTED_SD_DEG = {False: (0.23, 0.22, 1.96), True: (0.18, 0.17, 1.72)}
-#: Ratios to Table 3 that the specification takes as met, and its limit of fixed against float.
-RATIO = (0.76, 1.18)
-FIXED_LIMIT_DEG = 0.005
 
 #: What the paper does not print or prints twice, and what is taken here.
 OPEN = (

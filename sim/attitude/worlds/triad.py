@@ -2,7 +2,7 @@
 
 ::
 
-    v       true vector in body axes, at the time of the sample less the latency
+    v       true vector in body axes
     raw   = M v + bias + noise             M: scale, misalignment, soft iron; bias: hard iron too
     word  = round(raw / lsb)               clamped to the full scale
     value = lsb word
@@ -17,10 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError
 from boresight.sim.rotations.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
-
-__all__ = ["Triad", "misalignment", "soft_iron"]
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
@@ -39,8 +36,6 @@ class Triad:
 
     Parameters
     ----------
-    rate_hz : float, > 0
-        How often the device has a new word.
     lsb : float, 0 or more
         Value of one count; 0: not quantised.
     full_scale : float, > 0
@@ -51,62 +46,25 @@ class Triad:
         Constant offset; of a magnetometer: hard iron.
     matrix : 3 x 3 floats
         From the true vector to the axes: scale, misalignment, soft iron.
-    latency_s : float, 0 or more
-        Age of a reading's value at the time of its use.
     averaged : float, 1 or more
         Readings that the reader averages into one value: variance and lsb shrink by it.
-
-    Raises
-    ------
-    InputError
-        If a value is out of its range.
     """
 
-    rate_hz: float
     lsb: float
     full_scale: float
     variance: Vector = (0.0, 0.0, 0.0)
     bias: Vector = (0.0, 0.0, 0.0)
     matrix: Matrix = _IDENTITY
-    latency_s: float = 0.0
     averaged: float = 1.0
 
-    def __post_init__(self) -> None:
-        for name, low, strict in (
-            ("rate_hz", 0.0, True),
-            ("lsb", 0.0, False),
-            ("full_scale", 0.0, True),
-            ("latency_s", 0.0, False),
-            ("averaged", 1.0, False),
-        ):
-            value = getattr(self, name)
-            if not np.isfinite(value) or value < low or (strict and value == low):
-                raise InputError(
-                    f"{name} must be {'above ' if strict else ''}{low:g}"
-                    f"{'' if strict else ' or more'}, not {value!r}"
-                )
-        for name, shape in (("variance", (3,)), ("bias", (3,)), ("matrix", (3, 3))):
-            value = getattr(self, name)
-            if np.shape(value) != shape or not np.all(np.isfinite(value)):
-                raise InputError(f"{name} must be finite numbers of shape {shape}, not {value!r}")
-        if min(self.variance) < 0.0:
-            raise InputError(f"variance must be 0 or more, not {self.variance!r}")
-
     def with_errors(
-        self,
-        *,
-        matrix: FloatArray | None = None,
-        bias: Sequence[float] | None = None,
-        latency_s: float | None = None,
-        averaged: float | None = None,
+        self, *, matrix: FloatArray | None = None, bias: Sequence[float] | None = None
     ) -> Triad:
         """The same sensor with other errors; None leaves one as it is."""
         return dataclasses.replace(
             self,
             matrix=self.matrix if matrix is None else _rows(np.asarray(matrix, dtype=np.float64)),
             bias=self.bias if bias is None else (float(bias[0]), float(bias[1]), float(bias[2])),
-            latency_s=self.latency_s if latency_s is None else latency_s,
-            averaged=self.averaged if averaged is None else averaged,
         )
 
     def read(
@@ -120,7 +78,7 @@ class Triad:
         noise = rng.standard_normal((len(t), 3)) * np.sqrt(
             np.asarray(self.variance) / self.averaged
         )
-        raw = truth(t - self.latency_s) @ np.asarray(self.matrix).T + np.asarray(self.bias) + noise
+        raw = truth(t) @ np.asarray(self.matrix).T + np.asarray(self.bias) + noise
         lsb = self.lsb / self.averaged
         value = np.rint(raw / lsb) * lsb if lsb > 0.0 else raw
         return np.asarray(np.clip(value, -self.full_scale, self.full_scale))

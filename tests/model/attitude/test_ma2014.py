@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude.ma2014 import Ma2014Cf
-from boresight.sim.attitude.ma2014.world import CASES, E2, FIELD_UT, make_log
+from boresight.sim.attitude.ma2014.world import E2, FIELD_UT, make_log
 from boresight.sim.records.feed import feed
 from tests.support.exact_sensors import ACC, GYR, MAG, at_rest, run_fixed, run_float
 
@@ -58,7 +58,7 @@ def textbook(x: Any) -> Any:
 
 
 def test_it_is_the_equations_of_the_paper() -> None:
-    x = feed(Ma2014Cf(), make_log(E2, CASES["C"], 3)).inputs
+    x = feed(Ma2014Cf(), make_log(E2, "C", 3)).inputs
     got = angles(run_float(Ma2014Cf(), x[:, :, None]))[:, 0]
     assert np.abs(wrapped(got - textbook(x))).max() < 1e-12
 

@@ -14,15 +14,7 @@ from boresight.sim.attitude.ma2014.methods import (
     score,
 )
 from boresight.sim.attitude.ma2014.paper import TABLE_2
-from boresight.sim.attitude.ma2014.world import (
-    CASES,
-    E1,
-    E2,
-    LEAD,
-    LOOP_HZ,
-    make_log,
-    noise_free_log,
-)
+from boresight.sim.attitude.ma2014.world import E1, E2, LEAD, LOOP_HZ, make_log, noise_free_log
 from boresight.sim.records.nine_axis import NineAxis
 
 # --------------------------------------------------------------------------------------------------
@@ -46,7 +38,7 @@ def test_table_2_reaches_the_kalman_filter():
 
 
 def test_gyro_alone_is_the_random_walk_of_table_2():
-    logs = [make_log(E1, CASES["noise"], seed) for seed in range(60)]
+    logs = [make_log(E1, "noise", seed) for seed in range(60)]
     error = score(run_method(METHODS["gyro"], logs, ("float",))[0][0], logs)
     pooled = np.sqrt(error.var(axis=0).mean(axis=0))
     walk = np.degrees(np.sqrt(TABLE_2.gyro)) * np.sqrt(540.0 / LOOP_HZ / 6.0)
@@ -56,7 +48,7 @@ def test_gyro_alone_is_the_random_walk_of_table_2():
 
 
 def test_mag_acc_alone_has_the_noise_of_the_accelerometer():
-    logs = [make_log(E2, CASES["noise"], seed) for seed in range(3)]
+    logs = [make_log(E2, "noise", seed) for seed in range(3)]
     error = score(run_method(METHODS["mag_acc"], logs)[0][0], logs)
     np.testing.assert_allclose(error.std(axis=0).mean(axis=0)[:2], (0.1955, 0.2211), rtol=0.05)
 
@@ -73,7 +65,7 @@ def test_as_printed_fails_where_the_consistent_set_passes():
 def test_figure_7_holds_against_a_kalman_filter_of_the_same_gains():
     """The paper's filters differ by 0.07 deg at most; those of other gains do not."""
     for case in ("noise", "C"):
-        logs = [make_log(E2, CASES[case], seed) for seed in range(1, 11)]
+        logs = [make_log(E2, case, seed) for seed in range(1, 11)]
         angles = {
             key: run_method(METHODS[key], logs, ("c",))[0][0][LEAD:]
             for key in ("ma2014_cf", "ekf_table_4", "ekf_quaternion", "complementary")
@@ -90,7 +82,7 @@ def test_figure_7_holds_against_a_kalman_filter_of_the_same_gains():
 
 @pytest.mark.parametrize("key", ["complementary", "ma2014_cf", "mag_acc"])
 def test_fixed_point_follows_float(key):
-    logs = [make_log(E2, CASES["C"], seed) for seed in (1, 2)]
+    logs = [make_log(E2, "C", seed) for seed in (1, 2)]
     (real, none), (angles, saturated) = run_method(METHODS[key], logs)
     assert saturated == none == 0
     difference = angles - real
@@ -101,8 +93,8 @@ def test_fixed_point_follows_float(key):
 
 
 def test_a_c_model_that_differs_is_counted(monkeypatch):
-    log = make_log(E2, CASES["C"], 1)
-    assert count_mismatches(METHODS["complementary"], log) == (0, len(log))
+    log = make_log(E2, "C", 1)
+    assert count_mismatches(METHODS["complementary"], log) == 0
 
     def wrong(*arguments, levels, inner=methods.run_forms, **options):
         result = inner(*arguments, levels=levels, **options)
@@ -110,14 +102,14 @@ def test_a_c_model_that_differs_is_counted(monkeypatch):
         return result
 
     monkeypatch.setattr(methods, "run_forms", wrong)
-    assert count_mismatches(METHODS["complementary"], log) == (1, len(log))
+    assert count_mismatches(METHODS["complementary"], log) == 1
 
 
 # -- the motions of the paper, and what each case changes in the sensors --------------------------
 
 
 def noise_of(case, seed=1):
-    log = NineAxis.of(make_log(E2, CASES[case], seed))
+    log = NineAxis.of(make_log(E2, case, seed))
     true = NineAxis.of(noise_free_log(E2, LOOP_HZ))
     return {k: getattr(log, k) - getattr(true, k) for k in ("gyr", "acc", "mag")}
 
@@ -133,15 +125,7 @@ def test_noise_is_that_of_table_2():
         np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4 * x.std() / np.sqrt(len(x)))
 
 
-def test_each_case_changes_its_sensor_alone():
-    plain = noise_of("noise")
-    for case, changed in (("misalignment", {"gyr"}), ("soft_iron", {"mag"}), ("C", {"gyr", "mag"})):
-        now = noise_of(case)
-        for key, x in now.items():
-            moved = np.abs(x - plain[key]).max() > 1e-3
-            assert moved == (key in changed), (case, key)
-    late, c = noise_of("latency"), noise_of("C")
-    assert np.abs(late["acc"] - c["acc"]).max() > 0.05
-    np.testing.assert_array_equal(late["mag"], c["mag"])
-    left = noise_of("bias")["gyr"] - c["gyr"]
-    np.testing.assert_allclose(left.mean(axis=0), TABLE_2.gyro_bias, atol=1e-9)
+def test_case_c_changes_gyro_and_magnetometer_alone():
+    plain, c = noise_of("noise"), noise_of("C")
+    moved = {key for key, x in c.items() if np.abs(x - plain[key]).max() > 1e-3}
+    assert moved == {"gyr", "mag"}
