@@ -25,8 +25,6 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result
 
-__all__ = ["robustness"]
-
 
 def robustness(
     names: Sequence[str], logs: Sequence[str | Path] = (), *, cases: str = "short", jobs: int = 1
@@ -40,7 +38,7 @@ def robustness(
     logs : sequence of path
         Logs or folders of logs with a reference attitude; by default the bundled synthetic log.
     cases : str
-        "full", "short" or "glance".
+        "full" or "short".
     jobs : int
         Number of processes.
 

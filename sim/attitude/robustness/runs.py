@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.arrays import FloatArray
 from boresight.model.attitude.front.sensed import full_scale_params
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -25,38 +25,21 @@ from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.rotations.accuracy import attitude_error, largest_turn_deg
+from boresight.sim.rotations.accuracy import largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
-
-__all__ = ["LEFT_OUT_S", "SETTLED_DEG", "Suite", "counted", "figures_of", "run_log", "settled_s"]
 
 #: Seconds after the start in which no error counts, for all filters alike.
 LEFT_OUT_S = 1.0
-#: A filter has settled when its error stays below this angle [deg] for this time [s].
-SETTLED_DEG, SETTLED_FOR_S = 5.0, 10.0
-
 Levels = dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Emitted, CompiledFloat]]
 
 
 @dataclass(frozen=True)
 class Suite:
-    """The cases and filters of a run of the suite.
-
-    Attributes
-    ----------
-    cases : str
-        Name of a list of cases, as `plan.cases_of` takes it.
-    estimators, peers : sequence of str
-        Estimators, and published filters.
-    params : mapping
-        Parameter values by estimator.
-    """
+    """Name of a list of cases (`plan.cases_of`), estimators, and published filters."""
 
     cases: str
     estimators: Sequence[str]
     peers: Sequence[str] = ()
-    params: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    word: int = 32
 
 
 def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
@@ -76,7 +59,7 @@ def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
         changed = prepared(case, recorded)
         head = {"log": recorded.name, "case": case.name, "group": case.group}
         for name in suite.estimators:
-            rows += [head | row for row in _own(suite, name, case, changed, levels)]
+            rows += [head | row for row in _own(name, case, changed, levels)]
         for name in suite.peers:
             row: dict[str, Any] = {"filter": name, "level": "package"}
             try:
@@ -87,12 +70,10 @@ def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
     return rows
 
 
-def _own(
-    suite: Suite, name: str, case: Case, log: NineAxis, levels: Levels
-) -> Iterator[dict[str, Any]]:
+def _own(name: str, case: Case, log: NineAxis, levels: Levels) -> Iterator[dict[str, Any]]:
     """Yield the rows of one estimator in fixed point and in float64."""
     try:
-        estimator, (fixed, floating) = run_estimator(suite, name, log, case.full_scale, levels)
+        estimator, (fixed, floating) = run_estimator(name, log, case.full_scale, levels)
     except InputError as error:  # made for another rate, for example
         yield {"filter": name, "level": "fixed", "refused": str(error)}
         return
@@ -110,7 +91,7 @@ def _own(
 
 
 def run_estimator(
-    suite: Suite, name: str, log: NineAxis, full_scale: Sequence[str], levels: Levels
+    name: str, log: NineAxis, full_scale: Sequence[str], levels: Levels
 ) -> tuple[Estimator, list[Run]]:
     """Run an estimator, made for the log's rates, in fixed point and in float64.
 
@@ -133,7 +114,7 @@ def run_estimator(
                 found="another one",
                 fix="name another",
             )
-        build = Build(estimator, word=suite.word, params=[dict(suite.params.get(name, {}))])
+        build = Build(estimator)
         levels[name, rates] = Emitted(build), CompiledFloat(build)
     both = levels[name, rates]
     estimator = both[0].build.estimators[0]
@@ -141,36 +122,14 @@ def run_estimator(
     scales = full_scale_params(estimator.params, rate=largest.get("gyr"), force=largest.get("acc"))
     inputs = feed(estimator, record).inputs
     for level in both:
-        level.set_params({**scales, **(level.build.params[0] or {})})
+        level.set_params(scales)
     return estimator, [level.run_anew(inputs) for level in both]
 
 
-def settled_s(t: FloatArray, error: FloatArray) -> float | None:
-    """Return when an error first stays below `SETTLED_DEG`, seconds after t[0]; None: never.
-
-    Samples whose error is NaN do not count.
-    """
-    is_finite = np.isfinite(error)
-    t, above = t[is_finite], error[is_finite] >= SETTLED_DEG
-    if not len(t):
-        return None
-    # Spans that begin at the start or with a sample above the limit, and their durations.
-    starts = np.concatenate([[t[0]], t[above]])
-    durations = np.diff(np.concatenate([starts, [t[-1]]]))
-    settled = np.flatnonzero(durations >= SETTLED_FOR_S)
-    return float(starts[settled[0]] - t[0]) if len(settled) else None
-
-
-def counted(log: NineAxis) -> BoolArray:
-    """Samples (n,) that count: those of the log, without the first `LEFT_OUT_S`."""
-    return np.asarray(log.counts & (log.t >= log.t[0] + LEFT_OUT_S))
-
-
 def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
-    """Errors of attitudes (n, 4) against a log's truth [deg], and the time to settle [s]."""
-    figures: dict[str, float | None] = dict(attitude_errors(q, log.attitude, counted(log)))
-    error = attitude_error(q, log.attitude).total
-    return figures | {"settled_s": settled_s(log.t, error)}
+    """Errors of attitudes (n, 4) against a log's truth [deg], without the first `LEFT_OUT_S`."""
+    counted = np.asarray(log.counts & (log.t >= log.t[0] + LEFT_OUT_S))
+    return dict(attitude_errors(q, log.attitude, counted))
 
 
 def prepared(case: Case, log: NineAxis) -> NineAxis:

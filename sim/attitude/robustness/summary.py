@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 
 from boresight.sim.attitude.robustness.plan import Case
-from boresight.sim.attitude.robustness.runs import SETTLED_DEG
 from boresight.sim.result import Result
-
-__all__ = ["RIVAL", "summary"]
 
 #: The published filter that others are compared with, where it runs.
 RIVAL = "vqf_online"
@@ -22,23 +19,21 @@ Row = Mapping[str, Any]
 
 
 def summary(cases: Sequence[Case], rows: Sequence[Row]) -> Result:
-    """Return mean errors and times to settle by group of cases and filter, and what is wrong."""
+    """Return mean errors by group of cases and filter, ratios to `RIVAL`, and what is wrong."""
     judged = {case.group: case.judged for case in cases}
     filters = list(dict.fromkeys(r["filter"] for r in rows))
-    errors, settling, worst = [], [], []
+    errors, worst = [], []
     for group, figure in judged.items():
         words = [r for r in rows if r["group"] == group and r["level"] != "float"]
         by_filter = {f: [r for r in words if r["filter"] == f] for f in filters}
         note = "" if figure == "total" else " (inclination)"
         name = {"case": group + note}
         errors.append(name | {f: _mean(r.get(figure) for r in own) for f, own in by_filter.items()})
-        settling.append(name | {f: _median(own) for f, own in by_filter.items()})
         worst += _against_rival(group, figure, by_filter)
     return Result(
-        data={"errors_deg": errors, "settled_s": settling, "against_rival": worst, "rows": rows},
+        data={"errors_deg": errors, "against_rival": worst, "rows": rows},
         tables={
             "Root mean square error without the first second, deg": errors,
-            f"Median time until the error stays below {SETTLED_DEG:g} deg, s": settling,
             f"Ratio to {RIVAL}": worst,
         },
         failures=_failures(rows, filters),
@@ -48,13 +43,6 @@ def summary(cases: Sequence[Case], rows: Sequence[Row]) -> Result:
 def _mean(values: Iterable[float | None]) -> float | None:
     numbers = [v for v in values if v is not None]
     return float(np.mean(numbers)) if numbers else None
-
-
-def _median(rows: Sequence[Row]) -> float | None:
-    """Median time to settle; a run that never settled is later than all others."""
-    times = [np.inf if r["settled_s"] is None else r["settled_s"] for r in rows if "settled_s" in r]
-    median = sorted(times)[len(times) // 2] if times else np.inf
-    return float(median) if np.isfinite(median) else None
 
 
 def _against_rival(

@@ -16,8 +16,6 @@ from boresight.sim.rotations.rotation import (
     rotation_vector_to_quaternion,
 )
 
-__all__ = ["RAMP_S", "fast_turn"]
-
 RAMP_S = 0.1  #: s, in which the rate of the turn rises, and in which it falls.
 
 

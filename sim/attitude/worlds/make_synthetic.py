@@ -9,8 +9,6 @@ from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Record
 
-__all__ = ["synthetic_60s"]
-
 
 def synthetic_60s() -> Record:
     """Make the bundled log: 100 Hz, modest sensor errors, a magnetometer at 10 Hz, exact truth."""

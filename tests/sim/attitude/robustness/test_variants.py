@@ -36,23 +36,23 @@ def consistent(log: NineAxis, tolerance_rad: float = 1e-6) -> bool:
 
 
 def test_a_cut_starts_in_motion() -> None:
-    cut = v.cut_in_motion()(LOG)
+    cut = v.cut_in_motion(LOG)
     assert cut.t[0] == pytest.approx(10.0, abs=0.02) and consistent(cut)
-    starts = {v.cut_in_motion(place=k)(LOG).t[0] for k in range(10)}
+    starts = {v.cut_in_motion(LOG, place=k).t[0] for k in range(10)}
     assert len(starts) == 10 and 8.0 < min(starts) < 11.0 and 16.0 < max(starts) < 21.5
 
 
 def test_a_bias_has_the_size_that_it_says() -> None:
-    off = np.degrees(v.biased(2.0**0.5)(LOG).gyr - LOG.gyr)
+    off = np.degrees(v.biased(LOG, 2.0**0.5).gyr - LOG.gyr)
     assert np.linalg.norm(off, axis=1) == pytest.approx(1.0, abs=1e-9)
-    off = np.degrees(v.warming(10.0)(LOG).gyr - LOG.gyr)
+    off = np.degrees(v.warming(LOG, 10.0).gyr - LOG.gyr)
     assert np.abs(off[0]).max() == 0.0
     assert off[1000] == pytest.approx((1.0 - np.exp(-1.0)) * np.array(v.BIAS_DEG_S), rel=1e-6)
 
 
 @pytest.mark.parametrize("rate_hz", [40.0, 250.0])
 def test_another_rate_keeps_integral_and_truth(rate_hz: float) -> None:
-    other = v.resampled(rate_hz)(LOG)
+    other = v.resampled(LOG, rate_hz)
     assert other.q is not None and LOG.q is not None
     assert np.diff(other.t) == pytest.approx(1.0 / rate_hz)
     whole = [(x.gyr * x.dt[:, None]).sum(axis=0) for x in (LOG, other)]
@@ -64,8 +64,8 @@ def test_another_rate_keeps_integral_and_truth(rate_hz: float) -> None:
 
 
 def test_the_field_is_scaled_and_put_off() -> None:
-    assert v.scaled_field(1.1)(LOG).mag == pytest.approx(1.1 * LOG.mag)
-    off = v.hard_iron(0.1)(LOG).mag - LOG.mag
+    assert v.scaled_field(LOG, 1.1).mag == pytest.approx(1.1 * LOG.mag)
+    off = v.hard_iron(LOG, 0.1).mag - LOG.mag
     size = 0.1 * np.median(np.linalg.norm(LOG.mag, axis=1))
     assert np.ptp(off, axis=0) == pytest.approx(0.0, abs=1e-9)
     assert np.linalg.norm(off[0]) == pytest.approx(size)
@@ -76,23 +76,23 @@ def test_a_mounting_turns_the_truth_too() -> None:
     assert len({m.tobytes() for m in turns}) == 24
     assert np.linalg.det(turns) == pytest.approx(1.0)
     for which in (0, 5, 17):
-        other = v.mounted(which)(LOG)
+        other = v.mounted(LOG, which)
         assert other.q is not None and LOG.q is not None and consistent(other)
         assert rotate(other.q, other.mag) == pytest.approx(rotate(LOG.q, LOG.mag), abs=1e-9)
-    assert np.abs((v.mounted(0)(LOG).q * LOG.q).sum(axis=1)) == pytest.approx(1.0)
+    assert np.abs((v.mounted(LOG, 0).q * LOG.q).sum(axis=1)) == pytest.approx(1.0)
 
 
 def test_the_magnetometer_comes_rarely_or_not() -> None:
-    new = v.magnetometer_at(10.0)(LOG).mag_new
+    new = v.magnetometer_at(LOG, 10.0).mag_new
     assert new[0] and np.diff(np.flatnonzero(new)) == pytest.approx(10)
-    dark = ~v.without_field(5.0)(LOG).mag_new
+    dark = ~v.without_field(LOG, 5.0).mag_new
     assert dark.sum() == pytest.approx(500, abs=1) and dark[1500:1990].all()
-    assert not v.without_field()(LOG).mag_new.any()
+    assert not v.without_field(LOG).mag_new.any()
 
 
 @pytest.mark.parametrize("sensor, least", [("gyr", 0.0), ("acc", GRAVITY)])
 def test_a_full_scale_is_a_share_of_the_largest(sensor: str, least: float) -> None:
-    values, result = (getattr(log, sensor) for log in (LOUD, v.clipped_to_share(sensor, 0.6)(LOUD)))
+    values, result = (getattr(log, sensor) for log in (LOUD, v.clipped_to_share(LOUD, sensor, 0.6)))
     largest = np.abs(values).max()
     assert largest > least + 0.5
     assert np.abs(result).max() == pytest.approx(least + 0.6 * (largest - least))
@@ -101,7 +101,7 @@ def test_a_full_scale_is_a_share_of_the_largest(sensor: str, least: float) -> No
 
 
 def test_fast_turns_are_faster_than_the_gyro_measures() -> None:
-    fast = v.fast_turns(count=4)(LOG)
+    fast = v.fast_turns(LOG, count=4)
     most = np.abs(LOG.gyr).max()
     assert np.abs(fast.gyr).max() == most
     assert fast.q is not None
@@ -116,7 +116,7 @@ def test_fast_turns_are_faster_than_the_gyro_measures() -> None:
 
 
 def test_sensors_as_they_come() -> None:
-    raw = v.uncalibrated()(LOG)
+    raw = v.uncalibrated(LOG)
     assert raw.q is LOG.q
     for name, share, bias in (("gyr", 0.01, 0.0), ("acc", 0.01, 0.1), ("mag", 0.05, 0.0)):
         true, result = getattr(LOG, name), getattr(raw, name)
@@ -129,7 +129,7 @@ def test_sensors_as_they_come() -> None:
 
 
 def test_gaps_leave_the_time_right() -> None:
-    left = v.gaps(share=0.1)(LOG)
+    left = v.gaps(LOG, share=0.1)
     assert 0.85 < len(left) / len(LOG) < 0.95
     assert np.diff(left.t) == pytest.approx(left.dt[1:])
     assert np.isin(left.t, LOG.t).all() and left.dt.max() > 0.1
@@ -138,5 +138,5 @@ def test_gaps_leave_the_time_right() -> None:
 def test_noise_is_three_times_as_large() -> None:
     log = made(noise=0.02)
     for name in ("gyr", "acc", "mag"):
-        noise = getattr(v.noisier(3.0)(log), name) - getattr(LOG, name)
+        noise = getattr(v.noisier(log, 3.0), name) - getattr(LOG, name)
         assert noise.std() == pytest.approx(0.06, rel=0.25)
