@@ -51,10 +51,9 @@ class ImageError(ToolFailed):
 
 @dataclass(frozen=True)
 class Image:
-    """Firmware as words of memory, from address 0, and the bytes of memory it was linked for."""
+    """Firmware as words of memory, from address 0."""
 
     words: tuple[int, ...]
-    ram: int
 
     @property
     def hex(self) -> str:
@@ -96,9 +95,7 @@ def find_cross_compiler() -> str:
     return path
 
 
-def build_image(
-    files: Mapping[str, str], *, sources: Sequence[str], ram: int, optimise: str = "-Os"
-) -> Image:
+def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> Image:
     """Compile and link an image.
 
     Parameters
@@ -109,8 +106,6 @@ def build_image(
         The C files among them.
     ram : int
         Bytes of memory.
-    optimise : str
-        Level of optimisation.
 
     Raises
     ------
@@ -125,13 +120,13 @@ def build_image(
         for file, text in {**{name: source(name) for name in _FIXED}, **files}.items():
             (folder / file).write_text(text, encoding="utf-8")
         size = f"-Wl,--defsym=RAM_SIZE={ram}"
-        command = [compiler, *CFLAGS, optimise, *_LINK, "-T", "link.ld", size, "start.S", *sources]
+        command = [compiler, *CFLAGS, "-Os", *_LINK, "-T", "link.ld", size, "start.S", *sources]
         _run([*command, "-lm", "-o", "image.elf"], folder)
         _run([f"{compiler.removesuffix('gcc')}objcopy", "-O", "binary", "image.elf", "bin"], folder)
         data = (folder / "bin").read_bytes()
     data += bytes(-len(data) % 4)
     words = (int.from_bytes(data[k : k + 4], "little") for k in range(0, len(data), 4))
-    return Image(tuple(words), ram)
+    return Image(tuple(words))
 
 
 def _run(command: Sequence[str], folder: Path) -> None:

@@ -10,8 +10,6 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.block_ram import attributes
 
-__all__ = ["EventCounters"]
-
 #: Cycles of each counter's turn.
 _SLOT = 4
 
@@ -53,9 +51,6 @@ class EventCounters(wiring.Component):
     """
 
     def __init__(self, *, count: int, bits: int = 32, read_cycles: int = 1) -> None:
-        for name, value, limit in (("count", count, 256), ("bits", bits, 35)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= limit:
-                raise ValueError(f"{name} must be an integer from 1 to {limit}, not {value!r}")
         self.count = count
         self.bits = bits
         self.read_cycles = read_cycles

@@ -8,8 +8,6 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["INDEX_BITS", "ResultPort", "Results"]
-
 #: Bits of the index of a word within an update.
 INDEX_BITS = 6
 
@@ -62,8 +60,6 @@ class Results(wiring.Component):
     """
 
     def __init__(self, *, word: int, readers: int = 2, read_cycles: int = 1) -> None:
-        if not isinstance(readers, int) or not 1 <= readers <= 3:
-            raise ValueError(f"readers must be 1 to 3, not {readers!r}")
         self.word = word
         self.readers = readers
         self.read_cycles = read_cycles

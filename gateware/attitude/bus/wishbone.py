@@ -10,8 +10,6 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.bus.signature import BusSignature
 
-__all__ = ["WishboneSlave", "WishboneSignature"]
-
 
 class WishboneSignature(wiring.Signature):
     """Wishbone B4, classic cycles, as its master sees it; port size and granularity 32 bits.

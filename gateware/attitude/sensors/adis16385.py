@@ -35,8 +35,6 @@ from boresight.gateware.attitude.sensors.adis16385_device import (
 )
 from boresight.gateware.attitude.sensors.spi import SpiController, cycles_for
 
-__all__ = ["Adis16385"]
-
 #: Cycles from an edge at a pin until it is seen.
 _SYNCHRONISER = 2
 #: Cycles from a frame's reply to the sample.

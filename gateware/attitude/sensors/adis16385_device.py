@@ -160,16 +160,6 @@ class Timing:
     period_s: float = 1 / 1024
     timeout_periods: float = 4.0
 
-    def __post_init__(self) -> None:
-        for name, value, minimum in (
-            ("sclk_hz", self.sclk_hz, 0.0),
-            ("timeout_periods", self.timeout_periods, 1.0),
-        ):
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not number or not value >= minimum or not value > 0:
-                wanted = "1 or more" if minimum else "a positive number"
-                raise ValueError(f"{name} must be {wanted}, not {value!r}")
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -199,13 +189,6 @@ class Settings:
     accel_limit: int = 20_000
     alarm_mask: int = 0xFF7F
     invalid_mask: int = COMM_FAILURE
-
-    def __post_init__(self) -> None:
-        limits = {"gyro_limit": (1, 0x7FFF), "accel_limit": (1, 0x7FFF), "bad_limit": (1, 16)}
-        for name, value in vars(self).items():
-            low, high = limits.get(name, (0, 0xFFFF))
-            if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-                raise ValueError(f"{name} must be an integer from {low} to {high}, not {value!r}")
 
 
 #: Flag: meaning. In the order of their bits.

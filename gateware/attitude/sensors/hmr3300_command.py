@@ -10,8 +10,6 @@ from amaranth.hdl import Const, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["TRIES", "Commander", "Stage"]
-
 #: Attempts in a row before a pause.
 TRIES = 4
 
@@ -108,10 +106,6 @@ class Commander(wiring.Component):
     """
 
     def __init__(self, *, timeout_ticks: int, quiet_ticks: int, poll_ticks: int) -> None:
-        ticks = {"timeout": timeout_ticks, "quiet": quiet_ticks, "poll": poll_ticks}
-        for name, value in ((f"{name}_ticks", value) for name, value in ticks.items()):
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ValueError(f"{name} must be an integer from 1 on, not {value!r}")
         self.timeout_ticks = (1 << timeout_ticks.bit_length()) - 1
         self.quiet_ticks, self.poll_ticks = quiet_ticks, poll_ticks
         super().__init__(

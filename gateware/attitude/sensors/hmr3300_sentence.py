@@ -11,8 +11,6 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["SPACES_MAX", "SentenceParser", "Step"]
-
 #: Bits of a value.
 BITS = 16
 #: Largest heading, tenths of a degree; largest magnitude of a count.
@@ -113,14 +111,6 @@ class SentenceParser(wiring.Component):
     latency = 3
 
     def __init__(self, *, angle_max: int = 900) -> None:
-        if (
-            isinstance(angle_max, bool)
-            or not isinstance(angle_max, int)
-            or not 0 <= angle_max <= 9999
-        ):
-            raise ValueError(
-                f"angle_max must be tenths of a degree from 0 to 9999, not {angle_max!r}"
-            )
         self.angle_max = angle_max
         super().__init__(
             {

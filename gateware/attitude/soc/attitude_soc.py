@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.attitude.soc.system import Soc
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 
-__all__ = ["AttitudeSoc"]
-
 
 class AttitudeSoc(wiring.Component):
     """`AttitudeSystem` with its registers in the slot of a `Soc`.

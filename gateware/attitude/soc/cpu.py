@@ -12,8 +12,6 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.model.errors import ToolMissing
 
-__all__ = ["BURST", "Cpu", "ProcessorBus", "cpu_verilog"]
-
 _PACKAGE = "pythondata_cpu_vexriscv"
 
 

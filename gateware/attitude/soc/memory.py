@@ -11,8 +11,6 @@ from amaranth.lib.wiring import In
 
 from boresight.gateware.attitude.soc.cpu import BURST, ProcessorBus
 
-__all__ = ["Ram", "ram_verilog"]
-
 
 def ram_verilog() -> str:
     """Verilog text of the module ``boresight_ram``."""
@@ -20,7 +18,7 @@ def ram_verilog() -> str:
 
 
 class Ram(wiring.Component):
-    """Instructions and data.
+    """Instructions and data; first those of ``firmware.hex``, 32-bit words in hexadecimal.
 
     **Latency** 1 cycle to ``ack``; a burst gives a word in each cycle after that. Addresses beyond
     the memory wrap.
@@ -29,8 +27,6 @@ class Ram(wiring.Component):
     ----------
     words : int
         Size, a power of two.
-    image : str
-        Name of the file with the first contents, 32-bit words in hexadecimal.
 
     Members
     -------
@@ -38,8 +34,8 @@ class Ram(wiring.Component):
         Buses.
     """
 
-    def __init__(self, *, words: int, image: str = "firmware.hex") -> None:
-        self.words, self.image = words, image
+    def __init__(self, *, words: int) -> None:
+        self.words = words
         bus = ProcessorBus(addr_width=29)
         super().__init__({"ibus": In(bus), "dbus": In(bus)})
 
@@ -59,7 +55,7 @@ class Ram(wiring.Component):
             "boresight_ram",
             p_WORDS=self.words,
             p_WIDTH=width,
-            p_IMAGE=self.image,
+            p_IMAGE="firmware.hex",
             i_clk=ClockSignal(),
             i_a_addr=address["i"],
             o_a_data=answer["i"],

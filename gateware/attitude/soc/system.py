@@ -13,8 +13,6 @@ from boresight.gateware.attitude.soc.cpu import Cpu, cpu_verilog
 from boresight.gateware.attitude.soc.memory import Ram, ram_verilog
 from boresight.gateware.verilog import to_verilog
 
-__all__ = ["Soc", "soc_verilog"]
-
 #: Byte address of the slot; ``firmware/attitude/soc.h`` has the same map.
 _SLOT_BASE, _SLOT_BITS = 0x8000_4000, 12
 
@@ -36,8 +34,6 @@ class Soc(wiring.Component):
     ----------
     words : int
         Words of memory.
-    image : str
-        File with the firmware, 32-bit words in hexadecimal, which the simulator reads.
 
     Members
     -------
@@ -49,8 +45,8 @@ class Soc(wiring.Component):
         A word that the program gives out.
     """
 
-    def __init__(self, *, words: int, image: str = "firmware.hex") -> None:
-        self.ram = Ram(words=words, image=image)
+    def __init__(self, *, words: int) -> None:
+        self.ram = Ram(words=words)
         super().__init__(
             {
                 "slot": Out(WishboneSignature(address=_SLOT_BITS)),

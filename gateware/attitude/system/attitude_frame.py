@@ -137,14 +137,7 @@ def values_of(words: Sequence[int], outputs: Mapping[str, int]) -> Values:
     ----------
     outputs : mapping
         Fraction bits by name, in the order of the words.
-
-    Raises
-    ------
-    ValueError
-        There are not as many words.
     """
-    if len(words) != 2 + len(outputs):
-        raise ValueError(f"words must be {2 + len(outputs)}, not {len(words)}")
     header, stamp, *output_words = words
     parts = zip(outputs.items(), output_words, strict=True)
     return Values(
@@ -164,14 +157,7 @@ def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = F
         Words of the frame.
     formats : mapping
         As `FORMATS`. Of a filter that is not there, quaternion and status are None.
-
-    Raises
-    ------
-    ValueError
-        There are not ten words.
     """
-    if len(words) != len(WORDS):
-        raise ValueError(f"words must be {len(WORDS)}, not {len(words)}")
     named = dict(zip(WORDS, words, strict=True))
     flags = _flags(named["header"])
     quaternion, status = None, None

@@ -14,8 +14,6 @@ from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind
 
-__all__ = ["AttitudeOutput"]
-
 
 class _State(IntEnum):
     """States of a byte: address of the result, byte of the result, transmission."""

@@ -15,8 +15,7 @@ from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.csr import packed
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS, TEST_BITS
-from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
+from boresight.gateware.attitude.sensors.adis16385_device import TEST_BITS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.bridge import Bridge
@@ -34,8 +33,6 @@ from boresight.gateware.bus.core_registers import layout_of
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description, describe
 from boresight.model.errors import InputError
-
-__all__ = ["AttitudeSystem", "system_design"]
 
 #: Bit of the time at which the LED may change: about three times a second at 100 MHz.
 _BLINK_BIT = 25
@@ -130,8 +127,6 @@ class AttitudeSystem(wiring.Component):
             filters=self.plan.names[: self.plan.filters],
             clock_hz=clock_hz,
             build=self.build,
-            inertial_flags=FLAG_MEANINGS,
-            compass_flags=COMPASS_FLAGS,
             feed=bool(self.plan.feed.registers),
         )
         ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}

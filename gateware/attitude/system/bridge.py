@@ -16,8 +16,6 @@ from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.signature import BusSignature
 
-__all__ = ["Bridge"]
-
 
 class Bridge(wiring.Component):
     r"""READ and WRITE frames to the register bus; replies and pushed bodies to the host.

@@ -26,8 +26,6 @@ from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine
 
-__all__ = ["Conductor"]
-
 
 class Conductor(wiring.Component):
     """The core with its update controller: calibration, filter, results, field.
@@ -62,8 +60,6 @@ class Conductor(wiring.Component):
     ----------
     core : Core
         Core of `gateware.attitude.system.programs.system_core`.
-    readers : int
-        Readers of the results.
 
     Members
     -------
@@ -120,10 +116,9 @@ class Conductor(wiring.Component):
         "watchdog",
     )
 
-    def __init__(self, *, core: Core, readers: int = 2) -> None:
+    def __init__(self, *, core: Core) -> None:
         self.core = core
         self.plan = plan = plan_of(core)
-        self.readers = readers
         #: Cycles to read a result.
         self.read_cycles = 2 if core.machine.has("memory") else 1
         word = plan.word
@@ -154,7 +149,7 @@ class Conductor(wiring.Component):
                 "number": Out(16),
                 "from_initial": Out(1),
                 "last_output": Out(4),
-                "ports": In(ResultPort(word=word)).array(readers),
+                "ports": In(ResultPort(word=word)).array(2),
                 "events": Out(len(self.EVENTS)),
                 "bus": In(BusSignature(word=word)),
                 **(feed if plan.feed.registers else {}),
@@ -433,9 +428,7 @@ class Conductor(wiring.Component):
     def _outputs(self, m: Module, s: Step, words: Words, payload: Any, saturated: Value) -> None:
         """Words to the core and to the results."""
         plan = self.plan
-        m.submodules.results = results = Results(
-            word=plan.word, readers=self.readers, read_cycles=self.read_cycles
-        )
+        m.submodules.results = results = Results(word=plan.word, read_cycles=self.read_cycles)
         for mine, theirs in zip(self.ports, results.ports, strict=True):
             wiring.connect(m, wiring.flipped(mine), theirs)
         words.remember(m)

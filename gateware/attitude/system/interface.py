@@ -16,7 +16,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from boresight.gateware.attitude.sensors.adis16385_device import TEST_BITS
+from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS, TEST_BITS
+from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.attitude.system.plan import FRONT_NAMES, reset_word
 from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.gateware.core import Core
@@ -113,13 +114,7 @@ def _declared() -> tuple[Register, ...]:
 
 
 def system_registers(
-    *,
-    filters: Sequence[str],
-    clock_hz: float,
-    build: int,
-    inertial_flags: Mapping[str, str],
-    compass_flags: Mapping[str, str],
-    feed: bool = False,
+    *, filters: Sequence[str], clock_hz: float, build: int, feed: bool = False
 ) -> tuple[Register, ...]:
     """Identification, state and settings of a system.
 
@@ -131,14 +126,10 @@ def system_registers(
         Clock, Hz.
     build : int
         Digest of programs and configuration; its low 64 bits are shown.
-    inertial_flags, compass_flags : mapping
-        Name and meaning of the readers' level flags, bit 0 first.
     feed : bool
         Whether there are input registers.
     """
-    if not 1 <= len(filters) <= 8:
-        raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
-    inertial, compass = _flags(inertial_flags), _flags(compass_flags)
+    inertial, compass = _flags(FLAG_MEANINGS), _flags(COMPASS_FLAGS)
     orders = (*ORDERS, TAKE_FEED) if feed else ORDERS
     details: dict[str, dict[str, Any]] = {
         "identification": {"reset": IDENTIFICATION},
@@ -231,15 +222,15 @@ def feed_registers(values: Mapping[str, Value], *, word: int) -> tuple[Register,
     )
 
 
-def counter_registers(events: Sequence[str], *, bits: int = 32) -> tuple[Register, ...]:
+def counter_registers(events: Sequence[str]) -> tuple[Register, ...]:
     """A counter for each event, in the order of their bits."""
     return tuple(
         Register(
             f"count_{name}",
             COUNTERS + k,
             _READ,
-            f"events {name} since power-up or clear_counters, modulo 2^{bits}",
-            width=bits,
+            f"events {name} since power-up or clear_counters, modulo 2^32",
+            width=32,
         )
         for k, name in enumerate(events)
     )
@@ -251,7 +242,6 @@ def system_map(
     registers: Sequence[Register],
     events: Sequence[str],
     feed: Mapping[str, Value] | None = None,
-    counter_bits: int = 32,
 ) -> Description:
     """The description of a system: its core's, with all registers on the bus.
 
@@ -265,8 +255,6 @@ def system_map(
         Names of the counted events, bit 0 first; ``bad_address`` is added after them.
     feed : mapping, optional
         Inputs read from registers (`gateware.attitude.system.plan.Feed`).
-    counter_bits : int
-        Bits of a counter.
     """
     description = describe(core)
     core_registers = tuple(
@@ -282,7 +270,7 @@ def system_map(
             *core_registers,
             *registers,
             *result_registers(description.programs[: -len(FRONT_NAMES)], word=description.word),
-            *counter_registers((*events, "bad_address"), bits=counter_bits),
+            *counter_registers((*events, "bad_address")),
             *feed_registers(feed or {}, word=description.word),
         ),
     )

@@ -76,7 +76,7 @@ def feed_of(programs: Sequence[Program]) -> Feed:
     Raises
     ------
     ValueError
-        Too many constants or registers, or a register of two formats.
+        Too many constants.
     """
     builder = _FeedBuilder()
     records = tuple(
@@ -126,11 +126,7 @@ class _FeedBuilder:
 
     def _register(self, value: Value) -> int:
         """Number of an input's register."""
-        register = self.registers.setdefault(value.name, value)
-        if register.frac != value.frac:
-            raise ValueError(f"register {value.name} must have one format, not two")
-        if len(self.registers) > MOST_REGISTERS:
-            raise ValueError(f"registers must be {MOST_REGISTERS} or fewer")
+        self.registers.setdefault(value.name, value)
         return list(self.registers).index(value.name)
 
 
@@ -143,13 +139,8 @@ def reset_word(value: Value) -> int:
 #: The programs before the estimators, in the order of their numbers, which follow theirs.
 FRONT_NAMES = ("calibrate_inertial", "calibrate_field", "compass_field")
 _INERTIAL = tuple(f"{s}{a}" for s in "ga" for a in "xyz")
-_FIELD = ("mx", "my", "mz")
 #: Raw words of an inertial sample.
 RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
-#: Inputs and outputs of the programs before the estimators; None: any inputs.
-_FRONT = ((RAW, (*_INERTIAL, "dt")), (tuple(f"{n}_counts" for n in _FIELD), _FIELD), (None, _FIELD))
-#: Maximum words of a record, and maximum number of estimators.
-_MOST_WORDS, _MOST_ESTIMATORS = 16, 8
 #: Widths of the words of a complete system, bits.
 SYSTEM_WORDS = range(26, 33)
 
@@ -187,17 +178,6 @@ class Plan:
     count_bits: int
     early: bool = False
 
-    def __post_init__(self) -> None:
-        records = (*map(len, self.feed.records), *self.outputs)
-        if not 1 <= self.filters <= _MOST_ESTIMATORS or self.word not in SYSTEM_WORDS:
-            raise ValueError(
-                f"plan must have 1 to {_MOST_ESTIMATORS} estimators and words of "
-                f"{SYSTEM_WORDS[0]} to {SYSTEM_WORDS[-1]} bits, "
-                f"not {self.filters} and {self.word}"
-            )
-        if not all(1 <= words <= _MOST_WORDS for words in records):
-            raise ValueError(f"records must have 1 to {_MOST_WORDS} words, not {records}")
-
     @property
     def inertial(self) -> int:
         """Number of `calibrate_inertial`."""
@@ -215,65 +195,19 @@ class Plan:
 
 
 def plan_of(core: Core) -> Plan:
-    """The plan of a system's core: estimators first, then `FRONT_NAMES`.
-
-    Raises
-    ------
-    ValueError
-        The programs have another order or other records, or the front programs' outputs do not
-        have the binary points of every estimator's inputs.
-    """
+    """The plan of a core of `system_core`: estimators first, then `FRONT_NAMES`."""
     programs = [part.program for part in core.parts]
     schedules = [part.schedule for part in core.parts]
     filters = len(programs) - len(FRONT_NAMES)
-    names = tuple(p.name for p in programs)
-    if filters < 1 or names[filters:] != FRONT_NAMES:
-        raise ValueError(f"programs must be estimators, then {', '.join(FRONT_NAMES)}, not {names}")
-    front = programs[filters:]
-    _check_front(front)
-    for program in programs[:filters]:
-        _check_estimator(program, front)
+    inertial = programs[filters]
     early = [min(s.latencies) - 1 <= max(s.gets) for s in schedules]
-    if any(early[filters:]):
-        raise ValueError("programs before the estimators must take all before they give a word")
-    counts = {p.format(n).frac for p in front for n in p.inputs if n not in front[0].inputs[-2:]}
-    if len(counts) > 1:
-        raise ValueError(f"raw counts must have one format, not {counts}")
     return Plan(
         word=programs[0].arithmetic.word,
-        names=names,
+        names=tuple(p.name for p in programs),
         filters=filters,
         lengths=tuple(s.length for s in schedules),
         outputs=tuple(len(p.outputs) for p in programs[:filters]),
         feed=feed_of(programs[:filters]),
-        count_bits=counts.pop(),
+        count_bits=inertial.format(inertial.inputs[0]).frac,
         early=any(early),
     )
-
-
-def _check_front(front: Sequence[Program]) -> None:
-    """Check that the programs before the estimators have the update controller's records."""
-    for program, (inputs, outputs) in zip(front, _FRONT, strict=True):
-        names = tuple(program.values[n].name for n in program.inputs)
-        if program.output_names != outputs:
-            raise ValueError(
-                f"{program.name} must have the outputs {outputs}, not {program.output_names}"
-            )
-        if inputs is not None and names != inputs:
-            raise ValueError(f"{program.name} must have the inputs {inputs}, not {names}")
-
-
-def _check_estimator(program: Program, front: Sequence[Program]) -> None:
-    """Check that an estimator's inputs have the formats of the calibrations."""
-    for number in program.inputs:
-        name, form = program.values[number].name, program.format(number)
-        if name not in PLACES:
-            continue
-        for source in front:
-            if name in source.output_names:
-                expected = source.format(source.outputs[source.output_names.index(name)])
-                if expected != form:
-                    raise ValueError(
-                        f"input {name} of {program.name} must be {expected} as it comes "
-                        f"from the calibration, not {form}"
-                    )

@@ -16,8 +16,6 @@ from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Register
 
-__all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "FEED", "RESULTS", "SystemBus"]
-
 #: Bits of an address of the system's bus.
 ADDRESS_BITS = 12
 #: First addresses of the blocks; the core is at 0.
@@ -51,8 +49,6 @@ class SystemBus(wiring.Component):
         Of the block at 0x400.
     events : int
         Kinds of events from outside; ``bad_address`` is counted after them.
-    counter_bits : int
-        Bits of a counter.
     feed : int
         Input registers.
     read_cycles : 1 or 2
@@ -79,21 +75,11 @@ class SystemBus(wiring.Component):
     """
 
     def __init__(
-        self,
-        *,
-        registers: Sequence[Register],
-        events: int,
-        counter_bits: int = 32,
-        feed: int = 0,
-        read_cycles: int = 1,
+        self, *, registers: Sequence[Register], events: int, feed: int = 0, read_cycles: int = 1
     ) -> None:
         self.csr = Csr(registers, read_cycles=read_cycles)
-        if self.csr.first != CSR:
-            raise ValueError(f"registers must begin at {CSR:#x}, not {self.csr.first:#x}")
-        if not isinstance(events, int) or not 0 <= events <= 255:
-            raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
         self.read_cycles = read_cycles
-        self.counters = EventCounters(count=events + 1, bits=counter_bits, read_cycles=read_cycles)
+        self.counters = EventCounters(count=events + 1, read_cycles=read_cycles)
         self.feed = feed
         ports = {"feed_en": Out(1), "feed_index": Out(5), "feed_data": Out(32), "feed_busy": In(1)}
         super().__init__(

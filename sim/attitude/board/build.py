@@ -20,8 +20,6 @@ from boresight.model.resolve import Named
 from boresight.sim.attitude.board.setup import Setup
 from boresight.sim.attitude.devices import device_text
 
-__all__ = ["Board", "board_parameters", "board_sources", "make_board"]
-
 
 @dataclass(frozen=True)
 class Board:

@@ -6,8 +6,6 @@ from boresight.sim.attitude.formal import bus, results, spi, system_bus
 from boresight.sim.formal.__main__ import main
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS"]
-
 PROOFS: tuple[Proof, ...] = tuple(
     proof for module in (bus, results, spi, system_bus) for proof in module.PROOFS
 )

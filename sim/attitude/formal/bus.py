@@ -12,8 +12,6 @@ from boresight.sim.formal.harness import before, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "ArbiterHarness", "WishboneHarness"]
-
 
 class ArbiterHarness(InductiveHarness[BusArbiter]):
     """BusArbiter: one initiator has the bus at a time, and a transfer is finished as it began.

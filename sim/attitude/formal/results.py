@@ -9,8 +9,6 @@ from boresight.sim.formal.harness import before, fixed, reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "ResultsHarness"]
-
 
 class ResultsHarness(InductiveHarness[Results]):
     """Results: all words that a reader sees between two takes are those of one update.

@@ -9,8 +9,6 @@ from boresight.sim.formal.harness import reached, unknown
 from boresight.sim.formal.inside import InductiveHarness, Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "SpiHarness"]
-
 
 class SpiHarness(InductiveHarness[SpiController]):
     """SPI: no shorter half period, setup or stall than requested, 16 clocks in each frame.

@@ -18,8 +18,6 @@ from boresight.sim.records.files import read_record
 from boresight.sim.result import Result
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str]) -> int:
     """Print the figures; return 1 if words differ, 2 for bad usage or a missing compiler."""

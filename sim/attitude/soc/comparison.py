@@ -21,8 +21,6 @@ from boresight.sim.records.record import Record
 from boresight.sim.rotations.accuracy import largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
 
-__all__ = ["FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare"]
-
 #: Cycles of the paper's C, by the filters most similar to its own.
 PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest accepted difference between float C and the float reference, deg: the effect of single

@@ -19,8 +19,6 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.words.program import Program
 from boresight.sim.rtl.compiled import Compiled, build
 
-__all__ = ["Measured", "measure_float", "measure_integer", "printed_words"]
-
 #: Bytes of memory: more than an FPGA has, so that every filter fits.
 _RAM = 256 * 1024
 #: Cycles after which an update counts as hung.

@@ -24,8 +24,6 @@ from boresight.sim.attitude.soc.measure import printed_words
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.compiled import build
 
-__all__ = ["offload"]
-
 _RAM = 64 * 1024
 
 

@@ -12,12 +12,12 @@ from boresight.gateware.attitude.system.programs import system_estimators
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, run_chain
-from boresight.sim.attitude.board.front import quantise
 from boresight.sim.levels.level import outputs_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
+from tests.support.attitude.quantise import quantise
 
 STEPS = 600
 
