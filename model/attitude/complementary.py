@@ -27,8 +27,6 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
-__all__ = ["STATUS_BITS", "Complementary"]
-
 SEC_LIMIT = 64.0  #: largest 1/cos(theta); reached at |theta| = 89.1 deg.
 HALF_STEP_LIMIT = 0.5  #: rad, roll step of the midpoint rule.
 HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.

@@ -72,8 +72,6 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
-__all__ = ["STATUS_BITS", "EkfBias"]
-
 BIAS_UNIT = 16.0  #: s; the bias state of the covariance is bias times this.
 BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.

@@ -55,8 +55,6 @@ from boresight.model.algebra.quaternion_filter import (
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
-__all__ = ["STATUS_BITS", "EkfQuaternion"]
-
 NOISE_LIMIT = 4.0  #: largest angle noise times scale / 2.
 LEAST_TRACE = 0.25  #: 1 + trace of the error rotation below which its root is held: 151 deg.
 ALIGNED_TRACE = 3.9  #: 1 + trace of the error rotation from which on it counts as small: 18 deg.

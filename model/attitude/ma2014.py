@@ -24,8 +24,6 @@ from boresight.model.algebra.quaternion_filter import named_outputs, status_word
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
-__all__ = ["STATUS_BITS", "Ma2014Cf"]
-
 #: Bits of the output ``status``.
 STATUS_BITS = {
     0: "aligning: no attitude yet",

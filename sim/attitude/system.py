@@ -41,8 +41,6 @@ from boresight.sim.campaign import processes
 from boresight.sim.records.files import record_of
 from boresight.sim.result import Result
 
-__all__ = ["AttitudeBoard"]
-
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
 

@@ -8,8 +8,6 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.estimator import Input, Param
 
-__all__ = ["AXES", "IDENTITY", "counts", "matrix_params", "rows", "vector_params"]
-
 AXES = "xyz"
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

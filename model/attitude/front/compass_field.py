@@ -9,8 +9,6 @@ from boresight.model.attitude.front.affine import AXES, IDENTITY, counts, rows
 from boresight.model.attitude.front.field import FIELD_LIMIT
 from boresight.model.estimator import Estimator, Output, Param
 
-__all__ = ["TENTH_HT", "CompassField"]
-
 TENTH_HT = 1.0 / 1800.0  #: half turns in a tenth of a degree.
 
 

@@ -7,8 +7,6 @@ from typing import Any
 from boresight.model.attitude.front.affine import AXES, counts, matrix_params, rows, vector_params
 from boresight.model.estimator import Estimator, Output
 
-__all__ = ["FIELD_LIMIT", "CalibrateField"]
-
 FIELD_LIMIT = 256.0  #: uT, where fields are clamped.
 #: uT per count: the HMR3300's example line is of the order of 4500 counts per gauss (inferred and
 #: rough: calibrate; the heading needs ratios only).

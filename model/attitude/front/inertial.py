@@ -10,8 +10,6 @@ from boresight.model.attitude.front.affine import AXES, counts, matrix_params, r
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 
-__all__ = ["ACC_LIMIT", "DT_LIMIT", "GAP_S", "GYRO_LIMIT", "STAMP_BITS", "CalibrateInertial"]
-
 #: ADIS16385 at +-300 deg/s: 0.0125 deg/s and 0.25 mg per count (the maker's register map).
 GYRO_SCALE = math.radians(0.0125)
 ACC_SCALE = 0.25e-3 * GRAVITY

@@ -9,8 +9,6 @@ from boresight.model.attitude.front.affine import AXES
 from boresight.model.attitude.front.inertial import ACC_SCALE, DT_LIMIT, GAP_S, GYRO_SCALE
 from boresight.model.declarations import GRAVITY, Param
 
-__all__ = ["ACC_COUNTS", "GYRO_COUNTS", "SENSED", "Sensed", "board_params", "full_scale_params"]
-
 #: Full scale of the inertial sensor in counts, at any range: 300 deg/s and 5 g (the maker's).
 GYRO_COUNTS, ACC_COUNTS = 24000, 20000
 #: uT: full scale of the compass's magnetometer, 2 gauss (the maker's).

@@ -17,8 +17,6 @@ from typing import Any
 
 from boresight.model import ops
 
-__all__ = ["turned_over", "turns"]
-
 
 def turned_over(over: Any, v: Any, limit: float) -> tuple[Any, Any, Any]:
     """A vector in body axes, half a turn about x where ``over``; components within the limit."""

@@ -9,8 +9,6 @@ from boresight.model.algebra.covariance import Symmetric, symmetric
 from boresight.model.algebra.quaternion import dot
 from boresight.model.attitude.mekf.interface import BIAS_SCALE
 
-__all__ = ["element", "predicted"]
-
 TRACE_LIMIT = 1.6  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
 GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
 P0_TILT, P0_HEADING = 0.07, 0.05  #: rad^2, variances of the first attitude.

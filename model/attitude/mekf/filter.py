@@ -51,8 +51,6 @@ from boresight.model.attitude.mekf.covariance import element, predicted
 from boresight.model.attitude.mekf.interface import (
     BIAS_SCALE,
     FIELD_ONLY,
-    INPUTS,
-    OUTPUTS,
     PAIRS,
     PARAMS,
     STATES,
@@ -61,8 +59,7 @@ from boresight.model.attitude.mekf.interface import (
 )
 from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
-
-__all__ = ["STATUS_BITS", "Mekf"]
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 FORGET_BELOW_S, ANEW_BELOW_S = -0.245, -0.2  #: time steps, see `Mekf.step`.
 LONGEST_STEP_S = 0.25  #: a step below zero is that much less than the gap.

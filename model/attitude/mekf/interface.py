@@ -3,20 +3,6 @@
 from __future__ import annotations
 
 from boresight.model.estimator import Param, State
-from boresight.model.nine_axis import INPUTS, OUTPUTS
-
-__all__ = [
-    "AXES",
-    "BIAS_SCALE",
-    "FIELD_ONLY",
-    "INPUTS",
-    "OUTPUTS",
-    "PAIRS",
-    "PARAMS",
-    "STATES",
-    "STATUS_BITS",
-    "covariance_name",
-]
 
 #: The bias error is carried as b times this, so that its covariance and that of the attitude are
 #: of a size.

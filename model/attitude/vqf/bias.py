@@ -10,8 +10,6 @@ from boresight.model.algebra.low_pass import Weights, filtered
 from boresight.model.algebra.quaternion import dot
 from boresight.model.attitude.vqf.settings import CLIP_RAD_S, ROOT_3, Settings
 
-__all__ = ["bias_of", "grown", "measured"]
-
 _VERTICAL_WEIGHT = 1e-4  #: of the measurement about the vertical, over that of the others.
 _GAIN_MOST = 2.0  #: bound of sqrt(P_jj r P r^T) w over S.
 

@@ -11,8 +11,6 @@ from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import Vector, dot, turn
 from boresight.model.attitude.vqf.settings import FIELD_MOST, Settings, counted, counter_limit
 
-__all__ = ["Heading", "heading_of"]
-
 _SEEN_SQ = 0.01  #: uT^2, squared field from which on there is a sample.
 _VERTICAL = 0.48  #: half turns, dip from which on a field tells no heading: 1/16 of it is level.
 _REFERENCE_MOST = 2.0 * FIELD_MOST  #: uT, of a low-passed one

@@ -33,8 +33,6 @@ from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import OUTPUTS
 
-__all__ = ["Vqf"]
-
 _FORCE_SEEN_SQ = 4.0  #: (m/s^2)^2, squared specific force from which on it counts as a sample.
 _TURNING_SQ = 400.0 * DEGREE * DEGREE  #: (rad/s)^2, squared rate at which a new field is believed.
 _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a gap.

@@ -16,8 +16,6 @@ from boresight.model.attitude.vqf.settings import (
 from boresight.model.declarations import Input, Param, State
 from boresight.model.nine_axis import INPUTS
 
-__all__ = ["START", "STATUS_BITS", "interface_of"]
-
 BELOW_ONE = 1.0 - 2.0**-31
 START = (BELOW_ONE, 0.0, 0.0, 0.0)  #: attitude at the start; its norm is mended at once.
 

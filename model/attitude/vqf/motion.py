@@ -9,8 +9,6 @@ from boresight.model import ops
 from boresight.model.algebra.quaternion import NOT_UNIT, cross, dot
 from boresight.model.attitude.vqf.settings import FORCE_MOST
 
-__all__ = ["made_vertical", "rotated"]
-
 _UPSIDE_DOWN = 0.5  #: 1 + cosine of a turn from which on half a turn comes first.
 
 

@@ -9,8 +9,6 @@ from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import dot
 from boresight.model.attitude.vqf.settings import ACC_MOST, CLIP_RAD_S, RATE_MOST, Settings, counted
 
-__all__ = ["rest_of"]
-
 
 def rest_of(
     x: Any, u: Any, p: Any, inverse: Any, settings: Settings

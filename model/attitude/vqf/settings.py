@@ -11,19 +11,6 @@ from boresight.model import ops
 from boresight.model.algebra.low_pass import LowPass, gain_of
 from boresight.model.errors import InputError
 
-__all__ = [
-    "ACC_MOST",
-    "CLIP_RAD_S",
-    "DEGREE",
-    "FIELD_MOST",
-    "FORCE_MOST",
-    "RATE_MOST",
-    "ROOT_3",
-    "Settings",
-    "counted",
-    "counter_limit",
-]
-
 DEGREE = math.pi / 180.0
 CLIP_RAD_S = 2.0 * DEGREE  #: largest bias, and unit of the states that hold it.
 RATE_MOST = 40.0  #: rad/s, of an axis of the gyro.

@@ -31,8 +31,6 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.sim.levels.segments import interpret
 
-__all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "calibrated", "run_chain"]
-
 #: Kinds of lines of the compass.
 NO_LINE, COUNTS, HEADING = 0, 1, 2
 

@@ -22,20 +22,6 @@ from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.compiled import build
 
-__all__ = [
-    "BoardRun",
-    "Judgement",
-    "Stimulus",
-    "cycles_limit",
-    "files_and_arguments",
-    "frame_ends",
-    "frames_of",
-    "judge",
-    "run_board",
-    "stimulus",
-    "writes",
-]
-
 #: Word of TEMP_OUT, constant at 27.5 degC.
 _TEMPERATURE_CODE = 37
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-__all__ = ["FAULTY", "FASTER", "REAL", "SCALED", "Setup"]
-
 #: Factor by which `SCALED` and `FAULTY` are faster than the real board.
 FASTER = 16
 

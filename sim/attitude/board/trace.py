@@ -11,8 +11,6 @@ import numpy as np
 from boresight.model.arrays import IntArray
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = ["Line", "Trace", "read_trace"]
-
 Cycles: TypeAlias = IntArray
 
 

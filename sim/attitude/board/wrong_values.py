@@ -14,8 +14,6 @@ from boresight.sim.attitude.worlds.fast_turn import RAMP_S, fast_turn
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 
-__all__ = ["FAST_TURNS", "FULL_SCALE_G", "TURN_S", "WRONG_VALUES", "wronged"]
-
 FULL_SCALE_G = 5.0  #: of the ADIS16385's accelerometer.
 #: Rate of a fast turn in full scales of the gyro, and how long it is at full scale [s].
 BEYOND, FULL_SCALE_S = 1.1, 0.1

@@ -26,8 +26,6 @@ from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.records.record import Column
 from boresight.sim.result import Result
 
-__all__ = ["RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
-
 #: Most bits per second.
 _BAUD_MOST = 100_000_000
 #: Longest command to the compass: with its line end as many bytes as wait on the board.

@@ -10,8 +10,6 @@ import numpy as np
 from boresight.gateware.attitude.system.attitude_frame import Attitude
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
 
-__all__ = ["plot_image"]
-
 
 def plot_image(
     times: Sequence[float],

@@ -21,8 +21,6 @@ from boresight.sim.pages import page_of, section_of
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 
-__all__ = ["BOARD_FILES", "SHORT", "SOURCES", "default_log", "feed_words", "write_board"]
-
 #: Files written.
 BOARD_FILES = ("board.html", "board.json")
 #: Sources of the field: number of the source and mode of the compass.
