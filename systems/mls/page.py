@@ -57,7 +57,8 @@ _TABLE = (
 _BEAMS = (
     "Azimuth antenna (above) and elevation antenna (below), receivers at azimuths of -60, 0 and 60 "
     "deg, 3 deg high (bars), the ship turned by up to 10 deg about each axis: pulses with phases "
-    "of a level array, and with phases turned by the filter's attitude. The ship turns as "
+    "of a level array, and with phases turned by the filter's attitude, here of beams 3 deg to "
+    "each side, at 60 deg past the end of the scan. The ship turns as "
     "a whole here; displacements as in (14), of each element by itself, are beyond what any "
     "attitude can take back."
 )
@@ -136,6 +137,10 @@ def _cases(
         yield Section(title=title, columns=("case", *map(_words, some)), rows=rows)
 
 
+def _degrees(angle: float) -> str:
+    return f"{angle:.0f} deg".replace("-", MINUS)
+
+
 def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
     """Figures 3 to 5: what receivers at three azimuths get over time."""
     scan = SCANS["azimuth"]
@@ -148,7 +153,7 @@ def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
                 for at in scan.times(azimuth):
                     axes.axvline(1e3 * at, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
                 axes.plot(1e3 * time, amplitude, color=COLOUR["heading"], linewidth=0.8)
-                axes.set_title(f"{azimuth:.0f} deg, b = 0.{b}", fontsize=9)
+                axes.set_title(f"{_degrees(azimuth)}, b = 0.{b}", fontsize=9)
                 axes.set_ylim(0.0, 1.05)
         for axes in grid[1]:
             axes.set_xlabel("time, ms")
@@ -166,7 +171,7 @@ def _turn(patterns: Mapping[int, Mapping[str, Trial]]) -> str:
                 middle = sum(scan.times(0.0)) / 2.0
                 label = f"pause of {1e3 * pause:g} ms" if pause else "no pause"
                 axes.plot(1e3 * (time - middle), amplitude, color=COLOUR[name], label=label)
-            axes.set(xlabel=f"time from the turn, ms ({elements} elements)", xlim=(-1.0, 1.0))
+            axes.set(xlabel=f"time from the turn, ms ({elements} elements)", xlim=(-0.95, 0.95))
         row[0].set_ylabel("amplitude")
         legend(row[0], 2)
         return svg(figure, "turn")
@@ -205,8 +210,8 @@ def _beams(runs: Runs) -> str:
                 for (angles, amplitude), name in zip(pulses, ("grey", "heading"), strict=True):
                     label = "level array" if name == "grey" else "compensated"
                     axes.plot(angles, amplitude, color=COLOUR[name], label=label)
-                low, high = max(middle - 20.0, scan.low - 2.0), min(middle + 20.0, scan.high + 2.0)
-                label = f"{antenna}, deg (receiver at {azimuth:.0f} deg)"
+                low, high = max(middle - 18.0, scan.low - 2.0), min(middle + 18.0, scan.high + 2.0)
+                label = f"{antenna}, deg (receiver at {_degrees(azimuth)})"
                 axes.set(xlabel=label, xlim=(low, high))
         legend(grid[0][0], 2)
         return svg(figure, "beams")
