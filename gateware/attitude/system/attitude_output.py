@@ -115,8 +115,6 @@ class AttitudeOutput(wiring.Component):
             ends.eq(Mux(record, of_counts & of_line & index[1] & ends_word, of_outputs)),
             byte.eq(value.word_select(code[:2], 8)),
         ]
-        with m.If(code == 3):  # the header's upper byte
-            m.d.sync += byte.eq(flags)
         m.d.comb += self.o.valid.eq((state == _State.KIND) | (state == _State.PUT))
 
         with m.Switch(state):
@@ -144,7 +142,8 @@ class AttitudeOutput(wiring.Component):
                     m.d.sync += [place.eq(following), state.eq(_State.FETCH)]
             with m.Case(_State.FORM):
                 m.d.sync += [
-                    self.o.payload.data.eq(byte),
+                    # In place of the header's upper byte.
+                    self.o.payload.data.eq(Mux(code == 3, flags, byte)),
                     self.o.payload.last.eq(ends),
                     state.eq(_State.PUT),
                 ]
