@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight.core_files import (
+    ROUTED_CLOCK_HZ,
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
     check_routable,
@@ -118,8 +119,8 @@ def compile(
     seeds : int
         Number of placements; the slowest one is the result.
     clock : float, optional
-        Clock in MHz. The command fails if the slowest placement does not reach it. On a board
-        with open tools it is the clock of the design.
+        Clock in MHz, on a board that of the design. The command fails if the slowest placement
+        does not reach it.
     params : mapping, optional
         Parameter values; for several estimators a mapping of each by its name.
 
@@ -151,7 +152,7 @@ def compile(
     make = partial(Build, *estimators, word=word, params=chosen)
     build, choice = build_for(lambda name: make(config=name), config, target)
     _check_project(board, top)
-    _check_route(target, route=route or is_open(board), seeds=seeds, clock=clock)
+    _check_route(target, board, route=route or is_open(board), seeds=seeds, clock=clock)
     expected = core_files(own, target=target, axi=True)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
@@ -177,7 +178,7 @@ def compile(
         if board is not None:
             say(f"{board}: {top}")
             place = folder / project_folder(board)
-            hz = None if clock is None or not is_open(board) else round(1e6 * clock)
+            hz = None if clock is None else round(1e6 * clock)
             settings: Mapping[str, Any] = {"seeds": seeds, "progress": say}
             if top == "records":
                 system = write_project(records_design(core), board, place, clock_hz=hz, **settings)
@@ -273,7 +274,9 @@ def _target(target: str | None, board: str | None) -> str:
     return target
 
 
-def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -> None:
+def _check_route(
+    target: str, board: str | None, *, route: bool, seeds: int, clock: float | None
+) -> None:
     """Raise InputError, or ToolMissing, unless a core can be routed on a target."""
     require_whole("seeds", seeds, 1, 1000)
     if clock is not None:
@@ -288,9 +291,9 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
                 found=f"--target {target}",
                 fix="leave --clock out, or choose another target",
             )
-    if not route and (clock is not None or seeds > 1):
+    if not route and (seeds > 1 or (clock is not None and board is None)):
         raise InputError.at(
-            "clock" if clock is not None else "seeds",
+            "seeds" if seeds > 1 else "clock",
             wanted="a design that is routed",
             found="no --route",
             fix="add --route and a target such as ecp5-25k, or --board ulx3s",
@@ -321,7 +324,7 @@ def _write_sensors(
 ) -> Mapped | Routed | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
     own = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
-    hz = clock_hz or SYSTEM_CLOCK_HZ
+    hz = clock_hz or (ROUTED_CLOCK_HZ if is_open(board) else SYSTEM_CLOCK_HZ)
     core = board_system().core(
         build.estimators,
         config=build.config,

@@ -152,7 +152,7 @@ def output_folder(
         with _refusing(path, option):
             _require_name(path, option)
             folder = Path(os.path.realpath(path))
-            if (suffix := folder.suffix) in _OF_FILES and not folder.is_dir():
+            if (suffix := folder.suffix) in _OF_FILES and not folder.exists():
                 fix = f"leave {suffix} out"
                 raise InputError.at(option, wanted="a folder", found=str(path), fix=fix)
             known = _listed(folder)
