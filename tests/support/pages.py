@@ -100,7 +100,7 @@ def user_folder(folder: Path, patch: pytest.MonkeyPatch) -> Iterator[Path]:
     Verilator runs alone: what a second simulator says is tested elsewhere.
     """
     patch.chdir(folder)
-    patch.setattr(sys, "path", [str(folder), *sys.path])
+    patch.setattr(sys, "path", [str(folder), *(p for p in sys.path if p != f"{ROOT}/examples")])
     patch.setattr(sys, "dont_write_bytecode", True)
     patch.setattr("boresight.sim.levels.rtl.available", lambda name: False)
     yield folder

@@ -127,7 +127,7 @@ def run_in_integers(program: Any, op: Any, words: Any) -> Any:
         acc += takes * (-r if minus else r)
         assert -(1 << (arith.acc_width - 1)) <= acc < 1 << (arith.acc_width - 1)
     q = acc // 2**arith.guard
-    if op.overflow is Overflow.WRAP:
+    if op.overflow in (Overflow.WRAP, Overflow.RANGE):
         return (q + half) % modulus - half, False
     return min(max(q, -half), half - 1), op.overflow is Overflow.SAT and not -half <= q < half
 
