@@ -121,6 +121,7 @@ FAULTS = {
         ("bus__r_data", "it & ~16", "FAIL core: 0 words wrong, 0 untimely, "),
         ("bus__r_data", "it == 24 ? 25 : it", "25 updates were counted, wanted 24"),
         ("i__ready", "at == 90 ? 1'bx : it", "1 cycles unknown"),
+        ("bus__r_data", "at == 90 ? {31'b0, 1'bx} : it", "1 cycles unknown"),
         ("restart", "1'b0", "FAIL core: 2 words wrong, 0 untimely, 0 flags"),
         ("rst", "it & at < 9", "words wrong"),
     ],
@@ -141,7 +142,7 @@ def spoilt(text: str, module: str) -> str:
     for side, name, bits in ports:
         lines.append(f"  {side} [{bits - 1}:0] {name};")
         lines.append(f"  wire [{bits - 1}:0] own_{name};")
-    lines.append("  reg [15:0] at = 0; integer fault = -1;")
+    lines.append("  reg [15:0] at = -20; integer fault = -1;  // 20 cycles without a reset")
     lines.append('  initial if (!$value$plusargs("fault=%d", fault)) fault = -1;')
     lines.append(f"  always @(posedge {clock}) at <= at + 1;")
     for side, name, _ in ports:
