@@ -499,7 +499,8 @@ class Check:
         estimator = self.build.estimators[number]
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}
         told = estimate_warnings(estimator, given.inputs, given.new, outputs)
-        late = (*book.remarks, *told)
+        near = [accuracy.near_floor] if accuracy.near_floor and accuracy.good else []
+        late = (*book.remarks, *told, *near)
         for text in late:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(

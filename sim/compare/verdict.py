@@ -125,8 +125,7 @@ class Accuracy:
         if self.clamped:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
-        near = [f"warning: {self.near_floor}"] if self.near_floor and self.good else []
-        return out + near + self.causes()
+        return out + self.causes()
 
 
 def saturated_text(updates: int, values: Mapping[str, int]) -> str:
