@@ -127,14 +127,14 @@ class Agreement:
         """
         assert run.words is not None and wanted.words is not None
         assert run.saturated is not None and wanted.saturated is not None
+        assert run.beyond is not None and wanted.beyond is not None
         n, before = len(run.words), self._total
         self._fault = self._fault or run.fault
         if not n:
             return None
         same = (run.words == wanted.words[:n]).all(axis=1)
         same &= run.saturated == wanted.saturated[:n]
-        if run.beyond is not None and wanted.beyond is not None:
-            same &= run.beyond == wanted.beyond[:n]
+        same &= run.beyond == wanted.beyond[:n]
         if run.states is not None:
             assert wanted.states is not None
             same &= (run.states == wanted.states[:n]).all(axis=1)

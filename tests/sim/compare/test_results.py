@@ -40,7 +40,8 @@ def rtl_run(core: Core) -> RtlRun:
 def wanted(core: Core, rtl_run: RtlRun) -> Run:
     """What the interpreter would have said, of one record more."""
     words = np.concatenate([rtl_run.outputs, rtl_run.outputs[:1]])
-    return run_of_words(core.program, words, np.zeros(7, dtype=bool), states=np.ones((7, 2)))
+    flags = np.zeros(7, dtype=bool)
+    return run_of_words(core.program, words, flags, states=np.ones((7, 2)), beyond=flags)
 
 
 def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
@@ -59,6 +60,15 @@ def changed(run: RtlRun, name: str, place: Any, by: int) -> RtlRun:
     array = getattr(run, name).copy()
     array[place] = array[place] + by if array.dtype != bool else not array[place]
     return dataclasses.replace(run, **{name: array})
+
+
+def test_an_update_counts_if_a_word_or_flag_differs(
+    level: Simulated, rtl_run: RtlRun, wanted: Run
+) -> None:
+    assert compare(level, level._run_of(rtl_run), wanted).good
+    for name, place in (("outputs", (3, -1)), ("saturated", 3), ("beyond", 3)):
+        result = compare(level, level._run_of(changed(rtl_run, name, place, 1)), wanted)
+        assert (result.good, result.n_mismatch, result.first_wrong) == (False, 1, 3), name
 
 
 @pytest.mark.parametrize("by", [-1, 1])
