@@ -34,7 +34,7 @@ def write_reproducer(
 ) -> None:
     """Write the program with the states before ``step``, the record (n_inputs,), the right words.
 
-    See `sim.compare.reproducer.program_at`.
+    See `program_at`.
     """
     outputs, saturated = Interpreter(at_step).update(record[:, None])
     file.write(

@@ -19,8 +19,6 @@ from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator
 from boresight.sim.records.turning import Triad, contradictions, departures
 
-__all__ = ["estimate_warnings", "warnings_of"]
-
 #: A held sensor: least share of samples that repeat the one before, and that jump after it; steps
 #: of the finest that are a jump.
 _REPEATED, _HELD, _JUMP = 0.2, 0.03, 5.0

@@ -1,9 +1,9 @@
 """Rates, force, field and reference attitude of a log against one another.
 
 A vector v that is fixed in space turns in body axes by dv/dt = -w x v. Turned back by the rates,
-R(t) v(t) with dR/dt = R [w x] stays where it is. Its scatter in windows of seconds shows a wrong
-unit, sign, axis or time of a sensor, whatever the size of its values. Exchanged axes, a scale and a
-delay are tried; what explains the windows better than the log as it is, is told.
+R(t) v(t) with dR/dt = R [w x] is constant. Its scatter in windows of seconds shows a wrong unit,
+sign, axis or time of a sensor, whatever the size of its values. Exchanged axes, a scale and a delay
+are tried; a warning names the one that explains the windows better than the log as it is.
 
 The force is the sum of gravity and an acceleration, whose mean over a window is the change of
 velocity over its length. So its mean as a vector is judged, in long windows.
@@ -25,8 +25,6 @@ from boresight.sim.rotations.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-
-__all__ = ["Triad", "contradictions", "departures"]
 
 #: s: shortest block, whose mean is taken; shortest and longest window; a step that is a gap.
 _BLOCK_S, _SHORT_S, _LONG_S, _GAP_S = 0.02, 1.0, 5.0, 0.5

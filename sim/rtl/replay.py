@@ -187,7 +187,7 @@ class ReplayFailed(SimulationFailed):
 class RtlSimulation(ABC):
     """A built simulation of one core, for any number of runs.
 
-    The build depends on the machine, not on the program (`sim.rtl.replay`), and is kept in a
+    The build depends on the machine, not on the program (`split_memories`), and is kept in a
     cache.
 
     Parameters
