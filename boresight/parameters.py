@@ -147,8 +147,9 @@ def _read(path: str | Path, names: Iterable[str]) -> Iterator[tuple[str | None, 
                 found=kind_of(error.value),
                 fix="compile again",
             ) from None
-        programs = {p.program for p in described.programs}
-        yield from ((n, described.parameters_of(n)) for n in names if n in programs)
+        programs = [p.program for p in described.programs]
+        owners = [n for n in names if n in programs] or programs
+        yield from ((n, described.parameters_of(n)) for n in owners)
         return
     if isinstance(data, dict) and "parameters" in data:
         name, values = data.get("estimator"), data["parameters"]

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from boresight.gateware.description import describe
 from boresight.model.errors import InputError
+from boresight.model.resolve import estimator_of
 from boresight.parameters import estimator_names, params_of, params_of_each
+from boresight.sim.levels.build import Build
 
 BOTH = ["battery", "pmsm"]
 
@@ -26,6 +29,15 @@ def test_of_several() -> None:
     names = [*map(str, estimator_names(*BOTH))]
     assert names == BOTH == [*map(str, estimator_names(",".join(BOTH)))]
     assert params_of_each(BOTH, {"pmsm": {}}) == [None, {}]
+
+
+def test_of_a_compiled_core(here: Path) -> None:
+    build = Build(estimator_of("mine.py"), params=[{"alpha": 0.75}])
+    Path("registers.json").write_text(describe(build.core).to_json())
+    (values,) = params_of_each(["mine.py"], ["@registers.json"])
+    assert values == {"alpha": 0.75, "beta": 2.0}
+    with pytest.raises(InputError, match=r"registers\.json: wanted values of pmsm, found mine; "):
+        params_of("pmsm", ["@registers.json"])
 
 
 WRONG = {
