@@ -172,7 +172,7 @@ class _Case:
         self.truth = self.truth or Differences(self.outputs, block.truth, judged=False)
         self.clamped, self.told = block.clamped, block.warnings
         if block.restarts.any():
-            self.warnings["column restart: check runs on, run begins anew there"] = None
+            self.warnings["column restart: check ignores it, run begins anew in its rows"] = None
         if keep_all or not self.feeds:
             self.feeds.append(block)
 
