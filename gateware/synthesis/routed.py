@@ -223,7 +223,7 @@ def implement(
     clock_mhz: float | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Routed:
-    """Synthesise, place and route a design between flip-flops (`harness`), with seeds 1, 2, ...
+    """Synthesise, place and route a design between flip-flops (`enclosed`), with seeds 1, 2, ...
 
     Parameters
     ----------

@@ -179,8 +179,8 @@ def run_tool(
     results : iterable of str
         Names of the files that the tool writes.
     message : str
-        Beginning of the message if it fails, CODE in place of its exit code; its own words and the
-        name of its log follow.
+        Beginning of the message if it fails; its exit code, its own words and the name of its log
+        follow.
 
     Raises
     ------
@@ -208,7 +208,7 @@ def run_tool(
                 return {file: (folder / file).read_bytes() for file in results}
         except FileNotFoundError:
             pass
-        message = message.replace("CODE", str(run.returncode))
+        message = f"{message} (exit code {run.returncode})"
         raise error(failure(message, run.stdout + run.stderr))
 
 
@@ -217,7 +217,7 @@ def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *
 
     ``of`` is the name of the design, for messages; raises as `run_tool`, `SynthesisError`.
     """
-    message = f"{tool.name} failed on {of} (exit code CODE)"
+    message = f"{tool.name} failed on {of}"
     written = run_tool(tool, ("-q", "-p", script), files, (result,), message, SynthesisError)
     return written[result].decode()
 

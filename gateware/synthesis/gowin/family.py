@@ -9,12 +9,11 @@ from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
-#: Counts are those of nextpnr's database.
-
 
 def _device(
     name: str, counts: Mapping[str, tuple[int, str]], *, grades: tuple[int, ...], part: str
 ) -> Device:
+    """A part; counts are those of nextpnr's database."""
     return Device(
         name=name,
         resources=counts,

@@ -8,10 +8,9 @@ from boresight.gateware.synthesis.device import BLOCK_18K, Device
 from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
-#: Counts are those of nextpnr's database.
-
 
 def _device(name: str, lut: int, dsp: int, ram: int) -> Device:
+    """A part; counts are those of nextpnr's database."""
     counts = {"lut": (lut, "LUT4"), "ff": (lut, "flip-flop")}
     counts |= {"dsp": (dsp, "MULT18X18"), "ram": (ram, "EBR, block RAM of 18 Kbit")}
     return Device(

@@ -39,7 +39,9 @@ def test_the_slowest_clock_and_its_path(router):
 
 def test_its_own_words_and_its_log(router):
     router("print('ERROR: Unable to place cell', file=sys.stderr); sys.exit(1)")
-    with pytest.raises(RouteError, match=r"ecp5-25k: ERROR: Unable to place cell \(log: .*\.log\)"):
+    with pytest.raises(
+        RouteError, match=r"ecp5-25k \(exit code 1\): ERROR: Unable to place cell \(log: .*\.log\)"
+    ):
         place_and_route({"modules": {}}, TARGETS["ecp5-25k"], seed=1, clock_mhz=100)
 
 
