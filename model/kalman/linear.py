@@ -18,7 +18,7 @@ from boresight.model.places import author_line, placed
 
 __all__ = ["linear"]
 
-#: Predictions after which a covariance that still grows has no end.
+#: Most predictions: a covariance may grow without end.
 _MOST = 20_000
 #: Largest standard deviation over that of the predictions: a variance is held at 3/4 of its bound.
 _MARGIN = 1.25
@@ -134,7 +134,7 @@ def linear(
         "outputs": tuple(Output(s, tolerance=t) for s, t in accepted.items()),
     }
     step = getattr(system, "dt", None)
-    if isinstance(step, float) and step > 0.0:
+    if isinstance(step, int | float) and step is not True and step > 0:  # True: unspecified
         members["rates_hz"] = {"dt": 1.0 / step}
     return type(name, (_Linear,), members)
 

@@ -32,7 +32,7 @@ CONTROL = SimpleNamespace(
 FILTERPY = SimpleNamespace(F=A, B=B, H=C, Q=Q, R=R, P=P, x=START[:, None])
 SYSTEMS = {
     "matrices": kalman.linear((A, B, C, D), **SIZES, Q=Q, R=R, P=P),
-    "scipy": kalman.linear(signal.dlti(A, B, C, D, dt=0.1), **SIZES, Q=Q, R=[0.04, 0.09], P=P),
+    "scipy": kalman.linear(signal.dlti(A, B, C, D, dt=1), **SIZES, Q=Q, R=[0.04, 0.09], P=P),
     "control": kalman.linear(CONTROL, **SIZES, Q=Q, R=R, P=P, z=16.0),
     "filterpy": kalman.linear(FILTERPY, **SIZES),
 }
@@ -41,6 +41,7 @@ SYSTEMS = {
 @pytest.mark.parametrize("kind", SYSTEMS)
 def test_the_filter_of_a_linear_system(kind: str) -> None:
     made, rng = SYSTEMS[kind](), np.random.default_rng(2)
+    assert made.rates_hz == {"scipy": {"dt": 1.0}, "control": {"dt": 10.0}}.get(kind, {})
     u, z = np.sin(0.1 * np.arange(200)), rng.normal(0.0, 0.3, (200, 2))
     log = dict(zip([i.name for i in made.inputs], [u, *z.T], strict=True))
     (result,) = boresight.check(made, log, levels=("fixed", "c"))["results"]
