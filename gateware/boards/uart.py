@@ -79,7 +79,7 @@ class Receiver(wiring.Component):
     error : Out(1)
         A byte had no stop bit.
     en : In(1)
-        Cycles that count; a rate of the line is one of these.
+        Only cycles in which it is 1 count towards ``divisor``.
     """
 
     def __init__(self, *, divisor: int) -> None:
@@ -190,7 +190,7 @@ class Transmitter(wiring.Component):
     tx : Out(1)
         The line, high when idle.
     en : In(1)
-        Cycles that count.
+        Only cycles in which it is 1 count towards ``divisor``.
     """
 
     def __init__(self, *, divisor: int) -> None:

@@ -127,14 +127,11 @@ def test_random_slots(word: int, stalls: float) -> None:
     run_bench(top, bench)
 
 
-# -- the shifter against Python's shift -----------------------------------------------------------
+# -- shifter and bit-wise tables: primitives and behaviour agree ----------------------------------
 
 
 def test_primitives_equal_behaviour(proves_equal) -> None:
     assert proves_equal(*(Shifter(width_in=40, width_out=36) for _ in range(2)))
-
-
-# -- bit-wise tables: primitive and function agree for every function of the core -----------------
 
 
 def test_primitive_equals_behaviour(proves_equal) -> None:

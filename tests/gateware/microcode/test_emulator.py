@@ -39,7 +39,7 @@ def compare(program: Program, machine: Machine, steps: int = 5) -> None:
 @MACHINES
 @pytest.mark.parametrize("seed", range(12))
 def test_equals_interpreter(machine: Machine, seed: int) -> None:
-    compare(random_program(seed, n_ops=4 + 2 * seed, recent=seed % 4 / 3), machine)
+    compare(random_program(seed, n_ops=4 + 7 * seed, recent=seed % 4 / 3), machine)
 
 
 @MACHINES

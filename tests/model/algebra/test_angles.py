@@ -102,7 +102,7 @@ def test_steep_angle(trace: Any) -> None:
     assert np.abs(fixed - angle).max() < 4e-9
 
 
-# -- whitening and Potter's update against matrices of numpy; the sum in two words ----------------
+# -- Potter's update against matrices of numpy ----------------------------------------------------
 
 
 @pytest.mark.parametrize("live", [True, False])

@@ -9,7 +9,7 @@ from boresight.model.algebra.covariance import downdated, element_names, symmetr
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 
-# -- covariance algebra on scalars against numpy, and what it costs -------------------------------
+# -- what a skipped downdate costs ----------------------------------------------------------------
 
 
 def listed(p: Any) -> Any:

@@ -31,7 +31,7 @@ def test_lines_in_order_with_all_operations() -> None:
     (most, count), (_, less) = result.most_common(2)
     with open(__file__, encoding="utf-8") as source:
         (line,) = (k for k, text in enumerate(source, 1) if text.endswith("# MANY\n"))
-    assert most == f"test_heaviest.py, line {line}" and count > 3 * less
+    assert most == f"test_build.py, line {line}" and count > 3 * less
     assert heaviest([(program, nodes)]).startswith(
-        f"; most of its {len(program.ops)} operations: {most} ({count}), test_heaviest.py, line "
+        f"; most of its {len(program.ops)} operations: {most} ({count}), test_build.py, line "
     )
