@@ -1,4 +1,4 @@
-"""Range, speed and acceleration by fixed gains: the alpha-beta-gamma filter.
+"""A manoeuvring target by fixed gains: the alpha-beta-gamma filter.
 
 After Kalata, IEEE Transactions on Aerospace and Electronic Systems 20 (1984), 174-182: the tracking
 index, manoeuvre over noise, fixes the gains; here 1 m/s^2 a sample and 3 m at T = 50 ms.

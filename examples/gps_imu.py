@@ -40,9 +40,10 @@ class GpsImu(Kalman):
         """p' = v (cos, sin), v' = acc, heading' = rate - bias."""
         sine, cosine = ops.sincos_ht(x.heading)
         return {
-            **{"px": x.px + DT * (x.speed * cosine), "py": x.py + DT * (x.speed * sine)},
-            **{"speed": x.speed + DT * u.acc},
-            **{"heading": x.heading + DT / np.pi * (u.rate - x.bias)},
+            "px": x.px + DT * (x.speed * cosine),
+            "py": x.py + DT * (x.speed * sine),
+            "speed": x.speed + DT * u.acc,
+            "heading": x.heading + DT / np.pi * (u.rate - x.bias),
         }
 
     def noise(self, x, u, p):

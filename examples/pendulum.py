@@ -8,10 +8,11 @@ The Jacobians are derived: by the sine, F and H depend on the angle. Where the b
 point the derivative of the measurement is near zero and it says nothing.
 """
 
-from boresight import Input, Output, Param, ops
+import numpy as np
+
+from boresight import Input, Output, Param
 from boresight.kalman import Kalman, Measurement, State
 
-PI = 3.141592653589793
 DT = 0.01
 
 
@@ -34,8 +35,7 @@ class Pendulum(Kalman):
 
     def f(self, x, u, p):
         """Semi-implicit Euler."""
-        sine, _ = ops.sincos_ht(x.angle * (1.0 / PI))
-        rate = (1.0 - DT * p.damping) * x.rate - DT * (p.stiffness * sine)
+        rate = (1.0 - DT * p.damping) * x.rate - DT * (p.stiffness * np.sin(x.angle))
         return {"angle": x.angle + DT * rate, "rate": rate}
 
     def noise(self, x, u, p):
@@ -44,5 +44,4 @@ class Pendulum(Kalman):
 
     def measure(self, x, u, p):
         """The bob's sideways position, m."""
-        sine, _ = ops.sincos_ht(x.angle * (1.0 / PI))
-        return [Measurement(u.z, sine, p.r)]
+        return [Measurement(u.z, np.sin(x.angle), p.r)]

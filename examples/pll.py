@@ -1,4 +1,7 @@
-"""Phase and frequency of a carrier from its two quadratures: a phase-locked loop."""
+"""Phase and frequency of a carrier from its two quadratures: a phase-locked loop.
+
+After Gardner, Phaselock Techniques (2005): a loop of second order and type 2.
+"""
 
 from boresight import Estimator, Input, Output, Param, State, ops
 

@@ -17,7 +17,7 @@ class Pmsm(Kalman):
     """Two currents, speed [rad/s] and angle [half turns]."""
 
     inputs = tuple(
-        Input(n, -32.0, 32.0, n[0] == "u" and "V" or "A") for n in ("ua", "ub", "ia_z", "ib_z")
+        Input(n, -32.0, 32.0, "V" if n[0] == "u" else "A") for n in ("ua", "ub", "ia_z", "ib_z")
     )
     states = (
         State("ia", -16.0, 16.0, "A", sd=0.5),

@@ -31,8 +31,8 @@ class Radar(Kalman):
 
     def noise(self, x, u, p):
         """Random acceleration."""
-        each = (("px", Q * DT**3 / 3), ("vx", Q * DT), (("px", "vx"), Q * DT**2 / 2))
-        return dict(each) | {"py": each[0][1], "vy": each[1][1], ("py", "vy"): each[2][1]}
+        pos, vel, both = Q * DT**3 / 3, Q * DT, Q * DT**2 / 2
+        return {"px": pos, "py": pos, "vx": vel, "vy": vel, ("px", "vx"): both, ("py", "vy"): both}
 
     def measure(self, x, u, p):
         """Range [m] and bearing [rad]."""

@@ -181,14 +181,13 @@ class Tilt(Sensors):
         """At 100 Hz: roll about x, then pitch about y."""
         roll, pitch = 0.6 * np.sin(0.012 * k), 0.4 * np.sin(0.017 * k)
         droll, dpitch = 0.72 * np.cos(0.012 * k), 0.68 * np.cos(0.017 * k)
-        zero = 0.0 * k
         gyro = (droll, dpitch * np.cos(roll), -dpitch * np.sin(roll))
         up = (-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll))
         bias = zip("xyz", gyro, (0.02, -0.01, 0.0), strict=True)
         return {
             **{f"g{a}": self.noisy(g + b, 0.01) for a, g, b in bias},
             **{f"a{a}": self.noisy(9.81 * c, 0.15) for a, c in zip("xyz", up, strict=True)},
-            **{"roll_true": roll / np.pi, "pitch_true": pitch / np.pi + zero},
+            **{"roll_true": roll / np.pi, "pitch_true": pitch / np.pi},
         }
 
 
