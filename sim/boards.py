@@ -60,7 +60,6 @@ class BoardSystem:
         seconds: float,
         source: str,
         feed: Mapping[str, float] | None,
-        core: Core | None,
         say: Callable[[str], None],
     ) -> Any:
         """Simulate the complete system from pins to frames; write `files` into a folder."""

@@ -242,7 +242,7 @@ def _on_board(
     folder = output or "build"
     with output_folder(folder, "run", files=board.files, inputs=inputs) as place:
         result = board.simulate(
-            place, estimator, log, config=config, params=given, core=None, say=say, **settings
+            place, estimator, log, config=config, params=given, say=say, **settings
         )
     return result
 

@@ -77,7 +77,6 @@ class AttitudeBoard(BoardSystem):
         seconds: float,
         source: str,
         feed: Mapping[str, float] | None,
-        core: Core | None,
         say: Callable[[str], None],
     ) -> Result:
         chosen = estimator_of("mekf" if name is None else name)
@@ -94,10 +93,9 @@ class AttitudeBoard(BoardSystem):
                 found=str(len(record)),
                 fix="give a longer log, or fewer --seconds",
             )
-        if core is None:
-            names = ", ".join(estimator_of(f).name for f in filters)
-            say(f"core with {names} and the calibration, {config}")
-            core = system_core(filters, config=config, params=params)
+        names = ", ".join(estimator_of(f).name for f in filters)
+        say(f"core with {names} and the calibration, {config}")
+        core = system_core(filters, config=config, clock_hz=REAL.clock_hz, params=params)
         return write_board(
             folder, chosen.name, core, record, updates=updates, source=source, feed=feed, say=say
         )

@@ -59,7 +59,8 @@ def make_board(
     wishbone : bool
         Whether to add a Wishbone slave, for a processor.
     """
-    core = core or system_core(filters, config=config, params=params)
+    clock_hz = setup.clock_hz
+    core = core or system_core(filters, config=config, clock_hz=clock_hz, params=params)
     timing = Timing(
         sclk_hz=setup.sclk_hz,
         stall_s=setup.stall_s,

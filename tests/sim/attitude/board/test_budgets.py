@@ -1,4 +1,4 @@
-"""The cycles of the 2014 paper: each filter within them, counted by cocotb.
+"""The times of the 2014 paper: each filter within them, counted by cocotb.
 
 The paper's complementary filter takes 316 us and its Kalman filter 1.14 ms, 31,600 and 114,000
 cycles at 100 MHz.
@@ -14,7 +14,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.attitude.board.build import Board, make_board
 from boresight.sim.attitude.board.run import judge, stimulus
 from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.ma2014.paper import CYCLES
+from boresight.sim.attitude.ma2014.paper import CLOCK_MHZ, TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
@@ -27,7 +27,9 @@ CORES = (
     ("ma2014_cf", "vqf(rate_hz=1024)"),
 )
 FILTERS = [name for core in CORES for name in core]
-BUDGETS = {"complementary": CYCLES["complementary"], "ma2014_cf": CYCLES["complementary"]}
+#: us
+BUDGETS = dict.fromkeys(FILTERS, TIME_US["kalman"])
+BUDGETS |= dict.fromkeys(("complementary", "ma2014_cf"), TIME_US["complementary"])
 UPDATES = 3
 
 
@@ -48,9 +50,13 @@ def test_from_the_sensors_pins_to_the_registers(name: str) -> None:
     # Before its first update a program loads its states; program 0 does so after the reset.
     begins = board.core.image.restarts[number] if number else 0
     assert counted == [latency + begins, *[latency] * (UPDATES - 1)]
-    assert max(counted) <= BUDGETS.get(name, CYCLES["kalman"])
+    assert max(counted) <= BUDGETS[name] * REAL.clock_hz / 1e6
     verdict = judge(board, what, run, filter=number, source=2)
     assert (verdict.mismatches, verdict.lost, verdict.updates) == (0, 0, UPDATES)
+    program = board.core.parts[number].program
+    dt = program.find("dt")
+    steps = program.format(dt).real(verdict.chain.records[1:, program.inputs.index(dt)])
+    assert steps == pytest.approx(1.0 / REAL.rate_hz, rel=1e-4)
 
 
 @pytest.mark.skipif(not available("icarus"), reason="Icarus Verilog: apt-get install iverilog")
@@ -63,4 +69,4 @@ def test_of_the_core_alone(name: str) -> None:
     (rtl,) = result.levels
     assert (rtl.simulator, rtl.n_total, rtl.n_mismatch) == ("icarus", 4, 0)
     assert rtl.cycles_min == rtl.cycles_max == build.core.parts[0].schedule.latency
-    assert rtl.cycles_max <= BUDGETS.get(name, CYCLES["kalman"])
+    assert rtl.cycles_max <= BUDGETS[name] * CLOCK_MHZ

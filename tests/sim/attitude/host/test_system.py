@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight.gateware.attitude.system.programs import system_core
 from boresight.sim.attitude import system as module
 from boresight.sim.attitude.board.faults import FaultTrial
 from boresight.sim.attitude.system import AttitudeBoard
@@ -17,12 +16,7 @@ from boresight.sim.attitude.system import AttitudeBoard
 
 @pytest.fixture
 def small(monkeypatch) -> None:
-    """The board that the demo's test builds too: its simulation stands in the build cache."""
-    filters = ("complementary", "ma2014_cf")
-    monkeypatch.setattr(module, "FILTERS", filters)
-    monkeypatch.setattr(
-        module, "system_core", lambda filters, config, params: system_core(filters, config=config)
-    )
+    monkeypatch.setattr(module, "FILTERS", ("complementary", "ma2014_cf"))
 
 
 def test_figures_and_page(small, tmp_path) -> None:
@@ -53,7 +47,6 @@ def test_data_in_memory_is_read() -> None:
             seconds=0.05,
             source="heading",
             feed=None,
-            core=None,
             say=print,
         )
 
