@@ -88,7 +88,7 @@ def accuracy(
     InputError
         Bad logs, unknown names, illegal parameters, or a folder that cannot be written.
     ToolMissing
-        The package of a published filter that is named is not installed.
+        The package of a named published filter is not installed.
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)

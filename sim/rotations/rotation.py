@@ -232,14 +232,3 @@ def angle_between(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
     p, q = np.asarray(p), np.asarray(q)
     chord = np.minimum(np.linalg.norm(p - q, axis=-1), np.linalg.norm(p + q, axis=-1))
     return np.asarray(4.0 * np.arcsin(0.5 * chord))  # |p - q| = 2 sin(angle / 4)
-
-
-def wrap_rad(angle: npt.ArrayLike) -> FloatArray:
-    """Wrap angles [rad] into (-pi, pi]; what is inside already comes back bit for bit."""
-    angle = np.asarray(angle, dtype=np.float64)
-    turns = np.round(angle / (2.0 * np.pi))
-    wrapped = angle - turns * (2.0 * np.pi)
-    # The product is rounded, so next to an odd number of half turns the difference can lie on
-    # the wrong side of the limit by an error of that size.
-    wrapped = np.where(wrapped <= -np.pi, wrapped + 2.0 * np.pi, wrapped)
-    return np.asarray(np.minimum(wrapped, np.pi), dtype=np.float64)

@@ -152,12 +152,3 @@ def test_rotation_vector_agrees_with_scipy() -> None:
     assert np.all(np.linalg.norm(back - phi, axis=1) <= 2e-15 * np.linalg.norm(phi, axis=1) + 1e-30)
     same_turn = attitude.quaternion_to_rotation_vector(-5 * q)
     np.testing.assert_allclose(same_turn, phi, rtol=1e-12, atol=1e-28)
-
-
-@given(st.floats(-1000.0, 1000.0))
-def test_wrap_rad_keeps_the_direction_and_the_range(value: float) -> None:
-    wrapped = float(attitude.wrap_rad(value))
-    assert -np.pi < wrapped <= np.pi
-    assert abs(np.exp(1j * wrapped) - np.exp(1j * value)) < 1e-12
-    if -np.pi < value <= np.pi:
-        assert wrapped == value
