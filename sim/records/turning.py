@@ -129,7 +129,9 @@ class _Windows:
             q = quaternion_multiply(turns[k], half)
         return np.moveaxis(turns, 0, 2)
 
-    def held(self, turns: FloatArray, v: FloatArray, some: IntArray, late: int = 0) -> FloatArray:
+    def turned_back(
+        self, turns: FloatArray, v: FloatArray, some: IntArray, late: int = 0
+    ) -> FloatArray:
         """Mean (k, windows, 3) of vectors (blocks, 3) that are late, turned back by turns."""
         index = some[:, None] * self.blocks + np.arange(self.blocks) + late
         inside = (index >= 0) & (index < self._size)
@@ -175,7 +177,7 @@ def contradictions(
     if attitude is not None:
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
         findings += [] if own is None else [own]
-    lines = [*_told(rates.names, findings)]
+    lines = [*_rate_lines(rates.names, findings)]
     agree = any(f.fits and f.cause is None for f in findings)
     if own is not None and attitude is not None and not own.fits:
         for text, other in _OTHERS.items():
@@ -183,7 +185,7 @@ def contradictions(
             found = _finding(attitude.names, short, turned, False)
             if found is not None and found.fits and found.cause is None:
                 line = f"{attitude.names}: turn otherwise than the rates {rates.names} say: {text}"
-                others = [*_told(rates.names, [f for f in findings if f is not own])]
+                others = [*_rate_lines(rates.names, [f for f in findings if f is not own])]
                 return others or [line], agree
     if lines or force is None:
         return lines, agree
@@ -202,7 +204,7 @@ def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
     some = np.arange(windows.count)
     turns = windows.turns(np.eye(3)[None], some)
     axes = _axes(windows, attitude.values, attitude.new)
-    squares = [(windows.held(turns, axis, some)[0] ** 2).sum(axis=-1) for axis in axes]
+    squares = [(windows.turned_back(turns, axis, some)[0] ** 2).sum(axis=-1) for axis in axes]
     away = int((1.0 - np.mean(squares, axis=0) > math.radians(_AWAY_DEG) ** 2).sum())
     if away < _OFTEN:
         return []
@@ -226,7 +228,7 @@ def _finding(
     """What a vector says; None where the log does not tell."""
 
     def scatter(turns: FloatArray, late: int = 0) -> FloatArray:
-        squares = [(windows.held(turns, v, some, late) ** 2).sum(axis=-1) for v in vectors]
+        squares = [(windows.turned_back(turns, v, some, late) ** 2).sum(axis=-1) for v in vectors]
         return np.asarray(np.abs(1.0 - np.mean(squares, axis=0)))
 
     some = np.arange(windows.count)
@@ -294,7 +296,7 @@ def _is_sure(after: FloatArray, before: FloatArray) -> bool:
     )
 
 
-def _told(rates: str, findings: Sequence[_Finding]) -> Iterator[str]:
+def _rate_lines(rates: str, findings: Sequence[_Finding]) -> Iterator[str]:
     """Lines about the rates, or about a vector where another one agrees with the rates."""
     for f in findings:
         if f.stuck:
@@ -374,12 +376,18 @@ def _by_attitude(force: Triad, field: Triad | None, attitude: Triad) -> Iterator
         )
 
 
+def _turned_back(windows: _Windows, sensor: Triad) -> FloatArray:
+    """Mean (windows, 3) of a sensor, turned back by the rates."""
+    every = np.arange(windows.count)
+    new = sensor.new & (sensor.values != 0.0).any(axis=1)
+    means = windows.means(sensor.values, new)
+    turns = windows.turns(np.eye(3)[None], every)
+    return np.asarray(windows.turned_back(turns, means, every)[0])
+
+
 def _weight(windows: _Windows, force: Triad) -> Iterator[str]:
     """A force whose mean, turned back, is less than gravity: nothing falls most of the time."""
-    every = np.arange(windows.count)
-    turns = windows.turns(np.eye(3)[None], every)
-    new = force.new & (force.values != 0.0).any(axis=1)
-    means = np.linalg.norm(windows.held(turns, windows.means(force.values, new), every)[0], axis=1)
+    means = np.linalg.norm(_turned_back(windows, force), axis=1)
     seconds = windows.block_s * windows.blocks
     if np.isfinite(means).sum() < _FEWEST or seconds < 0.9 * _SHORT_S:
         return
@@ -392,14 +400,7 @@ def _weight(windows: _Windows, force: Triad) -> Iterator[str]:
 
 def _dip(windows: _Windows, force: Triad, field: Triad) -> Iterator[str]:
     """A field that points up, as in the southern hemisphere, or with a wrong sign."""
-    every = np.arange(windows.count)
-    turns = windows.turns(np.eye(3)[None], every)
-    f, m = (
-        windows.held(turns, windows.means(x.values, x.new & (x.values != 0.0).any(axis=1)), every)[
-            0
-        ]
-        for x in (force, field)
-    )
+    f, m = (_turned_back(windows, sensor) for sensor in (force, field))
     size = np.linalg.norm(f, axis=1) * np.linalg.norm(m, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         sines = (f * m).sum(axis=1) / size
