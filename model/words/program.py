@@ -215,12 +215,12 @@ class Program:
         """Least and largest word of every input, (2, n_inputs); of one not watched, of any."""
         watched = {op.terms[0].a for op in self.ops if op.overflow is Overflow.RANGE}
         ends = (
-            [self.format(n).quantise((self.values[n].low, self.values[n].high))]
+            self.format(n).quantise((self.values[n].low, self.values[n].high))
             if n in watched
-            else [(self.arithmetic.min_int, self.arithmetic.max_int)]
+            else (self.arithmetic.min_int, self.arithmetic.max_int)
             for n in self.inputs
         )
-        return np.array([end for (end,) in ends], dtype=np.int64).reshape(-1, 2).T
+        return np.array([*ends], dtype=np.int64).reshape(-1, 2).T
 
     def beyond(self, words: IntArray) -> BoolArray:
         """Whether a word of a record (..., n_inputs) is beyond its declared range, (...)."""
