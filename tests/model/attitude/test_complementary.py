@@ -289,13 +289,7 @@ def test_garbage_is_survived_and_forgotten(word: int) -> None:
     assert seen == 0xFF  # garbage reaches every bit
 
 
-# -- (d) the vertical, wrapping -------------------------------------------------------------------
-
-
-#: (turning rate [rad/s], distance from the vertical [deg], bound of the error [deg])
-
-
-# -- (e) the two forms of the attitude ------------------------------------------------------------
+# -- (d) the two forms of the attitude ------------------------------------------------------------
 
 
 def test_quaternion_and_euler_outputs_agree() -> None:
@@ -322,7 +316,7 @@ def test_quaternion_and_euler_outputs_agree() -> None:
     assert np.abs(out["pitch"]).max() > 0.4
 
 
-# -- (f) eq. (3) as printed -----------------------------------------------------------------------
+# -- (e) fixed point against float ----------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("word", "bound"), [(32, 1e-4), (28, 1e-3), (24, 2e-2)])
