@@ -119,7 +119,7 @@ def compile(
     seeds : int
         Number of placements; the slowest one is the result.
     clock : float, optional
-        Clock in MHz, on a board that of the design. The command fails if the slowest placement
+        Clock in MHz; on a board, that of the design. The command fails if the slowest placement
         does not reach it.
     params : mapping, optional
         Parameter values; for several estimators a mapping of each by its name.
