@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import chi2 as exact
 
 import boresight
 from boresight import Estimator, Input, Output, World
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.sim.montecarlo.campaign import Campaign, draws
-from boresight.sim.montecarlo.figures import figures, result_of
+from boresight.sim.montecarlo.figures import chi2, figures, result_of
 from tests.support.drift import Constant, Mean
 
 DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
@@ -42,6 +43,12 @@ def gaussian(n: int, *, sd: float = 2.0, mean: float = 0.0, believed: float = 2.
             }
         )
     return out
+
+
+@pytest.mark.parametrize("freedom", [10, 99, 1500])
+def test_quantiles(freedom: int) -> None:
+    for p, z in ((0.025, -1.959964), (0.5, 0.0), (0.975, 1.959964)):
+        assert chi2(freedom, z) == pytest.approx(exact.ppf(p, freedom), rel=1e-2)
 
 
 def test_a_consistent_filter_lies_in_its_bands() -> None:
