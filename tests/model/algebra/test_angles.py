@@ -22,7 +22,7 @@ from boresight.model.algebra.angles import (
 from boresight.model.algebra.carried import BELOW, carried
 from boresight.model.algebra.ellipsoid import EARTH, site
 from boresight.model.algebra.low_pass import LowPass, filtered, gain_of
-from boresight.model.algebra.square_root import potter
+from boresight.model.algebra.square_root import WIDE, potter, whitened
 from boresight.model.estimator import Estimator, Input, Output, State, input_words
 from tests.support.rotating_array import gravity
 
@@ -105,6 +105,15 @@ def test_steep_angle(trace: Any) -> None:
 # -- Potter's update against matrices of numpy ----------------------------------------------------
 
 
+def test_whitened_rows_are_those_of_the_cholesky_factor() -> None:
+    rng = np.random.default_rng(1)
+    h, z = rng.normal(size=(3, 6)) * [[900.0], [400.0], [60.0]], rng.normal(size=3) * 500.0
+    rows, white = whitened(h.tolist(), z.tolist(), 8192.0, 2.0**15)
+    lower = np.linalg.cholesky(h @ h.T)
+    assert np.array(rows) == pytest.approx(np.linalg.solve(lower, h), abs=1e-12)
+    assert np.array(white) == pytest.approx(np.linalg.solve(lower, z), abs=1e-9)
+
+
 @pytest.mark.parametrize("live", [True, False])
 def test_potter_is_the_kalman_update(live: bool) -> None:
     rng = np.random.default_rng(2)
@@ -126,6 +135,17 @@ def test_potter_is_the_kalman_update(live: bool) -> None:
     if live:
         nu = y - a @ x
         assert np.dot(result.white, result.white) == pytest.approx(nu @ np.linalg.solve(inside, nu))
+
+
+@pytest.mark.parametrize("size, used", [(0.7 * WIDE, True), (0.72 * WIDE, False)])
+def test_a_row_that_is_too_wide_changes_nothing(size: float, used: bool) -> None:
+    row, value = [[size, 0.0]], [1.0]
+    result = potter(np.eye(2), row, value, np.bool_(True), np.bool_(False))
+    assert result.wide == (not used)
+    assert (np.array(result.root)[0, 0] < 0.5) == used
+    assert (sum(t * w for t, w in result.moves[0]) != 0.0) == used
+    begun = potter(0.1 * np.eye(2), row, value, np.bool_(True), np.bool_(True))
+    assert np.array(begun.root) == pytest.approx(BELOW * np.eye(2), abs=1e-12)
 
 
 # -- the low-pass is scipy's Butterworth behind a mean, and keeps its bits at any corner ----------

@@ -68,7 +68,8 @@ def test_an_angle_that_is_not_wrapped(low: float, high: float, unit: str, cure: 
     ("wrong", "kind"),
     [(lambda u: u.u * u.v, "a product"), (lambda u: u.u + 0.25 * u.v, "a sum"),
      (lambda u: ops.where(u.u < u.v, u.u, 0.5 * u.v), "a selection"),
-     (lambda u: ops.absolute(u.u), "a magnitude")],
+     (lambda u: ops.absolute(u.u), "a magnitude"),
+     (lambda u: ops.wrap_ht(u.u + u.v), "a wrapped angle")],
 )  # fmt: skip
 def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
     """No range explains it: both numbers are shown, in the first update in which they differ."""
@@ -97,6 +98,30 @@ def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
         rf"where the word has {seen:.6g}; see its operands in the report",
         str(_first_leaving(twin)),
     ), str(_first_leaving(twin))
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_which_distances_are_rounding(word: int) -> None:
+    """64 last bits of a small product; a whole turn of an angle, half a turn not."""
+
+    class Plain(Estimator):
+        inputs = (Input("u", -1.0, 1.0), Input("v", -1.0, 1.0))
+        outputs = (Output("product"), Output("angle", "ht"))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"product": u.u * u.v, "angle": ops.wrap_ht(u.v + u.v - 2.0**-40)}
+
+    build = Build(Plain(), word=word)
+    (program,), (nodes,) = build.programs, build.nodes
+    inputs, states = np.array([[0, 1 << word - 3]] * 4), np.zeros((4, 0), dtype=np.int64)
+    (twin,) = module.twins(program, nodes, inputs, states)
+    product, angle = program.outputs
+    assert (twin.real(angle) == -1.0).all()  # where float64 has little less than 1
+    twin.words[product] = twin.words[product] + [-65, -64, 64, 65]
+    assert twin.leaves(product).tolist() == [True, False, False, True]
+    twin.words[angle] = twin.words[angle] + [0, 1 << word - 1, 0, 0]
+    assert twin.leaves(angle).tolist() == [False, True, False, False]
+    assert twin.deviation(angle)[0] == pytest.approx([0.0, 1.0, 0.0, 0.0], abs=1e-9)
 
 
 def test_below_the_floor_of_a_function() -> None:
