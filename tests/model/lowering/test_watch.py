@@ -1,4 +1,4 @@
-"""The flag of an input beyond its range is exact at both ends of any range, in words of any width."""
+"""The flag of an input beyond its range is exact at both ends, in words of any width."""
 
 import random
 
