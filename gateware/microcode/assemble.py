@@ -13,7 +13,7 @@ from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.copies import copy_shift
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
-from boresight.model.words.program import Negate, Overflow, Scale, When
+from boresight.model.words.program import Negate, Scale, When
 
 #: (neg, neg_flag) of each sign and (when, when_flag) of each condition.
 _NEGATE = {Negate.NO: (0, 0), Negate.YES: (1, 0), Negate.IF: (0, 1), Negate.UNLESS: (1, 1)}
@@ -115,8 +115,8 @@ def _slot_fields(
     yield f"first{lane}", int(slot.first)
     if slot.last:
         yield f"we{lane}", 1
-        yield f"wrap{lane}", int(op.overflow in (Overflow.WRAP, Overflow.RANGE))
-        yield f"sticky{lane}", int(op.overflow in (Overflow.SAT, Overflow.RANGE))
+        yield f"wrap{lane}", int(op.overflow.wraps)
+        yield f"sticky{lane}", int(op.overflow.is_sticky)
         yield f"dest{lane}", registers[op.dest] % schedule.machine.bank_depth
     if slot.term is None:
         return

@@ -166,7 +166,7 @@ class _Text:
         for op in program.ops:
             total, word = walk.total(op, "v{}".format, self), f"v{op.dest}"
             self.add(f"q = ({total}) >> {arith.guard}")
-            if op.overflow in (Overflow.WRAP, Overflow.RANGE):
+            if op.overflow.wraps:
                 self.add(f"{word} = {self.wrapped('q')}")
             else:
                 self.add(f"{word} = {'limited(q)' if arrays else limited}")

@@ -41,6 +41,16 @@ class Overflow(StrEnum):
     WRAP = "WRAP"  #: modulo 2^W: binary angles
     RANGE = "RANGE"  #: modulo 2^W; raise the sticky flag of an input beyond its declared range
 
+    @property
+    def wraps(self) -> bool:
+        """Whether the result is modulo 2^W, else clamped."""
+        return self in (Overflow.WRAP, Overflow.RANGE)
+
+    @property
+    def is_sticky(self) -> bool:
+        """Whether a flag is raised where the result does not fit."""
+        return self in (Overflow.SAT, Overflow.RANGE)
+
 
 class Negate(StrEnum):
     """Sign of a term. The flag is the sign bit of `Op.flag`."""

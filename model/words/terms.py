@@ -19,7 +19,7 @@ from typing import Any, cast
 
 from boresight.model.words import walk
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Overflow, Program, Scale
+from boresight.model.words.program import Kind, Program, Scale
 from boresight.model.words.walk import ALWAYS, NEVER
 
 __all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
@@ -187,10 +187,7 @@ class Meaning:
         flagged = set()
         for op in program.ops:
             total = walk.total(op, values.__getitem__, terms)
-            wraps = op.overflow in (Overflow.WRAP, Overflow.RANGE)
-            values[op.dest] = terms.result(total, wrap=wraps)
-            if op.overflow in (Overflow.SAT, Overflow.RANGE) and terms.may_overflow(
-                values[op.dest]
-            ):
+            values[op.dest] = terms.result(total, wrap=op.overflow.wraps)
+            if op.overflow.is_sticky and terms.may_overflow(values[op.dest]):
                 flagged.add(values[op.dest])  # not a copy, which always fits
         return cls(tuple(values[n] for n in range(len(program.values))), frozenset(flagged))
