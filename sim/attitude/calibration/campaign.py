@@ -11,6 +11,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.front.affine import AXES
 from boresight.model.attitude.mekf import Mekf
+from boresight.sim.accuracy.figures import attitude_errors
 from boresight.sim.attitude.calibration.files import calibrated
 from boresight.sim.attitude.calibration.world import FIELD_UT, Device, calibration_records, device
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
@@ -18,9 +19,6 @@ from boresight.sim.experiments.forms import run_forms
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.outputs import attitude_of
-from boresight.sim.rotations.rotation import angle_between
-
-__all__ = ["Trial", "attitude_error", "trial"]
 
 #: s, of a flight; of its beginning, which is not judged.
 _FLIGHT_S, _ALIGNED_S = 60.0, 20.0
@@ -82,8 +80,8 @@ def attitude_error(of: Device, registers: Mapping[str, Mapping[str, float]], see
     seen = NineAxis(log.name, true.t, gyr, acc, mag, true.q).record()
     filter = Mekf()
     (run,), *_ = run_forms(filter, [feed(filter, seen).inputs], levels=("c",))
-    error = angle_between(attitude_of(run.outputs), true.attitude)[true.t > _ALIGNED_S]
-    return float(np.degrees(np.sqrt(np.mean(error**2))))
+    q = attitude_of(run.outputs)
+    return attitude_errors(q, true.attitude, true.t > _ALIGNED_S)["total"]
 
 
 def _matrix(p: Mapping[str, float], name: str) -> FloatArray:

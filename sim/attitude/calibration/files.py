@@ -20,8 +20,6 @@ from boresight.sim.attitude.calibration.solve import Solution, solve
 from boresight.sim.records.files import log_files, logs_of
 from boresight.sim.result import Result, plain
 
-__all__ = ["calibrate", "calibrated"]
-
 #: Of the Earth's field at the ground [uT] and of its gravity [m/s^2], with a margin; of sights.
 _FIELD_UT, _GRAVITY, _SIGHT_DEG = (20.0, 70.0), (9.7, 9.9), (1e-4, 10.0)
 #: rms of residuals in stated standard deviations, from which on they are told.

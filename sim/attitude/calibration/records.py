@@ -22,8 +22,6 @@ from boresight.model.errors import InputError
 from boresight.sim.records.record import Record, check_norm
 from boresight.sim.rotations.rotation import euler_to_quaternion
 
-__all__ = ["INERTIAL", "LINE", "Observed", "Rest", "Tick", "Turn", "observe"]
-
 INERTIAL = tuple(f"{s}{a}_counts" for s in "ga" for a in AXES)
 LINE = tuple(f"m{a}_counts" for a in AXES)
 SIGHT = ("pitch", "roll", "heading")

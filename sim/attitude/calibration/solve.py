@@ -37,12 +37,11 @@ from boresight.sim.rotations.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
+    quaternion_running_product,
     quaternion_to_matrix,
-    quaternion_to_rotation_vector,
     rotation_vector_to_quaternion,
+    turns_between,
 )
-
-__all__ = ["Misfit", "Solution", "mounting", "solve"]
 
 #: Sensors by their place among the unknowns: the registers' program, matrix and bias.
 _SENSORS = (
@@ -262,7 +261,8 @@ class _Fit:
         """
         dt = np.diff(turn.t)[:, None]
         mean = 0.5 * (turn.counts[1:] + turn.counts[:-1]) @ self.m[0].T
-        q = _running(rotation_vector_to_quaternion((mean - self.d[0]) * dt))
+        turns = rotation_vector_to_quaternion((mean - self.d[0]) * dt)
+        q = quaternion_running_product((1.0, 0.0, 0.0, 0.0), turns)
         to_end = quaternion_to_matrix(quaternion_multiply(quaternion_conjugate(q[-1]), q))
         by_matrix = np.einsum("nar,ns->ars", to_end * dt[:, :, None], mean).reshape(3, 9)
         noise = to_end @ (self.m[0] * np.sqrt(self.counts_variance[0])) * dt[:, :, None]
@@ -312,13 +312,13 @@ class _Fit:
         for k, (_, name, _) in enumerate(_SENSORS):
             y = self.means[k] @ ((np.eye(3) + e[k]) @ self.m[k]).T - self.d[k] - d[k]
             parts[f"{name} at rest"] = np.einsum("nij,nj->ni", self.weights[k], y - true[k])
-        parts["sights"] = _between(self.sights, q[self.sighted]) / self.sight_sd
+        parts["sights"] = turns_between(self.sights, q[self.sighted]) / self.sight_sd
         turn, by_matrix, by_bias, weight = self.turns
         first = np.array([t.first for t in self.data.turns], dtype=np.int64)
         change = by_matrix @ e[0].ravel() - by_bias @ d[0]
         moved = quaternion_multiply(q[first], turn)
         moved = quaternion_multiply(moved, rotation_vector_to_quaternion(change))
-        parts["turns"] = np.einsum("nij,nj->ni", weight, _between(moved, q[first + 1]))
+        parts["turns"] = np.einsum("nij,nj->ni", weight, turns_between(moved, q[first + 1]))
         moved = self.foot + (self.foot + self.d[2]) @ e[2].T - d[2]
         change = np.linalg.norm(moved, axis=1) - np.linalg.norm(self.foot, axis=1)
         parts["swing"] = (self.beyond + change) / self.line_sd
@@ -404,19 +404,6 @@ def _names(sensor: int) -> list[str]:
     """Registers of a sensor in the order of its unknowns."""
     _, matrix, bias = _SENSORS[sensor]
     return [*(f"{matrix}_{r}{c}" for r in AXES for c in AXES), *(f"{bias}_{a}" for a in AXES)]
-
-
-def _between(p: FloatArray, q: FloatArray) -> FloatArray:
-    return quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(p), q))
-
-
-def _running(q: FloatArray) -> FloatArray:
-    """Products ``q_0 ... q_k`` for every k, in log2(n) steps."""
-    step = 1
-    while step < len(q):
-        q = np.concatenate([q[:step], quaternion_multiply(q[:-step], q[step:])])
-        step *= 2
-    return q
 
 
 def _sphere(points: FloatArray, what: str) -> tuple[FloatArray, float]:

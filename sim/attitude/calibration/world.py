@@ -26,8 +26,6 @@ from boresight.sim.rotations.rotation import (
     turns_between,
 )
 
-__all__ = ["FIELD_UT", "Device", "Path", "calibration_records", "device"]
-
 #: Field of `sim.attitude.worlds.synthetic`, east, north, up.
 FIELD_UT = (0.0, 27.9, -46.2)
 #: Standard deviations of what is drawn: mounting [rad]; scale and misalignment of gyro and

@@ -23,8 +23,6 @@ from boresight.model.words.program import Program
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, calibrated
 from boresight.sim.records.record import TRUTH, Column, Record
 
-__all__ = ["log_of", "static_noise"]
-
 _RAW = tuple(f"{s}{a}_counts" for s in "ga" for a in "xyz")
 _FIELD = tuple(f"m{a}_counts" for a in "xyz")
 _ANGLES = ("compass_heading_deg", "compass_pitch_deg", "compass_roll_deg")
