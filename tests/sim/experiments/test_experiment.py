@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,23 @@ from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "good"),
+    [
+        (0.5, None, 0.5, True),
+        (0.51, None, 0.5, False),
+        (1.0, 1.0, 2.0, True),
+        (0.9, 1.0, None, False),
+        (math.nan, None, None, False),
+        (math.inf, 1.0, None, False),
+        (7.0, None, None, True),
+    ],
+)
+def test_band(value, low, high, good) -> None:
+    target = Target(name="a", source="b", value=value, low=low, high=high)
+    assert target.good is good and target.judged is ((low, high) != (None, None))
 
 
 @pytest.mark.parametrize("given", [{"value": "1"}, {"value": 1.0, "low": 2.0, "high": 1.0}])
