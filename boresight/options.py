@@ -97,7 +97,7 @@ Params: TypeAlias = Annotated[
         _texts,
         name="--param",
         metavar="NAME=NUMBER|@FILE",
-        help="Value of a parameter, or a JSON file as tune writes it; repeatable.",
+        help="Value of a parameter, or a file of tune or fit board, or registers.json; repeatable.",
     ),
 ]
 Progress: TypeAlias = Annotated[Callable[[str], None] | None, PythonOnly]

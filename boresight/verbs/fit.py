@@ -3,7 +3,7 @@
 boresight fit my_filter.py log.csv  # my_filter.fit.json, which every verb finds beside it
 boresight fit my_filter.py folder world.py:World  # from several logs and a closed loop
 boresight fit mekf log.csv -o mekf.fit.json  # for: check mekf log.csv --profile mekf.fit.json
-boresight fit "board(field_ut=(0, 27.9, -46.2))" rest.csv tumble.csv swing.csv sights.csv
+boresight fit "board(field_ut=(0, 27.9, -46.2))" logs -o calibration.json  # registers of a board
 """
 
 from __future__ import annotations

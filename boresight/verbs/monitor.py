@@ -33,7 +33,7 @@ def monitor(
     log: Annotated[str | Path | None, Parameter(metavar="FILE")] = None,
     reads: Annotated[Sequence[str], Repeated, Parameter(name="--read", metavar="NAME")] = (),
     writes: Annotated[
-        Sequence[str], Repeated, Parameter(name="--write", metavar="NAME=VALUE")
+        Sequence[str], Repeated, Parameter(name="--write", metavar="NAME=VALUE|@FILE")
     ] = (),
     register_map: Annotated[
         str | Path | None, Parameter(name="--map", metavar="REGISTERS.json")
@@ -62,7 +62,7 @@ def monitor(
     reads : sequence of str
         Read a register, by name or address; repeatable.
     writes : sequence of str
-        Write a register, before registers are read; repeatable.
+        Write a register, or those of a file of fit board, before registers are read; repeatable.
     register_map : path, optional
         Register map of the bitstream, registers.json: names, formats, clock.
     silence_s : float
