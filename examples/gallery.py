@@ -48,9 +48,9 @@ def checked(world, levels=("fixed",), **options):
     return result["results"][0]
 
 
-def row(world):
-    """Row of the table: file, lines, cycles, states, errors of the first output with a truth."""
-    result, file = checked(world), file_of(world)
+def row(world, result):
+    """Row of a result: file, lines, cycles, errors of the first output with a truth."""
+    file = file_of(world)
     truth = {d.output: d for d in result.truth if d.samples}
     shown = {d.output: d for d in result.accuracy.differences}
     name = next(iter(truth or shown))
@@ -91,6 +91,6 @@ if __name__ == "__main__":
     parser.add_argument("-o", metavar="FILE", help="draw the picture")
     arguments = parser.parse_args()
     for each in worlds():
-        print(row(each))
+        print(row(each, checked(each)))
     if arguments.o:
         picture(arguments.o)
