@@ -64,7 +64,7 @@ def monitor(
     writes : sequence of str
         Write a register, or those of a file of fit board, before registers are read; repeatable.
     register_map : path, optional
-        Register map of the bitstream, registers.json: names, formats, clock.
+        Register map of the bitstream, registers.json: names, formats, clock (without it 100 MHz).
     silence_s : float
         Longest silence of a port, s.
     each : callable, optional
