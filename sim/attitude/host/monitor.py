@@ -51,13 +51,13 @@ _COLUMNS = (
 class Track:
     """Attitudes in time, or outputs of other estimators.
 
-    ``number`` goes on behind 65535. ``time_s`` is None without time stamps. ``gaps`` holds, for
-    each place after which frames are missing, the index of the attitude before and how many.
+    ``number`` goes on behind 65535. ``gaps`` holds, for each place after which frames are missing,
+    the index of the attitude before and how many.
     """
 
     attitudes: tuple[Update, ...]
     number: tuple[int, ...]
-    time_s: tuple[float, ...] | None
+    time_s: tuple[float, ...]
     gaps: tuple[tuple[int, int], ...]
 
     @property
@@ -107,20 +107,17 @@ def _lines(
 def track_of(attitudes: Sequence[Update], *, clock_hz: float) -> Track:
     """Put attitudes in a row. The commonest step of the numbers is the one without a gap."""
     numbers: list[int] = []
-    times: list[float] | None = []
+    times: list[float] = []
     for k, attitude in enumerate(attitudes):
         before = attitudes[k - 1]
         step = (attitude.number - before.number) % 2**16 if k else 0
         numbers.append(numbers[-1] + step if k else attitude.number)
-        if attitude.stamp is None:
-            times = None
-        elif times is not None:
-            ticks = (attitude.stamp - (before.stamp or 0)) % 2**32 if k else 0
-            times.append(times[-1] + ticks / clock_hz if k else 0.0)
+        ticks = (attitude.stamp - before.stamp) % 2**32
+        times.append(times[-1] + ticks / clock_hz if k else 0.0)
     steps = [b - a for a, b in zip(numbers, numbers[1:], strict=False)]
     usual = max(1, Counter(steps).most_common(1)[0][0]) if steps else 1
     gaps = tuple((k, (step - 1) // usual) for k, step in enumerate(steps) if step > usual)
-    return Track(tuple(attitudes), tuple(numbers), None if times is None else tuple(times), gaps)
+    return Track(tuple(attitudes), tuple(numbers), tuple(times), gaps)
 
 
 def attitude_line(attitude: Update) -> str:
@@ -146,9 +143,8 @@ def _csv(track: Track) -> str:
         columns = dict.fromkeys(["number", "time_s", *names, "flags"])
     rows = [",".join(columns)]
     for k, a in enumerate(track.attitudes):
-        cells = {"number": str(track.number[k]), "flags": f"0x{a.flags:04x}", **_cells(a)}
-        if track.time_s is not None:
-            cells["time_s"] = f"{track.time_s[k]:.8f}"
+        cells = {"number": str(track.number[k]), "time_s": f"{track.time_s[k]:.8f}"}
+        cells |= {"flags": f"0x{a.flags:04x}", **_cells(a)}
         rows.append(",".join(cells.get(name, "") for name in columns))
     return "\n".join(rows) + "\n"
 
@@ -175,8 +171,7 @@ def _picture(track: Track, kind: str) -> bytes:
             found="other outputs",
             fix="leave it out, or name a .csv",
         )
-    across = track.time_s or track.number
-    return plot_image(across, shown, track.gaps, kind, timed=track.time_s is not None)
+    return plot_image(track.time_s, shown, track.gaps, kind)
 
 
 def _assignment(text: str) -> tuple[str, str]:

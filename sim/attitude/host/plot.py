@@ -16,15 +16,13 @@ def plot_image(
     attitudes: Sequence[Attitude],
     gaps: Sequence[tuple[int, int]],
     format: str,
-    *,
-    timed: bool,
 ) -> bytes:
     """An image of heading, pitch and roll over time, one under the other; missing frames are grey.
 
     Parameters
     ----------
     times : sequence of float
-        Seconds; numbers of updates if not ``timed``.
+        Seconds.
     attitudes : sequence of Attitude
         One for each time.
     gaps : sequence of (int, int)
@@ -57,7 +55,7 @@ def plot_image(
         if missing:
             note += f", {missing} missing (grey)"
         axes[0].set_title(note, loc="left", color=INK, fontsize=9.0)
-        axes[-1].set_xlabel("time since the first [s]" if timed else "number of the update")
+        axes[-1].set_xlabel("time since the first [s]")
         image = io.BytesIO()
         figure.savefig(image, format=format, dpi=130)
     return image.getvalue()
