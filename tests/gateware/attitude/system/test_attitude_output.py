@@ -191,6 +191,42 @@ def test_divider(divider: int, every: int) -> None:
     assert bench.bodies == [body_of(w) for w in updates[::every]]
 
 
+@pytest.mark.parametrize("divider", [513, 1023])
+def test_a_large_divider(divider: int) -> None:
+    """An update every cycle: the frame is gone long before the next one is due."""
+    bench = Bench(AttitudeOutput())
+
+    async def test(ctx):
+        ctx.set(bench.dut.on, 1)
+        ctx.set(bench.dut.divider, divider)
+        for updates, sent in ((divider, 1), (1, 2)):
+            ctx.set(bench.dut.updated, 1)
+            await ctx.tick().repeat(updates)
+            ctx.set(bench.dut.updated, 0)
+            await ctx.tick().repeat(60)
+            assert (bench.sent, bench.skipped) == (sent, 0)
+
+    bench.run(test)
+
+
+def test_off_in_the_middle_of_a_frame() -> None:
+    bench = Bench()
+    words = [1, *range(2, 11)]
+
+    async def test(ctx):
+        await bench.update(ctx, words, pause=200)
+        assert not bench.bodies
+        ctx.set(bench.dut.on, 1)
+        await bench.update(ctx, words, pause=20)
+        ctx.set(bench.dut.on, 0)
+        ctx.set(bench.dut.flags, 0xFF)
+        await ctx.tick().repeat(300)
+        await bench.update(ctx, words, pause=200)
+
+    bench.run(test)
+    assert bench.bodies == [body_of(words)]
+
+
 # -- frames in software ---------------------------------------------------------------------------
 
 
