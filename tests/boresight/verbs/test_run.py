@@ -83,6 +83,9 @@ def test_a_row_of_a_log_begins_anew(hand: None, level: str) -> None:
     ]
     whole = boresight.run("hand.py", log, levels=level)["outputs"]["x"]
     assert whole.tolist() == np.concatenate(parts).tolist() and whole[8] == 2.0
+    if level == "c":
+        (checked,) = boresight.check("hand.py", log, levels="c")["results"]
+        assert any(text.startswith("column restart: ") for text in checked.to_json()["warnings"])
     if level != "rtl":
         pieces = boresight.run("hand.py", log, levels=level, rows=2, output="out.csv")
         assert pieces["rows"] == 9 and read_record("out.csv").columns["x"].values[8] == 2.0

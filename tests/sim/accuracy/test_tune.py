@@ -112,6 +112,23 @@ def test_words_that_saturate_are_told() -> None:
     assert result["saturated_updates"] == 5 and "SATURATED: state total" in result.notes[0]
 
 
+def test_what_the_reader_warns_of_is_a_note() -> None:
+    class Turned(Estimator):
+        """A rate in degrees where radians are declared."""
+
+        inputs = (Input("rate", -100.0, 100.0, "rad/s"),)
+        params = (Param("gain", 1.0, 0.5, 2.0),)
+        outputs = (Output("turned", tolerance=1e-3),)
+
+        def step(self, x, u, p):
+            return {}, {"turned": p.gain * u.rate}
+
+    rows = {"rate": np.full(20, 57.3), "turned_true": np.full(20, 57.3)}
+    tuned = boresight.tune(Turned, rows, rounds=0, jobs=1)
+    for result in (tuned, boresight.accuracy(Turned, rows)):
+        assert any("looks like deg/s" in text for text in result.notes)
+
+
 @pytest.mark.parametrize("start", [(4.0, 0.0), (0.5, -3.0)])
 def test_the_search_finds_a_minimum_off_the_axes(start) -> None:
     def figure(values):
