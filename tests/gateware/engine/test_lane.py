@@ -75,7 +75,7 @@ def operand(rng: random.Random, word: int) -> int:
     )
 
 
-@pytest.mark.parametrize("word", [18, 24, 32])
+@pytest.mark.parametrize("word", [18, 19, 20, 24, 32])  # 19, 20: products by bits beside a slice
 @pytest.mark.parametrize("stalls", [0.0, 0.25])
 def test_random_slots(word: int, stalls: float) -> None:
     rng = random.Random(word + int(100 * stalls))

@@ -5,6 +5,7 @@ import random
 import numpy as np
 import pytest
 
+from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_device import (
     CONFIG_FRAMES,
     RUN_FRAMES,
@@ -177,3 +178,13 @@ def test_slow_device_with_a_clock_of_its_own() -> None:
     assert len(happened.samples) == 20 and not happened.times("restart")
     stamps = [s.stamp for s in happened.samples]
     assert (stamps[-1] - stamps[0]) / 19 == pytest.approx(PERIOD / 1.02, abs=1)
+
+
+def test_figures_at_full_speed() -> None:
+    """9 frames of 32.5 us each; the stall after the last one is not waited for."""
+    reader = Adis16385(clock_hz=100e6)
+    assert reader.hold_cycles == 1599
+    assert reader.burst_cycles == 3 + 9 * 3251 - 1600 + 2
+    assert reader.spi.half_cycles == 50 and reader.spi.stall_cycles == 1601
+    assert 4 / 1024 < reader.timeout_ticks * reader.tick_cycles / 100e6 < 5 / 1024
+    assert reader.startup_ticks * reader.tick_cycles >= 30e6
