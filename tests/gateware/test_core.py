@@ -22,6 +22,13 @@ def shared(config: str, seed: int, count: int = 3, **options) -> Core:
     return build_shared_core(random_programs(seed, count, **options), config)
 
 
+def test_digest_is_of_all_programs_in_order() -> None:
+    a, b = random_programs(4, 2)
+    both, other = build_shared_core([a, b], "small"), build_shared_core([b, a], "small")
+    assert both.digest != other.digest and both.image.digest == int(both.digest, 16)
+    assert build_core(a, "small").digest == a.digest
+
+
 @CONFIG
 @pytest.mark.parametrize("seed", range(10))
 def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
