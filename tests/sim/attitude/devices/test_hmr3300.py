@@ -141,7 +141,12 @@ def test_compass_that_ignores_commands_is_let_alone_for_a_while() -> None:
     check_values(result)
     failed = result.times("command_timed_out")
     assert len(failed) >= 5 and len(result.times("command_sent")) - 3 <= len(failed) + 1
-    assert any("paused" in names for _, names in result.flags)
+    # Four attempts, then a pause of four time-outs.
+    (paused, _), (over, _) = next(
+        pair for pair in zip(result.flags, result.flags[1:], strict=False) if "paused" in pair[0][1]
+    )
+    assert sum(time < paused for time in failed) == 4
+    assert over - paused == pytest.approx(4 * 1.707, abs=0.01)
     # Headings are taken all the while; counts come once it listens.
     assert max(b.time - a.time for a, b in zip(result.lines, result.lines[1:], strict=False)) < 1.5
     assert result.lines[-1].is_counts
