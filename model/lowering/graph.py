@@ -370,4 +370,9 @@ class Graph:
             a = self.add(self.saturated(self.sub(a, lower), half), lower)
         if above:
             a = self.sub(upper, self.saturated(self.sub(upper, a), half))
+        limits = {"low": smallest, "high": largest, "unit": a.unit}
+        if not below and math.frexp(smallest)[0] == -0.5 and largest < -smallest:
+            # Rounding alone passes the least word.
+            limits |= {"source": "saturated on purpose", "value": -smallest}
+            return self._new("saturated", a, key=-smallest, **limits)
         return self.bounded(a, smallest, largest, "clip")

@@ -1,4 +1,4 @@
-"""Random expressions stay in their intervals, and within what their formats explain."""
+"""Random expressions stay in their intervals, without a flag, and within what formats explain."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.support.random_functions import random_functions
 pytestmark = pytest.mark.pythons
 
 
-@pytest.mark.parametrize("word", [18, 24, 32])
+@pytest.mark.parametrize("word", [18, 22, 32])
 def test_within_the_bound_of_their_errors(word: int) -> None:
     known, refused, shares = [], 0, []
     for seed in range(60):
@@ -22,7 +22,8 @@ def test_within_the_bound_of_their_errors(word: int) -> None:
             assert " up to " in str(error)
             refused += 1
             continue
-        out, _ = Interpreter(program, words.shape[1]).update(words)
+        out, saturated = Interpreter(program, words.shape[1]).update(words)
+        assert not saturated.any(), f"seed {seed}"
         for k, want in enumerate(wanted):
             got = program.format(program.outputs[k]).real(out[k])
             sure = np.isfinite(want.error)
