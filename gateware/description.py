@@ -84,9 +84,9 @@ def core_pins(word: int) -> tuple[Pin, ...]:
 class Word:
     """One word of a record: value = word * 2^-frac, in ``unit``.
 
-    A register map has these three fields only. ``cycle`` is the cycle in which the word passes, if
-    the record's first word passes in cycle 1 and the core never stalls. ``missing`` describes the
-    value of an input without a new sample; empty if every record needs one.
+    A register map has these three fields only. ``cycle`` is that in which an output word passes,
+    if the record's first word passes in cycle 1 and the core never stalls. ``missing`` describes
+    the value of an input without a new sample; empty if every record needs one.
     """
 
     name: str
@@ -340,7 +340,7 @@ def _records(core: Core, summary: str) -> Records:
     return Records(
         program.name,
         program.digest,
-        tuple(_inputs(program, [cycle - plan.gets[0] + 1 for cycle in plan.gets])),
+        tuple(_inputs(program)),
         tuple(_outputs(program, plan.latencies)),
         summary or program.name,
         plan.interval,
@@ -353,9 +353,9 @@ def _records(core: Core, summary: str) -> Records:
     )
 
 
-def _inputs(program: Program, cycles: list[int]) -> Iterator[Word]:
+def _inputs(program: Program) -> Iterator[Word]:
     ports = dict(zip(program.inputs, program.in_ports, strict=False))
-    for number, cycle in zip(program.inputs, cycles, strict=True):
+    for number in program.inputs:
         value, port = program.values[number], ports.get(number, InPort())
         missing = "" if port.missing is None else str(port.missing)
         meaning = port.meaning
@@ -364,9 +364,7 @@ def _inputs(program: Program, cycles: list[int]) -> Iterator[Word]:
             meaning = meaning or f"1: new sample of {', '.join(port.flags)}"
         if missing == "hold":
             missing = "the last word again"
-        yield Word(
-            value.name, value.frac, value.unit, meaning, value.low, value.high, missing, cycle
-        )
+        yield Word(value.name, value.frac, value.unit, meaning, value.low, value.high, missing)
 
 
 def _outputs(program: Program, cycles: tuple[int, ...]) -> Iterator[Word]:

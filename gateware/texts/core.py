@@ -11,7 +11,6 @@ from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.texts.bench import Recorded, bench_context, expected_hex, input_hex
 from boresight.gateware.texts.render import render
-from boresight.gateware.texts.wave import bus_drawing, record_drawing
 from boresight.gateware.verilog import to_verilog
 from boresight.model.declarations import EXACT_UNITS
 
@@ -90,12 +89,7 @@ def integration_files(
     }
     out = {
         "README.md": render(
-            "readme.md",
-            **context,
-            exact_units=EXACT_UNITS,
-            drawings=[record_drawing(p, core.word).text() for p in core.programs],
-            bus_drawing=bus_drawing(core).text(),
-            area="" if area is None else str(area),
+            "readme.md", **context, exact_units=EXACT_UNITS, area="" if area is None else str(area)
         ),
         "core.core": render("core.core", **context),
         "tb/Makefile": render("Makefile", **context),
