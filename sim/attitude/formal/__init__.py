@@ -1,1 +1,0 @@
-"""Formal proofs of the attitude board: SPI, compass, results, buses (`boresight.sim.formal`)."""
