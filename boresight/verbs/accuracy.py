@@ -33,8 +33,8 @@ from boresight.options import (
 )
 from boresight.parameters import params_of_each
 from boresight.regression import Baseline
-from boresight.sim.accuracy.benchmark import JUDGED, benchmark, require_attitudes
-from boresight.sim.accuracy.figures import ALIGNMENTS
+from boresight.sim.accuracy.benchmark import benchmark
+from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import read_trials
 from boresight.sim.pages import Section, Verdict, page_of, section_of
@@ -96,16 +96,21 @@ def accuracy(
     check_word(word)
     require_choice("align", align, ALIGNMENTS)
     require_whole("jobs", jobs, 1)
-    missing = [n for n in peers if names == FIRST and not find_spec(PEERS[n].package)]
+    missing = [n for n in peers if names == FIRST and not find_spec(PEERS[n][0])]
     peers = [n for n in peers if n not in missing]
-    require_peers([PEERS[name] for name in peers])
-    values = params_by_estimator(named, params)
+    require_peers(peers)
+    values = _params(ours, params)
+    for e in [] if logs and align == "none" else ours:
+        if not gives_attitude(e):
+            fix = "name one after the estimator; the bundled ones are of attitudes"
+            raise InputError.at(
+                "--align" if logs else "logs",
+                wanted="attitudes, outputs qw qx qy qz",
+                found=f"{e.name}, which has none",
+                fix="leave --align out" if logs else fix,
+            )
     if not logs:
-        fix = "name one after the estimator; the bundled ones are of attitudes"
-        require_attitudes(ours, "logs", fix)
         say("no log named: the bundled ones")
-    if align != "none":
-        require_attitudes(ours, "--align", "leave --align out")
     trials, left_out = read_trials(logs, ours, load=bool(peers))
 
     def work() -> Result:
@@ -113,8 +118,8 @@ def accuracy(
             ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
         )
         notes = [f"log {log.name} has no truth: left out" for log in left_out]
-        notes += [f"{n} left out: its package {PEERS[n].package} is missing" for n in missing]
-        return replace(result, notes=(*result.notes, *notes), judged=JUDGED)
+        notes += [f"{n} left out: its package {PEERS[n][0]} is missing" for n in missing]
+        return replace(result, notes=(*result.notes, *notes))
 
     if output is None:
         return work()
@@ -125,62 +130,54 @@ def accuracy(
         data = json.dumps(result.to_json(), indent=1)
         (folder / "accuracy.json").write_text(data + "\n")
         (folder / "accuracy.html").write_text(render_page(result), encoding="utf-8")
-    summary = f"{result.summary}\n{output}/accuracy.html".strip()
-    return replace(result, summary=summary)
+    return replace(result, summary=f"{output}/accuracy.html")
 
 
 def render_page(result: Result) -> str:
     """The page's text, which needs no other file."""
     rows = [row for row in result["estimators"] if row["level"] != "float"]
-    logs = [log["trial"] for log in result["logs"]]
-    errors: dict[str, str] = {name: unit for row in rows for name, unit in row["units"].items()}
     sections = [section_of(title, table) for title, table in result.tables.items()]
+
+    def plot(title: str, label: str, series: dict[str, list[float | None]]) -> None:
+        figure = dots([log["trial"] for log in result["logs"]], series, label.rstrip())
+        sections.append(Section(title=title, figures=[("", figure)]))
+
+    errors: dict[str, str] = {name: unit for row in rows for name, unit in row["units"].items()}
     for name, unit in errors.items():
         series = {
-            row["estimator"]: _on_logs(row, "error", name) for row in rows if name in row["units"]
+            row["estimator"]: [trial["error"].get(name) for trial in row["trials"]]
+            for row in rows
+            if name in row["units"]
         }
-        label = f"error: {name} {unit}".rstrip()
-        sections.append(
-            Section(title=f"Error on each log: {name}", figures=[("", dots(logs, series, label))])
-        )
+        plot(f"Error on each log: {name}", f"error: {name} {unit}", series)
     near = {
-        f"{row['estimator']}, {d['output']} {d['unit']}".rstrip(): _on_logs(
-            row, "vs_float", d["output"]
-        )
+        f"{row['estimator']}, {d['output']} {d['unit']}".rstrip(): [
+            trial["vs_float"].get(d["output"]) for trial in row["trials"]
+        ]
         for row in rows
         for d in row["vs_float"]
         if d["tolerance"] is not None
     }
     if near:
-        label = "largest difference between fixed point and float64"
-        sections.append(Section(title="Fixed point", figures=[("", dots(logs, near, label))]))
-    intro: list[str | Verdict] = [result["source"] + "."]
-    intro += [Verdict(text, good=False) for text in result.failures]
-    return page_of("Accuracy", intro, sections)
-
-
-def _on_logs(row: Mapping[str, Any], key: str, name: str) -> list[float | None]:
-    return [trial[key].get(name) for trial in row["trials"]]
-
-
-def groups() -> dict[str, list[str]]:
-    """Words for several names; "ours" are estimators with the inputs of the published filters."""
-    installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
-    ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
-    return {"ours": ours, "published": list(PEERS), "all": [*ours, *PEERS]}
+        plot("Fixed point", "largest difference between fixed point and float64", near)
+    failures = [Verdict(text, good=False) for text in result.failures]
+    return page_of("Accuracy", [result["source"] + ".", *failures], sections)
 
 
 def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     """Split names into estimators and published filters.
 
-    A text holds one or several names with commas, or words of `groups`.
+    A text holds one or several names with commas; "ours" are the estimators with the inputs of the
+    published filters, "published" these, "all" both.
 
     Raises
     ------
     InputError
         A name twice, or none.
     """
-    words = groups()
+    installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
+    ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
+    words = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
     members: list[Named] = []
     for name in [names] if isinstance(names, str | Estimator | type) else names:
         for text in split_names(name) if isinstance(name, str) else [name]:
@@ -197,25 +194,18 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     return [n for n in members if n not in published], published
 
 
-def params_by_estimator(
-    names: Sequence[Named], params: Mapping[str, Any] | Sequence[str] | None
+def _params(
+    ours: Sequence[Estimator], params: Mapping[str, Any] | Sequence[str] | None
 ) -> dict[str, Mapping[str, float]]:
-    """Parameter values by estimator: from Python by estimator, or texts of the command line.
-
-    Raises
-    ------
-    InputError
-        Values whose estimator is unknown or not among ``names``.
-    """
-    if params and not names:
+    """Parameter values by estimator: from Python by estimator, or texts of the command line."""
+    if params and not ours:
         raise InputError.at(
             "parameters",
             wanted="an estimator with parameters",
             found="published filters only",
             fix="name an estimator, or leave the values out",
         )
-    own = [estimator_of(name).name for name in names]
-    if isinstance(params, Mapping) and len(own) == 1 and own[0] in params:
-        params = params[own[0]]
-    values = params_of_each(names, params)
-    return {name: some for name, some in zip(own, values, strict=True) if some}
+    if isinstance(params, Mapping) and [*params] == [e.name for e in ours]:
+        params = [*params.values()][0] if len(ours) == 1 else params
+    values = zip(ours, params_of_each(ours, params), strict=True)
+    return {e.name: some for e, some in values if some}

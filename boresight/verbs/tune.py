@@ -36,7 +36,7 @@ from boresight.parameters import numbers, params_of
 from boresight.sim.accuracy.runs import LogRuns
 from boresight.sim.accuracy.search import axes_of, folds_of
 from boresight.sim.accuracy.trials import read_trials
-from boresight.sim.accuracy.tuning import Tuning, tuned_result, weights_of
+from boresight.sim.accuracy.tuning import Tuning, weights_of
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result
 
@@ -95,38 +95,38 @@ def tune(
         Unknown names, bad logs, no log with true values, illegal numbers.
     """
     say = progress or (lambda text: None)
-    found = find_estimator(estimator)
-    values = found.param_values(params_of(estimator, params))
-    axes = axes_of(found, values, names)
+    made = find_estimator(estimator)
+    values = made.param_values(params_of(estimator, params))
+    axes = axes_of(made, values, names)
     check_word(word)
     require_whole("folds", folds, 1)
     require_whole("rounds", rounds, 0)
     require_whole("jobs", jobs, 1)
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, inputs=files)
-    trials, left_out = read_trials(logs, [found])
-    trials = [trial for trial in trials if trial.reference == "truth"]
+    trials, left_out = read_trials(logs, [made])
+    compared = [trial.name for trial in trials if trial.reference != "truth"]
+    trials = [trial for trial in trials if trial.name not in compared]
+    if not trials:
+        found, fix = f"a device's estimate in {', '.join(compared)}", "name logs with truth"
+        raise InputError.at("logs", wanted="a log with truth", found=found, fix=fix)
     units = {name: unit for trial in trials for name, unit in trial.units.items()}
     given = numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
     counted = weights_of(units, given)
     tests = folds_of(len(trials), folds if rounds else 1)
-    members = [trial.feeds[found.name] for trial in trials]
+    members = [trial.feeds[made.name] for trial in trials]
     if len({tuple(member.rates_hz.values()) for member, _ in members}) > 1:
-        raise InputError.at(
-            "logs",
-            wanted=f"one rate, as {found.name} is made for a rate",
-            found="several",
-            fix="tune on logs of the same rate",
-        )
+        wanted, fix = f"one rate, as {made.name} is made for a rate", "tune on logs of one rate"
+        raise InputError.at("logs", wanted=wanted, found="several", fix=fix)
     runs = LogRuns(members[0][0], [columns for _, columns in members], word=word, jobs=jobs)
-    say(f"{found.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
-    tuning = Tuning(runs, axes, values, counted, rounds, say)
-    log_names = [trial.name for trial in trials]
-    result = tuned_result(tuning, values, log_names, units, tests)
+    say(f"{made.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
+    result = Tuning(runs, axes, values, counted, rounds, say).result(
+        [trial.name for trial in trials], units, tests
+    )
     notes = [text for trial in trials for text in trial.warnings]
     notes += [f"log {log.name} has no truth: left out" for log in left_out]
     result = replace(result, data={**result.data, "word": word}, notes=(*result.notes, *notes))
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")
-        result = replace(result, summary=f"{result.summary}\nwritten: {output}".strip())
+        result = replace(result, summary=f"{result.summary}\nwritten: {output}")
     return result

@@ -9,6 +9,7 @@ from boresight.model.errors import ToolMissing
 
 #: Extra of `pyproject.toml` by library.
 _EXTRAS = {
+    "ahrs": "published",
     "amaranth_boards": "board",
     "distributed": "cluster",
     "matplotlib": "plots",
@@ -18,6 +19,7 @@ _EXTRAS = {
     "rosbags": "ros",
     "scipy": "logs",
     "serial": "board",
+    "vqf": "published",
 }
 
 

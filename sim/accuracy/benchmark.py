@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors, gives_attitude
-from boresight.sim.accuracy.peers import dip_rad, peer, require_peers, run_peer
+from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors
+from boresight.sim.accuracy.peers import run_peer
 from boresight.sim.accuracy.runs import LogRuns, Scores
 from boresight.sim.accuracy.trials import Trial
 from boresight.sim.baseline import Figure
@@ -48,11 +47,11 @@ def benchmark(
     peers: Sequence[str],
     trials: Sequence[Trial],
     *,
-    params: Mapping[str, Mapping[str, float]] | None = None,
-    word: int = 32,
-    align: str = "none",
-    jobs: int | None = None,
-    say: Callable[[str], None] = lambda text: None,
+    params: Mapping[str, Mapping[str, float]],
+    word: int,
+    align: str,
+    jobs: int | None,
+    say: Callable[[str], None],
 ) -> Result:
     """Run everything.
 
@@ -60,7 +59,7 @@ def benchmark(
     ----------
     peers : sequence of str
         Keys of `sim.accuracy.peers.PEERS`.
-    params : mapping, optional
+    params : mapping
         Parameter values by estimator.
     align : str
         Constant offset that is taken out of attitudes first: `ALIGNMENTS`.
@@ -78,19 +77,18 @@ def benchmark(
     Raises
     ------
     InputError
-        Unknown names, an illegal parameter, a peer whose package is not installed.
+        An illegal parameter, or a log that a published filter does not take.
     """
-    require_peers([peer(name) for name in peers])
     by_name: dict[str, dict[str, list[Scores]]] = {}
     for estimator in estimators:
-        values = (params or {}).get(estimator.name)
+        values = params.get(estimator.name)
         by_name[estimator.name] = _own(estimator, trials, values, word, jobs, align)
         say(estimator.name)
-    dips = _dips(trials) if peers else {}
+    longest_first = sorted(trials, key=lambda t: -len(t.log))
     tasks = [
-        ((name, t.name), _published, (name, t.log.first, dips.get(_folder(t)), align))
+        ((name, t.name), _published, (name, t.log.first, align))
         for name in peers
-        for t in sorted(trials, key=lambda t: -len(t.log))
+        for t in longest_first
     ]
     by_name |= {name: {} for name in peers}
     for (name, trial), scores in dispatch(jobs, tasks):
@@ -112,7 +110,7 @@ def benchmark(
         "word": word,
         "align": align,
         "logs": [_log(trial) for trial in trials],
-        "parameters": params or {},
+        "parameters": params,
         "estimators": rows,
     }
     notes = [text for trial in trials for text in trial.warnings]
@@ -136,8 +134,8 @@ def _own(
     groups: dict[tuple[float, ...], tuple[Estimator, dict[str, Feed | LongFeed]]] = {}
     for trial in trials:
         member, columns = trial.feeds[estimator.name]
-        of = groups.setdefault(tuple(member.rates_hz.values()), (member, {}))
-        of[1][trial.name] = columns
+        _, feeds = groups.setdefault(tuple(member.rates_hz.values()), (member, {}))
+        feeds[trial.name] = columns
     out: dict[str, list[Scores]] = {}
     for member, feeds in groups.values():
         every = [*feeds.values()]
@@ -146,28 +144,10 @@ def _own(
     return out
 
 
-def _folder(trial: Trial) -> str:
-    return "" if trial.log.path is None else str(trial.log.path.absolute().parent)
-
-
-def _dips(trials: Sequence[Trial]) -> dict[str, float]:
-    """Dip of the field [rad] by folder, as of one place: the median over its logs.
-
-    A single log's own dip carries the errors of its sensors' calibration (2 to 3 degrees).
-    """
-    dips: dict[str, list[float]] = {}
-    for trial in trials:
-        log = NineAxis.of(trial.log.first)
-        if log.mag_new.any():
-            dips.setdefault(_folder(trial), []).append(dip_rad(log))
-    return {folder: float(np.median(values)) for folder, values in dips.items()}
-
-
-def _published(name: str, record: Record, dip: float | None, align: str) -> Scores:
+def _published(name: str, record: Record, align: str) -> Scores:
     """A published filter on a log."""
-    log = NineAxis.of(record)
-    start = time.perf_counter()
-    q = run_peer(peer(name), record, dip)
+    log, start = NineAxis.of(record), time.perf_counter()
+    q = run_peer(name, record)
     seconds = time.perf_counter() - start
     offset = Alignment(align)
     offset.add(q, log.attitude, log.counts)
@@ -185,11 +165,13 @@ def means(scores: Iterable[Mapping[str, float]]) -> dict[str, float]:
 
 def _log(trial: Trial) -> dict[str, Any]:
     """A log; its rate is the median, of a long file over the first 65,536 rows."""
-    first = trial.log.first
-    timed = {"t", "dt"} & set(first.columns)
-    rate = round(1.0 / float(np.median(first.steps())), 3) if timed else None
-    samples = len(trial.log)
-    return {"trial": trial.name, "samples": samples, "rate_hz": rate, "reference": trial.reference}
+    first, timed = trial.log.first, {"t", "dt"} & {*trial.log.first.columns}
+    return {
+        "trial": trial.name,
+        "samples": len(trial.log),
+        "rate_hz": round(1.0 / float(np.median(first.steps())), 3) if timed else None,
+        "reference": trial.reference,
+    }
 
 
 def _row(name: str, scores: Sequence[tuple[Trial, Scores]]) -> dict[str, Any]:
@@ -240,38 +222,27 @@ def _near(several: Sequence[Difference]) -> dict[str, Any]:
 
 def _tables(rows: Sequence[Mapping[str, Any]], trials: Sequence[Trial]) -> dict[str, list[Row]]:
     """Means of each estimator, and the main error of each on every log."""
-    summary: list[Row] = []
-    for row in rows:
-        errors = {f"{n} {row['units'][n]}".rstrip(): value for n, value in row["mean"].items()}
-        shares = [d["apart"] / d["tolerance"] for d in row["vs_float"] if d["tolerance"]]
-        summary.append(
-            {
-                "estimator": row["estimator"],
-                "level": row["level"],
-                **errors,
-                "from float64, over tolerance": max(shares, default=None),
-                "saturated": row["saturated_updates"],
-                "seconds": row["seconds"],
-            }
-        )
-    logs: list[Row] = []
-    for k, trial in enumerate(trials):
-        cells: dict[str, Any] = {"log": trial.name, "reference": trial.reference}
-        for row in rows:
-            if row["level"] != "float" and row["units"]:
-                name = next(iter(row["units"]))
-                cells[row["estimator"]] = row["trials"][k]["error"].get(name)
-        logs.append(cells)
+    summary: list[Row] = [
+        {
+            "estimator": row["estimator"],
+            "level": row["level"],
+            **{f"{n} {row['units'][n]}".rstrip(): value for n, value in row["mean"].items()},
+            "from float64, over tolerance": max(
+                (d["apart"] / d["tolerance"] for d in row["vs_float"] if d["tolerance"]),
+                default=None,
+            ),
+            "saturated": row["saturated_updates"],
+            "seconds": row["seconds"],
+        }
+        for row in rows
+    ]
+    logs: list[Row] = [
+        {"log": trial.name, "reference": trial.reference}
+        | {
+            row["estimator"]: row["trials"][k]["error"].get(next(iter(row["units"])))
+            for row in rows
+            if row["level"] != "float" and row["units"]
+        }
+        for k, trial in enumerate(trials)
+    ]
     return {"errors, mean over the logs with truth": summary, "error on each log": logs}
-
-
-def require_attitudes(estimators: Sequence[Estimator], where: str, fix: str) -> None:
-    """Raise InputError unless all outputs are attitudes."""
-    for estimator in estimators:
-        if not gives_attitude(estimator):
-            raise InputError.at(
-                where,
-                wanted="attitudes, outputs qw qx qy qz",
-                found=f"{estimator.name}, which has none",
-                fix=fix,
-            )

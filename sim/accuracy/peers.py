@@ -12,8 +12,7 @@ Each gives attitudes b to n (ENU) like ours. What their packages leave to the us
   `Madgwick` takes x as north (ours = a quarter turn about the vertical times its), its `Mahony` y
   as north. Its `EKF` calls "NED" what has z up when fed with specific force; with the field
   direction given as an array in ENU it works in ENU, and whether it uses the field depends on its
-  attribute ``mag``, not on the argument. That direction needs a dip angle: `dip_rad`
-  of the log, or what the caller knows of the place.
+  attribute ``mag``, not on the argument. That direction needs a dip angle: `dip_rad`.
 
 VQF: D. Laidig, T. Seel, "VQF: Highly accurate IMU orientation estimation with bias estimation and
 magnetic disturbance rejection", Information Fusion 91:187, 2023, doi 10.1016/j.inffus.2022.10.014.
@@ -21,16 +20,15 @@ magnetic disturbance rejection", Information Fusion 91:187, 2023, doi 10.1016/j.
 
 from __future__ import annotations
 
-import importlib
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, ToolMissing, require_choice
+from boresight.model.errors import InputError
+from boresight.model.tools.extras import optional
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import (
@@ -42,73 +40,41 @@ from boresight.sim.rotations.rotation import (
 
 #: ENU out of axes with x to the north and y to the west: a quarter turn about the vertical.
 _QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
-
-
 #: Longest gap [s] that is filled.
 _LONGEST_GAP_S = 1.0
 
 
-@dataclass(frozen=True)
-class Peer:
-    """One filter with one set of numbers.
-
-    ``kernel(log, dip, *settings)`` gives attitudes (n, 4).
-    """
-
-    name: str
-    summary: str
-    package: str
-    kernel: Callable[..., FloatArray]
-    settings: tuple[object, ...]
-
-    def run(self, log: NineAxis, dip: float | None = None) -> FloatArray:
-        """Attitudes (n, 4); the dip [rad] of the place's field, by default that of the log."""
-        return self.kernel(log, dip, *self.settings)
-
-
-def run_peer(peer: Peer, record: Record, dip: float | None = None) -> FloatArray:
-    """Attitudes (n, 4) of a published filter.
+def run_peer(name: str, record: Record) -> FloatArray:
+    """Attitudes (n, 4) of a published filter, one of `PEERS`.
 
     Raises
     ------
     InputError
-        The package is not installed, or cannot make anything of the log: a sample without
-        specific force, for one.
+        The filter cannot make anything of the log: a sample without specific force, for one.
+    ToolMissing
+        Its package is not installed.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return peer.run(NineAxis.of(record), dip)
+            return PEERS[name][1](NineAxis.of(record))
     except InputError:
         raise
     except (ArithmeticError, IndexError, ValueError) as error:
         raise InputError.at(
             record.where,
-            wanted=f"samples that the published filter {peer.name} takes",
+            wanted=f"samples that the published filter {name} takes",
             found=str(error),
             fix="leave the log or that filter out",
         ) from error
 
 
-def _package(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise ToolMissing(
-            f"the Python package {name} is not installed: run 'pip install {name}' "
-            "(compiled where there is no wheel, with python3-dev), or leave its filters out"
-        ) from None
-
-
 def _field(log: NineAxis) -> FloatArray:
     """Magnetometer samples (n, 3), zero where there is nothing new."""
     if not log.mag_new.any():
-        raise InputError.at(
-            f"log {log.name!r}",
-            wanted="magnetometer samples",
-            found="none",
-            fix="leave this log out; without them there is no heading to compare",
-        )
+        fix = "leave this log out; without them there is no heading to compare"
+        where = f"log {log.name!r}"
+        raise InputError.at(where, wanted="magnetometer samples", found="none", fix=fix)
     return np.where(log.mag_new[:, None], log.mag, 0.0)
 
 
@@ -137,113 +103,70 @@ def dip_rad(log: NineAxis) -> float:
     return float(np.arcsin(np.median(down[size > 0] / size[size > 0])))
 
 
-# -- vqf ----------------------------------------------------------------------------------------
-
-
-def _contiguous(*arrays: FloatArray) -> list[FloatArray]:
-    return [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
-
-
-def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
+def _online(kind: str, log: NineAxis) -> FloatArray:
+    """A filter of `vqf` that is called sample by sample."""
     step = float(np.median(log.dt))
     # The samples of a gap are copies of the next one.
     times = np.clip(np.rint(log.dt / step), 1, _LONGEST_GAP_S / step).astype(np.int64)
     rows, last = np.repeat(np.arange(len(log)), times), np.cumsum(times) - 1
-    gyr, acc = log.gyr[rows], log.acc[rows]
-    package = _package("vqf")
-    if not log.mag_new.any():
-        out = getattr(package, kind)(step).updateBatch(*_contiguous(gyr, acc))
-        return np.asarray(out["quat6D"], dtype=np.float64)[last]
-    field = np.zeros_like(gyr)
-    field[last] = _field(log)
-    period = len(rows) / int(np.count_nonzero(log.mag_new))
-    filter_ = getattr(package, kind)(step, magTs=step * period)
-    out = filter_.updateBatch(*_contiguous(gyr, acc, field))
-    return np.asarray(out["quat9D"], dtype=np.float64)[last]
+    samples, settings = [log.gyr[rows], log.acc[rows]], {}
+    if has_field := log.mag_new.any():
+        samples.append(np.zeros_like(samples[0]))
+        samples[-1][last] = _field(log)
+        settings["magTs"] = step * (len(rows) / int(np.count_nonzero(log.mag_new)))
+    out = getattr(optional("vqf"), kind)(step, **settings).updateBatch(*samples)
+    return np.asarray(out["quat9D" if has_field else "quat6D"], dtype=np.float64)[last]
 
 
-def _vqf_offline(log: NineAxis, dip: float | None) -> FloatArray:
+def _vqf_offline(log: NineAxis) -> FloatArray:
     _field(log)
     last = np.maximum.accumulate(np.where(log.mag_new, np.arange(len(log)), -1))
     field = log.mag[np.where(last < 0, int(np.argmax(log.mag_new)), last)]
-    samples = _contiguous(log.gyr, log.acc, field)
-    out = _package("vqf").offlineVQF(*samples, float(np.median(log.dt)))
+    samples = map(np.ascontiguousarray, (log.gyr, log.acc, field))
+    out = optional("vqf").offlineVQF(*samples, float(np.median(log.dt)))
     return np.asarray(out["quat9D"], dtype=np.float64)
 
 
-# -- ahrs ---------------------------------------------------------------------------------------
-
-
-def _stepped(
-    log: NineAxis,
-    start: FloatArray,
-    filter_: Any,
-    with_field: Callable[..., Any],
-    without: Callable[..., Any],
-) -> FloatArray:
-    """Attitudes (n, 4) of an `ahrs` filter that is called sample by sample."""
+def _ahrs(kind: str, log: NineAxis, **settings: object) -> FloatArray:
+    """A filter of `ahrs`, which is called sample by sample."""
     q = np.empty((len(log), 4))
-    q[0] = start
-    for k, (dt, new) in enumerate(zip(log.dt.tolist(), log.mag_new.tolist(), strict=True)):
-        if k == 0:
-            continue
+    q[0] = first_attitude(log)
+    if kind == "Madgwick":
+        q[0] = quaternion_multiply(quaternion_conjugate(_QUARTER), q[0])
+    if kind == "EKF":
+        dip = dip_rad(log)
+        direction = np.array([0.0, np.cos(dip), -np.sin(dip)])
+        settings |= {"frame": "NED", "magnetic_ref": direction}
+    filter_ = getattr(optional("ahrs.filters"), kind)(**settings)
+    with_field, without = (
+        getattr(filter_, "update" if kind == "EKF" else name)
+        for name in ("updateMARG", "updateIMU")
+    )
+    for k, (dt, new) in enumerate(zip(log.dt[1:].tolist(), log.mag_new[1:], strict=True), 1):
         filter_.Dt = dt
         filter_.mag = log.mag[k] if new else None  # the EKF asks this, not its argument
-        if new:
-            q[k] = with_field(q[k - 1], log.gyr[k], log.acc[k], log.mag[k])
-        else:
-            q[k] = without(q[k - 1], log.gyr[k], log.acc[k])
-    return q
+        samples = (q[k - 1], log.gyr[k], log.acc[k])
+        q[k] = with_field(*samples, log.mag[k]) if new else without(*samples)
+    return quaternion_multiply(_QUARTER, q) if kind == "Madgwick" else q
 
 
-def _madgwick(log: NineAxis, dip: float | None, gain: float) -> FloatArray:
-    filter_ = _package("ahrs").filters.Madgwick(gain=gain)
-    start = quaternion_multiply(quaternion_conjugate(_QUARTER), first_attitude(log))
-    q = _stepped(log, start, filter_, filter_.updateMARG, filter_.updateIMU)
-    return quaternion_multiply(_QUARTER, q)
-
-
-def _mahony(log: NineAxis, dip: float | None, k_p: float, k_i: float) -> FloatArray:
-    filter_ = _package("ahrs").filters.Mahony(k_P=k_p, k_I=k_i)
-    return _stepped(log, first_attitude(log), filter_, filter_.updateMARG, filter_.updateIMU)
-
-
-def _ekf(log: NineAxis, dip: float | None, *noises: float) -> FloatArray:
-    start = first_attitude(log)
-    dip = dip_rad(log) if dip is None else dip
-    filter_ = _package("ahrs").filters.EKF(
-        frame="NED", magnetic_ref=np.array([0.0, np.cos(dip), -np.sin(dip)]), noises=noises
-    )
-    return _stepped(log, start, filter_, filter_.update, filter_.update)
-
-
-_TUNED, _BROAD = "(tuned on 15 BROAD trials)", "(published with BROAD)"
-_BASIC, _GAINS, _NOISES = ("BasicVQF",), (0.74, 0.0012), (0.1, 1.0, 0.5)
-
-#: Every peer by name. Gains in 1/s, noises of the EKF as variances of gyro, force and field.
-PEERS: dict[str, Peer] = {
-    name: Peer(name, summary, package, kernel, settings)
-    for name, summary, package, kernel, settings in (
-        ("vqf_offline", "VQF, offline (not causal)", "vqf", _vqf_offline, ()),
-        ("vqf_online", "VQF", "vqf", _online, ("VQF",)),
-        ("vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", _online, _BASIC),
-        ("madgwick", "Madgwick, ahrs, its gain 0.041", "ahrs", _madgwick, (0.041,)),
-        ("madgwick_tuned", f"Madgwick, ahrs, gain 0.08 {_TUNED}", "ahrs", _madgwick, (0.08,)),
-        ("mahony", "Mahony, ahrs, its gains 1 and 0.3", "ahrs", _mahony, (1.0, 0.3)),
-        ("mahony_tuned", f"Mahony, ahrs, gains 0.74 and 0.0012 {_BROAD}", "ahrs", _mahony, _GAINS),
-        ("ahrs_ekf", "EKF, ahrs, its noises 0.09, 0.25, 0.64", "ahrs", _ekf, (0.09, 0.25, 0.64)),
-        ("ahrs_ekf_tuned", f"EKF, ahrs, noises 0.1, 1, 0.5 {_TUNED}", "ahrs", _ekf, _NOISES),
-    )
+#: Package and function of every filter. Gains in 1/s, noises of the EKF as variances of gyro, force
+#: and field: those of the package, and tuned ones (Mahony's are published with BROAD, the others
+#: are from 15 of its trials).
+PEERS: dict[str, tuple[str, Callable[[NineAxis], FloatArray]]] = {
+    "vqf_offline": ("vqf", _vqf_offline),
+    "vqf_online": ("vqf", partial(_online, "VQF")),
+    "vqf_basic": ("vqf", partial(_online, "BasicVQF")),
+    "madgwick": ("ahrs", partial(_ahrs, "Madgwick", gain=0.041)),
+    "madgwick_tuned": ("ahrs", partial(_ahrs, "Madgwick", gain=0.08)),
+    "mahony": ("ahrs", partial(_ahrs, "Mahony", k_P=1.0, k_I=0.3)),
+    "mahony_tuned": ("ahrs", partial(_ahrs, "Mahony", k_P=0.74, k_I=0.0012)),
+    "ahrs_ekf": ("ahrs", partial(_ahrs, "EKF", noises=(0.09, 0.25, 0.64))),
+    "ahrs_ekf_tuned": ("ahrs", partial(_ahrs, "EKF", noises=(0.1, 1.0, 0.5))),
 }
 
 
-def peer(name: str) -> Peer:
-    """The peer called ``name``; `InputError` if there is none."""
-    require_choice("peer", name, PEERS)
-    return PEERS[name]
-
-
-def require_peers(peers: list[Peer]) -> None:
-    """Raise ToolMissing if a package of these peers is not installed."""
-    for package in sorted({p.package for p in peers}):
-        _package(package)
+def require_peers(names: list[str]) -> None:
+    """Raise ToolMissing if a package of these filters is not installed."""
+    for package in sorted({PEERS[name][0] for name in names}):
+        optional(package)

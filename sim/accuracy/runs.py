@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass, field
 
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import Alignment, Errors
 from boresight.sim.campaign import processes
@@ -111,23 +110,6 @@ class LogRuns:
             ]
             return [future.result() for future in futures]
 
-    def errors(
-        self, params: Mapping[str, float] | None = None, indices: Sequence[int] | None = None
-    ) -> list[Mapping[str, float]]:
-        """Errors against truth of fixed point; raises InputError for a log without truth."""
-        indices = range(len(self.feeds)) if indices is None else indices
-        out = []
-        for index, (fixed, *_) in zip(indices, self.run(params, indices), strict=True):
-            if not fixed.errors:
-                raise InputError.at(
-                    next(iter(self.feeds[index].parts())).record.where,
-                    wanted=f"a truth of {self.estimator.name}'s outputs",
-                    found="none",
-                    fix="leave this log out",
-                )
-            out.append(fixed.errors)
-        return out
-
     def _scores(self, index: int, params: Mapping[str, float] | None) -> list[Scores]:
         """One log on all levels; twice if an offset is taken out, first to measure it."""
         columns, levels = self.feeds[index], self._levels[index]
@@ -141,7 +123,7 @@ class LogRuns:
         outputs = self.estimator.outputs
         comparison = Differences(outputs, [o.name for o in outputs])
         errors = [Errors(self.estimator) for _ in levels]
-        seconds, saturated = [0.0 for _ in levels], 0
+        seconds, saturated = [0.0] * len(levels), 0
         for k, part in enumerate(columns.parts()):
             loops = [loop for level in levels for loop in drive(part, level, anew=not k)]
             for n, loop in enumerate(loops):

@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import InputError, require, require_choice
 from boresight.model.estimator import Estimator
 
 #: Values are tried with so many significant digits, as they are printed.
@@ -26,18 +27,10 @@ FIRST_STEP, LARGEST_STEP, LAST_STEP = math.log(2.0), math.log(8.0), math.log(1.0
 #: Share of its range that a parameter moves by a step of 1, if it does not move by factors.
 _SHARE = 0.1
 
-Objective = Callable[[Mapping[str, float]], float]
-
 
 @dataclass(frozen=True)
 class Axis:
-    """The axis of a parameter; 0 on it is the start.
-
-    Attributes
-    ----------
-    param : Param
-    start : float
-    """
+    """The axis of a parameter; 0 on it is the start."""
 
     param: Param
     start: float
@@ -50,22 +43,20 @@ class Axis:
     def value(self, place: float) -> float:
         """The parameter at a place, rounded and within its range."""
         p = self.param
-        if self.by_factors:
-            value = self.start * math.exp(place)
-        else:
-            value = self.start + _SHARE * (p.high - p.low) * place
+        step = _SHARE * (p.high - p.low) * place
+        value = self.start * math.exp(place) if self.by_factors else self.start + step
         return min(max(float(f"{value:.{DIGITS}g}"), p.low), p.high)
 
     @property
     def limits(self) -> tuple[float, float]:
         """Places of the least and the greatest value."""
-        ends = self.param.low, self.param.high
-        if self.by_factors:
-            low, high = (math.log(end / self.start) if end > 0.0 else -math.inf for end in ends)
-        else:
-            width = _SHARE * (ends[1] - ends[0])
-            low, high = ((end - self.start) / width for end in ends)
-        return low, high
+
+        def place(end: float) -> float:
+            if self.by_factors:
+                return math.log(end / self.start) if end > 0.0 else -math.inf
+            return (end - self.start) / (_SHARE * (self.param.high - self.param.low))
+
+        return place(self.param.low), place(self.param.high)
 
 
 def axes_of(
@@ -80,45 +71,26 @@ def axes_of(
     """
     known = {p.name: p for p in estimator.params}
     names = [*known] if names is None else names
+    require(bool(names), estimator.name, "parameters", names, "there is nothing to tune")
     for k, name in enumerate(names):
-        require_choice(
-            f"parameter {name}", name, known, f"boresight info shows all of {estimator.name}"
-        )
-        if name in names[:k]:
-            raise InputError.at(
-                f"parameter {name}", wanted="each once", found="it twice", fix="name it once"
-            )
-    if not names:
-        raise InputError.at(
-            estimator.name, wanted="parameters", found="none", fix="there is nothing to tune"
-        )
+        fix = f"boresight info shows all of {estimator.name}"
+        require_choice(f"parameter {name}", name, known, fix)
+        require(name not in names[:k], f"parameter {name}", "each once", names, "name it once")
     return [Axis(known[name], start[name]) for name in names]
 
 
-@dataclass(frozen=True)
-class Tuned:
+class Tuned(NamedTuple):
     """Where a search ended; ``history`` is the best figure after each round, the start first."""
 
     values: dict[str, float]
     evaluations: int
-    history: tuple[float, ...]
-
-    @property
-    def start(self) -> float:
-        """The figure at the start."""
-        return self.history[0]
-
-    @property
-    def best(self) -> float:
-        """The figure at the end."""
-        return self.history[-1]
+    history: list[float]
 
 
 def pattern_search(
-    objective: Objective,
+    objective: Callable[[Mapping[str, float]], float],
     axes: Sequence[Axis],
-    *,
-    rounds: int = 12,
+    rounds: int,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Tuned:
     """Least figure that coordinate moves and pattern moves find.
@@ -130,7 +102,6 @@ def pattern_search(
     ends when every step is below `LAST_STEP`, or after ``rounds`` rounds.
     """
     known: dict[tuple[float, ...], float] = {}
-
     low, high = np.transpose([axis.limits for axis in axes])
 
     def figure(places: np.ndarray) -> float:
@@ -140,8 +111,7 @@ def pattern_search(
             known[point] = value if math.isfinite(value) else math.inf
         return known[point]
 
-    point, step = np.zeros(len(axes)), np.full(len(axes), FIRST_STEP)
-    sign = np.ones(len(axes))
+    point, sign, step = np.zeros(len(axes)), np.ones(len(axes)), np.full(len(axes), FIRST_STEP)
     best = figure(point)
     history = [best]
     for number in range(rounds):
@@ -170,7 +140,7 @@ def pattern_search(
         if (step < LAST_STEP).all():
             break
     values = {axis.param.name: axis.value(u) for axis, u in zip(axes, point, strict=True)}
-    return Tuned(values, len(known), tuple(history))
+    return Tuned(values, len(known), history)
 
 
 def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:
@@ -184,13 +154,7 @@ def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:
         More folds than indices.
     """
     folds = min(3, count) if folds is None else folds
-    if folds == 1:
-        return []
     if folds > count:
-        raise InputError.at(
-            "folds",
-            wanted=f"1 (none) to {count}, the number of logs",
-            found=str(folds),
-            fix="choose another number or name more logs",
-        )
-    return [tuple(range(count)[k::folds]) for k in range(folds)]
+        wanted, fix = (f"1 (none) to {count}, the number of logs", "choose another number")
+        raise InputError.at("folds", wanted=wanted, found=str(folds), fix=fix)
+    return [tuple(range(count)[k::folds]) for k in range(folds)] if folds > 1 else []

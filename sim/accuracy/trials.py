@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import ANGLES, units_of
 from boresight.sim.records.bundled import bundled, bundled_names
@@ -72,7 +72,11 @@ def read_trials(
     trials, left_out = list[Trial](), list[Log]()
     found = logs_of(logs or [bundled(name) for name in bundled_names()], load=load)
     for log in sorted(_distinct(found), key=lambda log: log.name):
-        feeds = {e.name: _fed(e, log) for e in estimators}
+        members = [fitted(e, log.first) for e in estimators]
+        feeds = {
+            e.name: (member, feed_of(member, log))
+            for e, member in zip(estimators, members, strict=True)
+        }
         units = {name: unit for fed in feeds.values() for name, unit in units_of(*fed).items()}
         if load and not units and _has_attitude(log):
             units = dict.fromkeys(ANGLES, "deg")
@@ -97,24 +101,13 @@ def _has_attitude(log: Log) -> bool:
     return nine.q is not None and bool((np.isfinite(nine.q).all(axis=1) & nine.counts).any())
 
 
-def _fed(estimator: Estimator, log: Log) -> tuple[Estimator, Feed | LongFeed]:
-    """The estimator made for the rates of a log, or of its first part, and its inputs."""
-    member = fitted(estimator, log.first)
-    return member, feed_of(member, log)
-
-
 def _distinct(logs: Sequence[Log]) -> list[Log]:
     """Logs with different names: of equal ones ``FOLDER/NAME``."""
-    counts = Counter(log.name for log in logs)
-    named = [
-        replace(log, name=f"{log.path.absolute().parent.name}/{log.name}")
-        if counts[log.name] > 1 and log.path is not None
-        else log
-        for log in logs
-    ]
-    for name, count in Counter(log.name for log in named).items():
-        if count > 1:
-            raise InputError.at(
-                f"log {name}", wanted="each log once", found="it twice", fix="name it once"
-            )
-    return named
+    counts, named = Counter(log.name for log in logs), dict[str, Log]()
+    for log in logs:
+        name = log.name
+        if counts[name] > 1 and log.path is not None:
+            name = f"{log.path.absolute().parent.name}/{name}"
+        require(name not in named, "logs", "each once", f"{name} twice", "name it once")
+        named[name] = replace(log, name=name)
+    return [*named.values()]

@@ -14,18 +14,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.sim.accuracy.benchmark import means
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.runs import LogRuns
 from boresight.sim.accuracy.search import Axis, Tuned, pattern_search
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Result, Row
-
-#: Errors of a log, by name.
-Score = Mapping[str, float]
 
 _SOURCE = (
     "root mean square error against truth of the emitted C (the core's words), mean over the logs; "
@@ -46,18 +41,11 @@ def weights_of(
     has_attitude = ANGLES[0] in figures
     weights = {n: float(not has_attitude or n == ANGLES[0]) for n in figures}
     for name, weight in (chosen or {}).items():
-        require_choice(
-            f"weight {name}", name, figures, "weigh an output that the logs have a truth of"
-        )
-        if not 0.0 <= weight < np.inf:
-            raise InputError.at(
-                f"weight {name}", wanted="0 or more", found=f"{weight:g}", fix="choose another"
-            )
+        where = f"weight {name}"
+        require_choice(where, name, figures, "weigh an output that the logs have a truth of")
+        require(0.0 <= weight < math.inf, where, "0 or more", weight, "choose another")
         weights[name] = weight
-    if not any(weights.values()):
-        raise InputError.at(
-            "weights", wanted="one above 0", found="zeros", fix="give an error a weight"
-        )
+    require(any(weights.values()), "weights", "one above 0", weights, "give an error a weight")
     return weights
 
 
@@ -84,32 +72,33 @@ class Tuning:
     axes: Sequence[Axis]
     start: Mapping[str, float]
     weights: Mapping[str, float]
-    rounds: int = 12
-    say: Callable[[str], None] = lambda text: None
-    _known: dict[tuple[tuple[str, float], ...], dict[int, Score]] = field(default_factory=dict)
+    rounds: int
+    say: Callable[[str], None]
+    _known: dict[tuple[tuple[str, float], ...], dict[int, Mapping[str, float]]] = field(
+        default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         baseline = means(self.scores({}))
-        active = {n: w for n, w in self.weights.items() if w}
-        several = len(active) > 1
-        self.weights = active
+        self.weights = {n: w for n, w in self.weights.items() if w}
+        one = len(self.weights) == 1
         self._scales = {
-            n: baseline[n] if several and np.isfinite(baseline[n]) and baseline[n] > 0.0 else 1.0
-            for n in active
+            n: 1.0 if one or not 0.0 < baseline[n] < math.inf else baseline[n] for n in self.weights
         }
 
     def scores(
         self, values: Mapping[str, float], indices: Sequence[int] | None = None
-    ) -> list[Score]:
+    ) -> list[Mapping[str, float]]:
         """Errors of some logs (all by default) with ``values`` on top of the start."""
         indices = range(len(self.runs.feeds)) if indices is None else indices
         parameters = {**self.start, **values}
         known = self._known.setdefault(tuple(sorted(parameters.items())), {})
         missing = [k for k in indices if k not in known]
-        known.update(zip(missing, self.runs.errors(parameters, missing), strict=True))
+        found = self.runs.run(parameters, missing)
+        known.update((k, fixed.errors) for k, (fixed, *_) in zip(missing, found, strict=True))
         return [known[k] for k in indices]
 
-    def figure(self, scores: Sequence[Score]) -> float:
+    def figure(self, scores: Sequence[Mapping[str, float]]) -> float:
         """Weighted mean over errors of their means over the logs; NaN if none has any."""
         errors = {n: x for n, x in means(scores).items() if n in self.weights}
         weight = sum(self.weights[n] for n in errors)
@@ -121,15 +110,15 @@ class Tuning:
         tuned = pattern_search(
             lambda values: self.figure(self.scores(values, indices)),
             self.axes,
-            rounds=self.rounds,
+            self.rounds,
             progress=lambda text: self.say(f"{subject}, {text}"),
         )
-        self.say(f"{subject}: {tuned.start:.4g} to {tuned.best:.4g}")
+        self.say(f"{subject}: {tuned.history[0]:.4g} to {tuned.history[-1]:.4g}")
         return tuned
 
     def cross_validation(self, tests: Sequence[tuple[int, ...]], names: Sequence[str]) -> Any:
         """Each fold with parameters tuned on the other folds; None without folds."""
-        folds, every = list[Row](), list[Score]()
+        folds, every = list[Row](), list[Mapping[str, float]]()
         for k, test in enumerate(tests):
             train = [i for i in range(len(names)) if i not in test]
             tuned = self.search(train, f"fold {k + 1} of {len(tests)}")
@@ -138,7 +127,7 @@ class Tuning:
             folds.append(
                 {
                     "test": [names[i] for i in test],
-                    "train_figure": tuned.best,
+                    "train_figure": tuned.history[-1],
                     "test_figure": self.figure(scores),
                     "test_error": means(scores),
                     "parameters": tuned.values,
@@ -163,81 +152,76 @@ class Tuning:
             rows.append(row)
         return rows
 
+    def result(
+        self, names: Sequence[str], units: Mapping[str, str], tests: Sequence[tuple[int, ...]]
+    ) -> Result:
+        """Tune, cross-validate, and vary the result.
 
-def tuned_result(
-    tuning: Tuning,
-    default: Mapping[str, float],
-    names: Sequence[str],
-    units: Mapping[str, str],
-    tests: Sequence[tuple[int, ...]],
-) -> Result:
-    """Tune, cross-validate, and vary the result.
-
-    Parameters
-    ----------
-    default : mapping of str to float
-        Parameters before.
-    names : sequence of str
-        Names of the logs.
-    units : mapping of str to str
-        Units of the errors.
-    tests : sequence of tuple of int
-        Test sets of the cross-validation (`folds_of`).
-    """
-    tuned = tuning.search(range(len(names)), "all logs")
-    cross = tuning.cross_validation(tests, names)
-    before, after = tuning.scores(default), tuning.scores(tuned.values)
-    sensitivity = tuning.sensitivity(tuned.values)
-    words = [fixed for fixed, *_ in tuning.runs.run({**tuning.start, **tuned.values})]
-    updates = sum(fixed.saturated or 0 for fixed in words)
-    values = sum((Counter(fixed.saturations) for fixed in words), Counter[str]())
-    held_out = cross["mean_test_error"] if cross else {}
-    errors: list[Row] = [
-        {
-            "error": name,
-            "before": means(before)[name],
-            "tuned": means(after)[name],
-            "held out": held_out.get(name),
-            "unit": units.get(name, ""),
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the logs.
+        units : mapping of str to str
+            Units of the errors.
+        tests : sequence of tuple of int
+            Test sets of the cross-validation (`folds_of`).
+        """
+        name = self.runs.estimator.name
+        tuned = self.search(range(len(names)), "all logs")
+        cross = self.cross_validation(tests, names)
+        scores = self.scores({}), self.scores(tuned.values)
+        before, after = map(means, scores)
+        sensitivity = self.sensitivity(tuned.values)
+        parameters = {**self.start, **tuned.values}
+        words = [fixed for fixed, *_ in self.runs.run(parameters)]
+        updates = sum(fixed.saturated or 0 for fixed in words)
+        values = dict(sum((Counter(fixed.saturations) for fixed in words), Counter[str]()))
+        errors: list[Row] = [
+            {
+                "error": error,
+                "before": before[error],
+                "tuned": after[error],
+                "held out": cross["mean_test_error"].get(error) if cross else None,
+                "unit": units.get(error, ""),
+            }
+            for error in before
+        ]
+        moved: list[Row] = [
+            {
+                "parameter": axis.param.name,
+                "before": self.start[axis.param.name],
+                "tuned": tuned.values[axis.param.name],
+                "unit": axis.param.unit,
+                "figure below": row["at_low"],
+                "figure above": row["at_high"],
+            }
+            for axis, row in zip(self.axes, sensitivity, strict=True)
+        ]
+        data = {
+            "estimator": name,
+            "parameters": parameters,
+            "source": _SOURCE,
+            "units": units,
+            "weights": self.weights,
+            "error": {"default": before, "tuned": after},
+            "trials": [
+                {"trial": name, "default": b, "tuned": a}
+                for name, b, a in zip(names, *scores, strict=True)
+            ],
+            "tuned_parameters": moved,
+            "search": {"evaluations": tuned.evaluations, "history": tuned.history},
+            "sensitivity": sensitivity,
+            "cross_validation": cross,
+            "saturated_updates": updates,
+            "saturations": values,
         }
-        for name in means(before)
-    ]
-    moved: list[Row] = [
-        {
-            "parameter": axis.param.name,
-            "before": default[axis.param.name],
-            "tuned": tuned.values[axis.param.name],
-            "unit": axis.param.unit,
-            "figure below": row["at_low"],
-            "figure above": row["at_high"],
+        summary = (
+            f"{name}: {tuned.history[0]:.4g} to {tuned.history[-1]:.4g} in "
+            f"{tuned.evaluations} evaluations over {len(names)} logs"
+        )
+        tables = {
+            "error, mean over the logs": errors,
+            "parameters; figure with each divided and multiplied by 2": moved,
         }
-        for axis, row in zip(tuning.axes, sensitivity, strict=True)
-    ]
-    data = {
-        "estimator": tuning.runs.estimator.name,
-        "parameters": {**tuning.start, **tuned.values},
-        "source": _SOURCE,
-        "units": units,
-        "weights": tuning.weights,
-        "error": {"default": means(before), "tuned": means(after)},
-        "trials": [
-            {"trial": name, "default": b, "tuned": a}
-            for name, b, a in zip(names, before, after, strict=True)
-        ],
-        "tuned_parameters": moved,
-        "search": {"evaluations": tuned.evaluations, "history": tuned.history},
-        "sensitivity": sensitivity,
-        "cross_validation": cross,
-        "saturated_updates": updates,
-        "saturations": dict(values),
-    }
-    summary = (
-        f"{tuning.runs.estimator.name}: {tuned.start:.4g} to {tuned.best:.4g} in "
-        f"{tuned.evaluations} evaluations over {len(names)} logs"
-    )
-    tables = {
-        "error, mean over the logs": errors,
-        "parameters; figure with each divided and multiplied by 2": moved,
-    }
-    notes = [f"tuned, {saturated_text(updates, dict(values))}"] if updates else []
-    return Result(data, tables, summary, notes)
+        notes = [f"tuned, {saturated_text(updates, values)}"] if updates else []
+        return Result(data, tables, summary, notes)

@@ -49,7 +49,7 @@ def robustness(
     """
     plan = cases_of(cases)
     peers = [name for name in names if name in PEERS]
-    require_peers([PEERS[name] for name in peers])
+    require_peers(peers)
     suite = Suite(cases, [name for name in names if name not in PEERS], peers)
     files = log_files(logs) if logs else [bundled("synthetic_60s")]
     if jobs == 1:

@@ -15,7 +15,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
-from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
+from boresight.sim.accuracy.peers import run_peer
 from boresight.sim.attitude.robustness.plan import Case, cases_of
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
@@ -52,7 +52,6 @@ def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
         a case has the reason under ``refused`` in place of figures.
     """
     recorded = log if isinstance(log, NineAxis) else NineAxis.of(read_record(Path(log)))
-    dip = dip_rad(recorded)
     levels: Levels = {}
     rows: list[dict[str, Any]] = []
     for case in cases_of(suite.cases):
@@ -63,7 +62,7 @@ def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
         for name in suite.peers:
             row: dict[str, Any] = {"filter": name, "level": "package"}
             try:
-                row |= figures_of(changed, run_peer(peer(name), changed.record(), dip))
+                row |= figures_of(changed, run_peer(name, changed.record()))
             except InputError as error:
                 row["refused"] = str(error)
             rows.append(head | row)

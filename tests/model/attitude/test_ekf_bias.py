@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from boresight.model.attitude.ekf_bias import BIAS_UNIT, EkfBias
-from boresight.sim.accuracy.peers import PEERS
+from boresight.sim.accuracy.peers import run_peer
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
@@ -127,7 +127,7 @@ SYNTHETIC = {"vqf_online": 0.9, "vqf_offline": 1.3, "ahrs_ekf": 1.1}
 def test_agrees_with_published_filters(name: str) -> None:
     walk, synthetic = (read_record(bundled(n)) for n in ("ximu_walk", "synthetic_60s"))
     for log, bound, kind in ((walk, WALK, "inclination"), (synthetic, SYNTHETIC, "total")):
-        other = PEERS[name].run(NineAxis.of(log))
+        other = run_peer(name, log)
         difference = getattr(attitude_error(attitude_of(from_c(log)), other), kind)[500:]
         assert 0.05 < difference.mean() < bound[name]
 

@@ -14,7 +14,7 @@ from boresight import Estimator, Input, Output
 from boresight.cli import main
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
+from boresight.sim.accuracy.peers import run_peer
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
@@ -76,7 +76,7 @@ def test_figures_are_those_of_plain_runs(logs) -> None:
         assert error == pytest.approx(attitude_rmse(q, nine.attitude)._asdict())
         assert fixed["trials"][k]["error"] == pytest.approx(error, abs=1e-3)
         assert 0.0 < fixed["trials"][k]["vs_float"]["attitude"] < 1e-3
-        q = run_peer(PEERS["vqf_online"], log, dip_rad(nine))
+        q = run_peer("vqf_online", log)
         assert peer["trials"][k]["error"] == attitude_rmse(q, nine.attitude)._asdict()
     for row in of.values():
         each = [trial["error"]["total"] for trial in row["trials"]]
