@@ -77,7 +77,7 @@ def core_files(
     beside = integration_names(generic=not has_primitives(target), axi=axi)
     out = ["core.v", "report.json", *REGISTER_FILES, *beside]
     for name in names:
-        out += [f"firmware/{stem(name)}{end}" for end in (".c", ".h", "_host.c")]
+        out += [f"firmware/{stem(name)}{end}" for end in (".c", ".h")]
     return out
 
 

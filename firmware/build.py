@@ -6,7 +6,7 @@ import ctypes
 import functools
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,15 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.body import Body
-from boresight.firmware.emit import emit_c, preamble
-from boresight.firmware.host import load
-from boresight.firmware.layout import END, banner, block, join
+from boresight.firmware.emit import emit_c
+from boresight.firmware.host import host_source, observe_source
 from boresight.model.arrays import BoolArray
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Kind, Op, Overflow, Program
+from boresight.model.words.program import Kind, Program
 
 #: Flags for speed; others are fixed. More optimisation doubles the time to compile for little gain.
 CFLAGS = ("-O1",)
@@ -52,7 +51,6 @@ def _version(compiler: str) -> str:
 def compiled_library(
     files: Mapping[str, str],
     *,
-    source: str = "",
     cflags: Sequence[str] | None = None,
     libraries: Sequence[str] = (),
     cache: Path | None = None,
@@ -65,9 +63,7 @@ def compiled_library(
     Parameters
     ----------
     files : mapping of str to str
-        ``<name>.h`` first.
-    source : str
-        The file that is compiled and includes the others; ``<name>_host.c`` by default.
+        ``<name>.h`` first; the last one is compiled and includes the others.
     cflags : sequence of str, optional
         Flags beside those that make a shared library of C99; `CFLAGS` by default.
     libraries : sequence of str
@@ -80,8 +76,7 @@ def compiled_library(
     ToolMissing
         No C compiler is installed.
     """
-    name = next(iter(files)).removesuffix(".h")
-    source = source or f"{name}_host.c"
+    name, source = next(iter(files)).removesuffix(".h"), [*files][-1]
     compiler = find_compiler()
     flags = [*_FIXED_FLAGS, *(CFLAGS if cflags is None else cflags)]
     identity = repr([compiler, _version(compiler), name, source, flags, libraries, dict(files)])
@@ -97,37 +92,69 @@ def compiled_library(
     return Cache(cache).get(name, identity, make) / f"{name}.so"
 
 
-def instance(
-    library: Path, runs: int = 1, **arguments: Sequence[Any]
-) -> tuple[Any, dict[str, Callable[..., None]]]:
-    """Estimators of a compiled library, initialised: their memory, the functions by name.
+class HostModel:
+    """Estimators of a compiled library, one behind the other in memory.
 
     Parameters
     ----------
     library : Path
-        Library with functions ``STEM_NAME``, whose first argument is the (first) estimator.
+        Library with ``<stem>_size``, ``_init``, ``_reset`` and ``_run`` (`firmware.host`).
+    number : dtype
+        Type of all words.
+    params, states : int
+        Words of an estimator.
     runs : int
-        Number of estimators, one behind the other in memory.
-    **arguments
-        Types of the other arguments, by name of the function; `array_of` for arrays.
+
+    Attributes
+    ----------
+    params, states : (runs, words)
+        The estimators' memory itself.
     """
-    loaded = ctypes.CDLL(str(library))
-    size = getattr(loaded, f"{library.stem}_size")
-    size.argtypes, size.restype = [], ctypes.c_size_t
-    memory = ctypes.create_string_buffer(runs * size())
-    functions: dict[str, Callable[..., None]] = {}
-    for name, types in {"init": (), "reset": (), **arguments}.items():
-        function = getattr(loaded, f"{library.stem}_{name}")
-        function.argtypes, function.restype = [ctypes.c_void_p, *types], None
-        functions[name] = functools.partial(function, memory)
-    functions["init"]()
-    memory.raw = memory.raw[: size()] * runs
-    return memory, functions
+
+    def __init__(
+        self, library: Path, number: npt.DTypeLike, params: int, states: int, runs: int = 1
+    ) -> None:
+        self.library, self._loaded = library, ctypes.CDLL(str(library))
+        size = self.function("size")
+        size.restype = ctypes.c_size_t
+        self._memory = np.zeros((runs, size() // np.dtype(number).itemsize), number)
+        self.params = self._memory[:, :params]
+        self.states = self._memory[:, max(1, params) :][:, :states]  # a structure has a member
+        for row in self._memory:
+            self.function("init")(ctypes.c_void_p(row.ctypes.data))
+
+    def function(self, name: str) -> Any:
+        """Function of the library."""
+        function = getattr(self._loaded, f"{self.library.stem}_{name}")
+        function.restype = None
+        return function
+
+    def reset(self) -> None:
+        """Set the states to their first words; parameters stay as they are."""
+        for row in self._memory:
+            self.function("reset")(ctypes.c_void_p(row.ctypes.data))
+
+    def run(
+        self, records: npt.NDArray[Any], outputs: int, *, traced: bool = False
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8], npt.NDArray[Any] | None]:
+        """Updates: records (n, runs, n_inputs) -> outputs, flags (n, runs), states if ``traced``.
+
+        All arrays are C-contiguous.
+        """
+        count, runs = records.shape[:2]
+        out = np.empty((count, runs, outputs), records.dtype)
+        flags = np.empty((count, runs), np.uint8)
+        states = np.empty((count, *self.states.shape), records.dtype) if traced else None
+        self.function("run")(
+            _pointer(self._memory),
+            *map(ctypes.c_size_t, (runs, count)),
+            *map(_pointer, (records, out, flags, states)),
+        )
+        return out, flags, states
 
 
-def array_of(kind: npt.DTypeLike) -> Any:
-    """Type of an argument that is an array."""
-    return np.ctypeslib.ndpointer(kind, flags="C_CONTIGUOUS")
+def _pointer(array: npt.NDArray[Any] | None) -> ctypes.c_void_p:
+    return ctypes.c_void_p(None if array is None else array.ctypes.data)
 
 
 class WordRanges(NamedTuple):
@@ -155,7 +182,7 @@ class WordRanges(NamedTuple):
         )
 
 
-class CModel:
+class CModel(HostModel):
     """The emitted C of a program, as a host model: same words as the interpreter, much faster.
 
     Objects are independent of each other; an object must not be used by several threads at once.
@@ -164,6 +191,9 @@ class CModel:
     ----------
     program : Program
         Program to run.
+    runs : int, optional
+        Runs side by side, with parameters and states of their own; arrays then have the shape
+        (n, runs, ...) in place of (n, ...).
     cflags, cache
         See `compiled_library`.
     files : mapping of str to str, optional
@@ -180,43 +210,20 @@ class CModel:
     def __init__(
         self,
         program: Program,
+        runs: int | None = None,
         *,
         cflags: Sequence[str] | None = None,
         cache: Path | None = None,
         files: Mapping[str, str] | None = None,
     ) -> None:
-        self.program = program
-        self.cflags = tuple(CFLAGS if cflags is None else cflags)
-        self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
-        count, word = ctypes.c_size_t, ctypes.c_int32
-        words = array_of(np.int32)
-        self._files, self._cache = files or emit_c(program), cache
-        self.library = compiled_library(self._files, cflags=self.cflags, cache=cache)
+        self.program, self._runs = program, () if runs is None else (runs,)
+        self._names = [program.values[n].name for n in program.of_kind(Kind.PARAM)]
+        self._files, self._options = dict(files or emit_c(program)), (cflags, cache)
+        name, states = next(iter(self._files)).removesuffix(".h"), len(program.states)
+        host = {**self._files, f"{name}_host.c": host_source(name, states)}
+        library = compiled_library(host, cflags=cflags, cache=cache)
+        super().__init__(library, np.int32, len(self._names), states, runs or 1)
         self.beyond: BoolArray = np.zeros(0, dtype=np.bool_)
-        self._memory, self._call = instance(
-            self.library,
-            set_param=(count, word),
-            run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
-        )
-
-    @property
-    def states(self) -> npt.NDArray[np.int32]:
-        """Words of the states, (n_states,): the estimator's memory itself."""
-        states = np.frombuffer(self._memory, np.int32)[max(1, len(self._params)) :]
-        return states[: len(self.program.states)]
-
-    @functools.cached_property
-    def _observe(self) -> Callable[..., None]:
-        """Function of a second library that works on the same states."""
-        header = next(iter(self._files))
-        source = f"{self.library.stem}_observe.c"
-        files = {header: self._files[header], source: observe_source(Body(self.program))}
-        words, numbers = array_of(np.int32), array_of(np.int64)
-        library = compiled_library(files, source=source, cflags=self.cflags, cache=self._cache)
-        function = getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
-        function.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *3 * (words,), *3 * (numbers,)]
-        function.restype = None
-        return functools.partial(function, self._memory)
 
     def _checked(self, words: npt.ArrayLike, subject: str) -> npt.NDArray[np.int32]:
         """Words as contiguous int32; ValueError if one does not fit."""
@@ -230,16 +237,13 @@ class CModel:
         return np.ascontiguousarray(array, dtype=np.int32)
 
     def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:
-        """Input words (n, n_inputs), checked."""
+        """Input words, checked."""
         words = self._checked(inputs, "inputs")
-        n_inputs = len(self.program.inputs)
-        if words.ndim != 2 or words.shape[1] != n_inputs:
-            raise ValueError(f"inputs must have shape (n, {n_inputs}), not {words.shape}")
+        wanted = (*self._runs, len(self.program.inputs))
+        if words.ndim != 1 + len(wanted) or words.shape[1:] != wanted:
+            shape = ", ".join(map(str, ("n", *wanted)))
+            raise ValueError(f"inputs must have shape ({shape}), not {words.shape}")
         return words
-
-    def reset(self) -> None:
-        """Set the states to their reset words; parameters stay as they are."""
-        self._call["reset"]()
 
     def set_param(self, name: str, word: int) -> None:
         """Write a parameter, by the name of its value.
@@ -249,10 +253,10 @@ class CModel:
         ValueError
             Unknown parameter, or a word that does not fit.
         """
-        if name not in self._params:
-            names = ", ".join(self._params) or "none"
+        if name not in self._names:
+            names = ", ".join(self._names) or "none"
             raise ValueError(f"name must be a parameter ({names}), not {name!r}")
-        self._call["set_param"](self._params[name], int(self._checked([word], "word")[0]))
+        self.params[:, self._names.index(name)] = self._checked([word], "word")[0]
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run n updates.
@@ -273,33 +277,44 @@ class CModel:
         ValueError
             The shape is wrong or a word does not fit.
         """
-        return self._updates(inputs, None)
+        return self._updates(inputs)[:2]
 
     def trajectory(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray, IntArray]:
         """As `update`, and the state words int64 (n, n_states) after each update."""
-        states = np.empty((len(np.asarray(inputs)), len(self.program.states)), dtype=np.int32)
-        return *self._updates(inputs, states), states.astype(np.int64)
+        return self._updates(inputs, traced=True)
 
     def _updates(
-        self, inputs: npt.ArrayLike, states: npt.NDArray[np.int32] | None
-    ) -> tuple[IntArray, BoolArray]:
+        self, inputs: npt.ArrayLike, *, traced: bool = False
+    ) -> tuple[IntArray, BoolArray, IntArray]:
         words = self._records(inputs)
-        outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
-        flags = np.empty(len(words), dtype=np.uint8)
-        state_words = None if states is None else states.ctypes
-        self._call["run"](len(words), words, outputs, flags, state_words)
+        shape = words.shape[:-1]
+        records = words.reshape(len(words), *self._memory.shape[:1], words.shape[-1])
+        outputs, flags, states = self.run(records, len(self.program.outputs), traced=traced)
+        flags = flags.reshape(shape)
         self.beyond = flags > 1
         # Each output's words side by side in memory, as they are used.
-        return outputs.astype(np.int64, order="F"), (flags & 1).view(np.bool_)
+        out = outputs.reshape(*shape, outputs.shape[-1]).astype(np.int64, order="F")
+        after = np.empty(0) if states is None else states.reshape(*shape, states.shape[-1])
+        return out, (flags & 1).view(np.bool_), after.astype(np.int64)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
         """Run one update and return all its words by value number.
 
         The words of states are those before the update (`Interpreter.values_before_commit`).
-        Find the first update that differs with `update`, come back to the one before it by
-        `reset`, then compare these words in the order of the operations.
         """
         return dict(enumerate(self.observe(np.asarray(inputs)[None]).low.tolist()))
+
+    @functools.cached_property
+    def _observe(self) -> Any:
+        """Function of a second library that works on the same states."""
+        header = f"{self.library.stem}.h"
+        files = {
+            header: self._files[header],
+            f"{self.library.stem}_observe.c": observe_source(Body(self.program)),
+        }
+        cflags, cache = self._options
+        library = compiled_library(files, cflags=cflags, cache=cache)
+        return getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
         """Run n updates, at least one, and return the extremes of every value.
@@ -314,123 +329,12 @@ class CModel:
         words = self._records(inputs)
         if not len(words):
             raise ValueError("inputs must have at least one row")
-        count = len(self.program.values)
-        limit = np.iinfo(np.int32)
-        low = np.full(count, limit.max, dtype=np.int32)
-        high = np.full(count, limit.min, dtype=np.int32)
+        count, limit = len(self.program.values), np.iinfo(np.int32)
+        low, high = (np.full(count, end, np.int32) for end in (limit.max, limit.min))
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations
-        self._observe(len(words), words, low, high, *at)
+        self._observe(
+            _pointer(self._memory),
+            ctypes.c_size_t(len(words)),
+            *map(_pointer, (words, low, high, *at)),
+        )
         return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)
-
-
-class ManyCModels:
-    """The emitted C of a program for several runs with separate states.
-
-    One call updates all; each gives the words that a `CModel` of its own would. Parameters are
-    those of the program.
-
-    Parameters
-    ----------
-    program : Program
-        Program to run.
-    runs : int
-    cache : Path or None
-        See `compiled_library`.
-
-    Attributes
-    ----------
-    beyond : bool (runs,)
-        As `CModel.beyond`, of the last update.
-    """
-
-    def __init__(self, program: Program, runs: int, *, cache: Path | None = None) -> None:
-        self.program, self.runs = program, runs
-        library, words = compiled_library(emit_c(program), cache=cache), array_of(np.int32)
-        each = (ctypes.c_size_t, words, words, array_of(np.uint8))
-        self._memory, self._call = instance(library, runs, each=each)
-        self._first = self._memory.raw
-        self.beyond: BoolArray = np.zeros(runs, dtype=np.bool_)
-
-    def reset(self) -> None:
-        """Set the states of every run to their reset words."""
-        self._memory.raw = self._first
-
-    def update(self, inputs: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], BoolArray]:
-        """One update of every run: inputs (runs, n_inputs) -> outputs (runs, n_outputs), flags.
-
-        Raises
-        ------
-        ValueError
-            The inputs have another shape or type.
-        """
-        wanted = (self.runs, len(self.program.inputs))
-        if inputs.shape != wanted or inputs.dtype != np.int32:
-            raise ValueError(f"inputs must be int32 {wanted}, not {inputs.dtype} {inputs.shape}")
-        outputs = np.empty((self.runs, len(self.program.outputs)), dtype=np.int32)
-        flags = np.empty(self.runs, dtype=np.uint8)
-        self._call["each"](self.runs, np.ascontiguousarray(inputs), outputs, flags)
-        self.beyond = flags > 1
-        return outputs, (flags & 1).astype(np.bool_)
-
-
-def _observe(body: Body) -> str:
-    name, n_in, n = body.name, len(body.program.inputs), len(body.program.values)
-    dump = [f"words[{k}] = {body.word(k)}; // {body.describe(k, name=True)}" for k in range(n)]
-
-    def count(op: Op) -> list[str]:
-        if op.overflow is not Overflow.SAT:
-            return []
-        return [f"saturations[{op.dest}] += saturated ? 1 : 0;", "saturated = false;"]
-
-    counters = ("low_at", "high_at", "saturations")
-    update = [
-        *(line.replace("in.", "row.", 1) for line in load(body, f"k * {n_in}u + ")),
-        *body.statements(
-            after=[*dump, "(void) saturated;", "(void) beyond;"], every_word=True, behind=count
-        ),
-    ]
-    track = [f"for (size_t v = 0u; v < {n}u; v++) {{"] if n else []
-    for end, sign in (("low", "<"), ("high", ">")) if n else ():
-        track += [
-            f"    if (words[v] {sign} {end}[v]) {{",
-            f"        {end}[v] = words[v];",
-            f"        {end}_at[v] = (int64_t) k;",
-            "    }",
-        ]
-    track += ["}"] if n else []
-    return (
-        f"// Runs updates: inputs[n_updates][{n_in}]; for each of the {n} values: narrows low "
-        "and high to\n// its least and largest word (of states: before the update), with the "
-        "update that first had it,\n// and counts its saturations.\n"
-    ) + block(
-        f"void {name}_observe({name}_t *const self, const size_t n_updates, "
-        "const int32_t *const inputs,\n    int32_t *const low, int32_t *const high, "
-        "int64_t *const low_at, int64_t *const high_at,\n    int64_t *const saturations)",
-        [
-            *(f"(void) {w};" for w in ("self", "inputs", "low", "high", *counters)),
-            f"int32_t words[{max(n, 1)}];",
-            "(void) words;",
-            f"{name}_in_t row = {{0}};",
-            f"{name}_in_t *const in = &row;",
-            "(void) in;",
-            "for (size_t k = 0u; k < n_updates; k++) {",
-            *(f"    {line}" if line else "" for line in (*update, *track)),
-            "}",
-        ],
-    )
-
-
-def observe_source(body: Body) -> str:
-    """Text of ``<name>_observe.c``, which needs only ``<name>.h``."""
-    name, function = body.name, _observe(body)
-    return join(
-        body.head("_observe.c", "Every word of an update, for a host."),
-        banner("Includes"),
-        f'#include "{name}.h"\n\n#include <stddef.h>',
-        *preamble(body, function),
-        f"void {name}_observe({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
-        "    int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,\n"
-        "    int64_t *saturations);",
-        function,
-        END,
-    )

@@ -1,8 +1,6 @@
 """Write a program as C99: integers only, no allocation, no undefined behaviour.
 
-`emit_c` gives three files. ``<name>.h`` and ``<name>.c`` are the firmware; ``<name>_host.c``
-includes ``<name>.c`` and adds what only a host needs: many updates in one call. The same program
-gives the same text.
+The same program gives the same text.
 """
 
 from __future__ import annotations
@@ -11,7 +9,6 @@ from collections.abc import Sequence
 
 from boresight.firmware.body import Body
 from boresight.firmware.helpers import definitions, helpers
-from boresight.firmware.host import host_source
 from boresight.firmware.layout import banner, block, header, source
 from boresight.firmware.names import literal, unique
 from boresight.model.words.program import Program
@@ -84,7 +81,7 @@ def _assign(body: Body, group: str, numbers: Sequence[int], members: Sequence[st
 
 
 def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
-    """Texts of ``<name>.h``, ``<name>.c`` and ``<name>_host.c`` by file name.
+    """Texts of ``<name>.h`` and ``<name>.c`` by file name.
 
     Parameters
     ----------
@@ -134,5 +131,4 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
             states=_assign(body, "state", body.states, body.state_members),
             update=update,
         ),
-        f"{name}_host.c": host_source(body),
     }

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from boresight.firmware.build import CModel, ManyCModels, WordRanges
+from boresight.firmware.build import CModel, WordRanges
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import param_words
 from boresight.model.words.fixed import IntArray
@@ -122,19 +122,17 @@ class _EmittedBatch(Level):
 
     def __init__(self, build: Build, runs: int) -> None:
         super().__init__(build)
-        self.runs, self._models = runs, ManyCModels(self.program, runs)
+        self.runs, self._model = runs, CModel(self.program, runs)
 
     def reset(self) -> None:
         """Set the states of every run to their start words."""
-        self._models.reset()
+        self._model.reset()
 
     def run(self, records: FloatArray) -> Run:
         """Updates of every run: inputs (n, runs, n_inputs)."""
-        words = words_of(self.program, records).astype(np.int32)
-        models = self._models
-        updates = ((*models.update(row), models.beyond) for row in words)
-        outputs, saturated, beyond = (np.stack(x) for x in zip(*updates, strict=True))
-        return run_of_words(self.program, outputs.astype(np.int64), saturated, beyond=beyond)
+        words = words_of(self.program, records).astype(np.int32, order="C")
+        outputs, saturated = self._model.update(words)
+        return run_of_words(self.program, outputs, saturated, beyond=self._model.beyond)
 
 
 #: Levels of this module, for `sim.levels.registry`.

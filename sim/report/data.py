@@ -186,7 +186,6 @@ def _firmware(program: Program) -> dict[str, Any]:
     files = {
         name: {"lines": len(text.splitlines()), "bytes": len(text.encode())}
         for name, text in emit_c(program).items()
-        if not name.endswith("_host.c")
     }
     n_words = len(program.of_kind(Kind.PARAM)) + len(program.states)
     uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)

@@ -13,7 +13,7 @@ def test_one_program_needs_no_name_in_its_files() -> None:
     assert len(names) == len(set(names))
     assert set(names) - REGISTERS - set(integration_names(generic=False, axi=False)) == {
         *("core.v", "report.json"),
-        *(f"firmware/my_filter{end}" for end in (".c", ".h", "_host.c")),
+        *(f"firmware/my_filter{end}" for end in (".c", ".h")),
     }
 
 
@@ -28,7 +28,7 @@ def test_a_target_without_primitives_needs_no_other_verilog() -> None:
 
 def test_several_have() -> None:
     more = set(core_files(["a", "b-c"])) - set(core_files(["a"]))
-    assert more == {f"firmware/b_c{end}" for end in (".c", ".h", "_host.c")}
+    assert more == {f"firmware/b_c{end}" for end in (".c", ".h")}
 
 
 def test_only_the_system_has_registers_of_its_own() -> None:

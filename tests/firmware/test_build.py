@@ -190,7 +190,7 @@ def test_cache_is_used_and_keyed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     }
     assert len({library, *others}) == 3
     suffixes = sorted(p.suffix for p in library.parent.iterdir())
-    assert suffixes == [".c", ".c", ".h", ".json", ".so"]
+    assert suffixes == [".c", ".h", ".json", ".so"]
     with monkeypatch.context() as patch:
         patch.setattr("subprocess.run", None)
         assert build_library(program, cache=tmp_path) == library

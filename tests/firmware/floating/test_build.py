@@ -44,7 +44,7 @@ def test_agrees_to_single_precision(name: str, log: str) -> None:
     records = feed(e, read_record(bundled(log))).inputs[:UPDATES].astype(np.float32)
     reference, _ = compiled_float(e, records.astype(np.float64)[..., None])
     model = FloatCModel(e)
-    assert model.states.tolist() == [np.float32(s.initial) for s in e.states]
+    assert model.states[0].tolist() == [np.float32(s.initial) for s in e.states]
     outputs = model.update(records).astype(np.float64)
     named = {o.name: outputs[:, k] for k, o in enumerate(e.outputs)}
     apart = apart_deg(attitude_of(named), attitude_of(reference)[:, 0])
