@@ -60,7 +60,7 @@ STEP_FORCE = 2.0**-2  #: m/s, the same.
 VELOCITY = 4.0  #: m/s, largest velocity.
 FULL_SCALE = 1.0 - 2.0**-16  #: share of it from which on an increment counts as beyond.
 SLOW = 2.0**-17  #: rad, most that the axes turn in half a sample.
-FAST = 2.0**-8  #: rad, by default half the largest correction by a filter.
+FAST = 2.0**-7  #: rad, half the largest correction: the Earth's turn in 150 s is one.
 
 
 INPUTS = (
@@ -239,28 +239,22 @@ def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], l
 
 
 def next_attitude(
-    x: Any,
-    sample: Sample,
-    base: Vector,
-    slow: Vector,
-    correction: Vector,
-    begin: Any,
-    fast: float = FAST,
+    x: Any, sample: Sample, base: Vector, slow: Vector, correction: Vector, begin: Any
 ) -> dict[str, Any]:
     """Next states of the attitude, of norm one: ``base`` turned by ``slow`` and ``correction``.
 
-    Both turns are in [rad] about the axes; a correction is clamped at twice ``fast``. ``base`` is
+    Both turns are in [rad] about the axes; a correction is clamped at twice `FAST`. ``base`` is
     the sample's attitude, or where ``begin`` holds the initial one.
     """
     # (0, angle)/2 x q: separate words for small, constant turns. Norm: q (1 - |q|^2)/2
     slow_turn = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
-    fast_turn = vector_times([ops.saturated(0.5 * w, fast) for w in correction], base)
+    fast_turn = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
     norm_error = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
     after = {}
     for k, a in enumerate("wxyz"):
         moves = [
             ops.saturated(slow_turn[k], 2.0 * SLOW),
-            ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * fast),
+            ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * FAST),
         ]
         q, rest = getattr(x, f"q{a}"), getattr(x, f"rest_{a}")
         after[f"q{a}"], after[f"rest_{a}"] = carried(

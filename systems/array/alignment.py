@@ -29,7 +29,7 @@ from boresight.model.algebra.strapdown import AXES, STEP_FORCE
 
 __all__ = ["Alignment", "aligned", "states"]
 
-STEEP = 0.0016  #: squared sine of a tilt of s, 2.3 deg, that overflows no sum; else s is levelled.
+STEEP = 0.0013  #: squared sine of a tilt of s, 2.1 deg, that overflows no sum; else s is levelled.
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def aligned(x: Any, phase: Any, q: Vector, force: Vector, samples: int, dt: floa
     length = ops.rsqrt(dot(sums, sums))
     up = [ops.saturated(s * length, 1.0) for s in sums]
     steep = (up[0] * up[0] + up[1] * up[1] > STEEP) | (up[2] < 0.0)
-    steep = steep & (x.count > first + samples // 16)
+    steep = steep & (x.count > first + samples // 64)
     again, found = ~still | steep, running & still & (last | steep)
     # The shortest turn from up to z, (1 + up z, up x z)/sqrt(2 (1 + up z)), then one about z.
     half = ops.rsqrt(ops.bounded(2.0 + 2.0 * up[2], 0.0, 4.0, "of a unit vector"))

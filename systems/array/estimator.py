@@ -57,14 +57,13 @@ class ArrayAttitude(Estimator):
     height : float
         Of the site, above the ellipsoid [m].
     attitude : (pitch, roll, heading)
-        Before the first sample [deg]. With ``align`` any will do; tilt off by more than 2 deg takes
-        a 16th of the time more.
+        Before the first sample [deg]. With ``align`` any will do.
     reading : str
         "heading" or "literal": measurement at an index.
     rate : float
         Records a second.
     align : float
-        Seconds at rest in which the attitude is found, 30 to 280, or 0: ``attitude`` is right.
+        Seconds at rest in which the attitude is found, 30 to 300, or 0: ``attitude`` is right.
     aided : bool
         False: strapdown alone, from ``attitude``.
 
@@ -87,7 +86,7 @@ class ArrayAttitude(Estimator):
         attitude: Sequence[float] = (1.0, 2.0, 90.0),
         reading: str = "heading",
         rate: float = 100.0,
-        align: float = 150.0,
+        align: float = 300.0,
         *,
         aided: bool = True,
     ) -> None:
@@ -98,11 +97,10 @@ class ArrayAttitude(Estimator):
         require(len(attitude) == 3, "array_attitude, attitude", ", ".join(names), attitude)
         for name, value in zip(names, attitude, strict=True):
             _check(name, value, -360.0, 360.0)
-        known = align == 0.0 or 30.0 <= align <= 280.0
-        require(known, "array_attitude, align", "30 to 280, or 0", align)
-        self.align = round(align * rate) if aided else 0
-        # The Earth turns by up to 73e-6 rad/s in half of it, which is a correction.
-        self.fast = 2.0 * sd.FAST if align > 200.0 else sd.FAST
+        known = align == 0.0 or 30.0 <= align <= 300.0
+        require(known, "array_attitude, align", "30 to 300, or 0", align)
+        # A 64th of the time is for levelling, where the tilt is steep.
+        self.align = round(63.0 / 64.0 * align * rate) - 4 if aided and align else 0
         readings = " or ".join(READINGS)
         require(reading in READINGS, "array_attitude, reading", readings, reading, "choose one")
         self.rate, self.dt = rate, 1.0 / rate
@@ -163,7 +161,7 @@ class ArrayAttitude(Estimator):
         v = [ops.saturated(ops.where(hold, 0.0, a), sd.VELOCITY) for a in v]
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
         after = velocities | sample.last
-        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, begin, self.fast)
+        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, begin)
         outputs = (
             seen.outputs | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
         )

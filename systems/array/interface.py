@@ -78,7 +78,7 @@ def filter_params(align: int) -> tuple[Param, ...]:
             Param(f"p0_{k}", value, 0.0, WIDEST * UNITS[k], unit, f"{k} {meaning}")
             for k, (value, unit) in first.items()
         ),
-        Param("erected_force", 150.0 * MICRO_G, 0.0, 5e-3, "m/s^2", "bias after the erection"),
+        Param("erected_force", 300.0 * MICRO_G, 0.0, 5e-3, "m/s^2", "bias after the erection"),
         Param("gyro_noise", 1.5e-7, 0.0, 3e-5, "rad/sqrt(s)", "angle walk: small trusts the gyro"),
         Param("force_noise", 5e-5, 0.0, 2e-3, "m/s/sqrt(s)", "velocity walk"),
         Param("gyro_walk", 0.0, 0.0, 1e-9, "rad/s/sqrt(s)", "of the bias: small keeps it"),

@@ -84,7 +84,7 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("attitude", (1.0, 2.0), "attitude: wanted"),
         ("reading", "none", "reading: wanted heading or literal, found 'none'"),
         ("rate", 10.0, "rate: wanted 50 to 1000"),
-        ("align", 10.0, "align: wanted 30 to 280, or 0"),
+        ("align", 10.0, "align: wanted 30 to 300, or 0"),
     ],
     # worlds, what they are made of, an experiment
     (Landing, ""): [

@@ -88,7 +88,7 @@ def test_noise_and_what_stops_it() -> None:
     limited = grown(1.0, True, False, p22=0.2, p55=0.5, p66=0.5)
     assert limited["velocity"] == limited["tilt"] == limited["heading"] == 0.0 < limited["gyro"]
     erected = grown(1.0, True, True)
-    assert erected["force"] == pytest.approx((150.0 * 9.80665e-6 / UNITS["force"]) ** 2)
+    assert erected["force"] == pytest.approx((300.0 * 9.80665e-6 / UNITS["force"]) ** 2)
     assert not any(grown(0.0, False, True).values())
 
 

@@ -259,7 +259,3 @@ def test_full_scale_is_flagged_and_bounded() -> None:
     assert max(np.abs(result.outputs[f"v{a}"]).max() for a in "enu") <= 4.0
     q = np.stack([result.outputs[f"q{a}"] for a in "wxyz"])
     assert np.abs((q * q).sum(axis=0) - 1.0).max() < 1e-6
-
-
-LOUD = {"gyro_noise": 3e-5, "force_noise": 2e-3, "index_turn": 0.0, "index_gate": 1.0}
-LOUD |= {"gyro_walk": 1e-9, "force_walk": 1e-4, "zupt_sd": 0.0078125}
