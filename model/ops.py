@@ -21,6 +21,7 @@ import math
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,8 +62,19 @@ def _plain(*numbers: Any) -> bool:
     return all(type(x) in (int, float) for x in numbers)
 
 
+def _each(function: Callable[..., Any], *args: Any) -> Any:
+    """A function of the elements of arrays, which may be traced; None: all are numbers."""
+    for x in args:
+        if type(x) is np.ndarray and x.dtype.hasobject:
+            objects = [np.asarray(arg, dtype=object) for arg in args]
+            return np.frompyfunc(function, len(args), 1)(*objects)
+    return None
+
+
 def _call(kind: str, *numbers: Any) -> Any:
     """Record a function if one of its arguments is traced, else compute it."""
+    if (each := _each(partial(_call, kind), *numbers)) is not None:
+        return each
     tracer = next((x.tracer for x in numbers if isinstance(x, Scalar)), None)
     if tracer is not None:
         return tracer.new(kind, *map(tracer.lift, numbers))
@@ -149,12 +161,15 @@ def bounded(x: Any, low: float, high: float, reason: str, *, unless: str = "") -
     finite = -math.inf < low <= high < math.inf
     require(finite, author_line, "a range that is finite and ordered", (low, high))
     if not isinstance(x, Scalar):
-        return x
+        each = _each(lambda element: bounded(element, low, high, reason, unless=unless), x)
+        return x if each is None else each
     return x.tracer.new("bounded", x, data=(low, high, reason, *([unless] if unless else [])))
 
 
 def where(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where the condition holds, else ``no``."""
+    if (each := _each(where, condition, yes, no)) is not None:
+        return each
     if _is_traced(condition):
         lift = condition.tracer.lift
         return condition.tracer.new("select", condition, lift(yes), lift(no))
@@ -177,6 +192,8 @@ def saturated(x: Any, limit: float) -> Any:
         return x.tracer.new("saturated", x, data=(limit,))
     if _plain(x):
         return min(max(x, -limit), limit)
+    if (each := _each(lambda element: saturated(element, limit), x)) is not None:
+        return each
     return np.minimum(np.maximum(x, -limit), limit)  # as np.clip, in half of its time
 
 
@@ -224,6 +241,8 @@ def clip(x: Any, low: Any, high: Any) -> Any:
         require(finite, author_line, "finite limits of ops.clip", (low, high), fix)
         if traced:
             return x.tracer.new("clip", x, data=(low, high))
+        if (each := _each(lambda element: clip(element, low, high), x)) is not None:
+            return each
         return min(max(x, low), high) if _plain(x) else np.clip(x, low, high)
     return maximum(minimum(x, high), low)
 

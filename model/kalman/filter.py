@@ -21,8 +21,8 @@ class Filter(Protocol):
         As declared.
     errors, places : list of str
         Of each error state, a row of P: its name, and where it is declared.
-    initial_sd, largest_sd : list of float
-        Its standard deviation: initial and largest.
+    largest_sd : list of float
+        Its largest standard deviation.
     variance_limits, noise_floor : list of float
         Variances: beyond the first it grows no more; the second is added in every update.
     groups : dict of str to tuple of str
@@ -43,7 +43,6 @@ class Filter(Protocol):
     estimated: tuple[State | Attitude, ...]
     errors: list[str]
     places: list[str]
-    initial_sd: list[float]
     largest_sd: list[float]
     variance_limits: list[float]
     noise_floor: list[float]

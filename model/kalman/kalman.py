@@ -16,7 +16,7 @@ from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
-from boresight.model.kalman.update import DITHER, Update
+from boresight.model.kalman.update import DITHER, Update, errors_of
 from boresight.model.lowering.trace import Scalar, Trace
 from boresight.model.places import place_of_function, placed
 from boresight.model.recorded import evaluate
@@ -57,6 +57,8 @@ class Kalman(Estimator):
     prior : bool
         Outputs, except ``nis`` and the counts, are those of the predicted state, known before any
         measurement of the update is taken into account.
+    initial_covariance : mapping of (str, str) to float
+        Covariances of states at the start, by pairs of names; others are 0.
     floor : float
         Process noise that each of n states has besides its own, for the rounding of P: this share
         of its largest variance, n times. 2^-31 is the last bit of a word of 32.
@@ -69,6 +71,7 @@ class Kalman(Estimator):
     states: tuple[Any, ...] = ()
     memory: tuple[declarations.State, ...] = ()
     prior: bool = False
+    initial_covariance: Mapping[tuple[str, str], float] = {}
     floor: float = 2.0**-31
     dither: bool = False
 
@@ -79,10 +82,10 @@ class Kalman(Estimator):
         self._check_options()
         if self.dither:
             self.memory += (declarations.State(DITHER, -1.0, 1.0, "ht", line=self._line),)
-        #: Of each error state: its name, place, initial and largest standard deviation.
+        #: Of each error state: its name, place and largest standard deviation.
         self.errors: list[str] = []
         self.places: list[str] = []
-        self.initial_sd: list[float] = []
+        initial_sd: list[float] = []
         self.largest_sd: list[float] = []
         states: list[declarations.State] = []
         #: Names of the error states that a name stands for.
@@ -101,7 +104,7 @@ class Kalman(Estimator):
             self.errors += names
             self.places += [s.line] * len(names)
             self.largest_sd += [math.sqrt(_BELOW) * bound for bound in bounds]
-            self.initial_sd += map(min, sds, self.largest_sd[-len(sds) :])
+            initial_sd += map(min, sds, self.largest_sd[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
         #: Variances: beyond the first no element grows, the second is added in every update.
@@ -116,17 +119,25 @@ class Kalman(Estimator):
             name: (self.errors[i], self.errors[j])
             for name, (i, j) in self.covariance_states.items()
         }
-        self.states = (*states, *self.memory, *map(self._covariance_state, self.covariance_states))
+        where = placed(self._line, f"initial_covariance of {self.name}")
+        start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}
+        for pair, value in self.initial_covariance.items():
+            i, j = sorted(map(self.errors.index, errors_of(self, pair, where)))
+            start[i, j] = value
+        elements = [
+            self._covariance_state(name, *pair, start.get(pair, 0.0))
+            for name, pair in self.covariance_states.items()
+        ]
+        self.states = (*states, *self.memory, *elements)
         if not self.outputs:
             self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in states)
 
-    def _covariance_state(self, name: str) -> declarations.State:
-        i, j = self.covariance_states[name]
+    def _covariance_state(self, name: str, i: int, j: int, start: float) -> declarations.State:
         bound = self.largest_sd[i] * self.largest_sd[j]
-        low, initial = (0.0, self.initial_sd[i] * self.initial_sd[i]) if i == j else (-bound, 0.0)
+        low = 0.0 if i == j else -bound
         units = [self._unit(k) for k in (i, j)]
         unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
-        return declarations.State(name, low, bound, unit, initial, line=self.places[i])
+        return declarations.State(name, low, bound, unit, start, line=self.places[i])
 
     def _unit(self, error: int) -> str:
         name = self.errors[error]

@@ -28,7 +28,7 @@ Sizes = Mapping[str, float] | Sequence[float] | float
 
 
 class _Linear(Kalman):
-    """x = A x + B u + w, z = C x + D u + v."""
+    """x = A x + B u + w, L z = C x + D u + v of independent v."""
 
     system: tuple[FloatArray, ...]
 
@@ -59,9 +59,13 @@ class _Linear(Kalman):
 
     def measure(self, x: Any, u: Any, p: Any) -> Sequence[Measurement]:
         """C x + D u."""
-        c, d, r = self.system[2], self.system[3], self.system[5]
-        seen = zip(self.inputs[-len(c) :], self._rows(c, d, x, u), np.diag(r), strict=True)
-        return [Measurement(getattr(u, i.name), h, float(v), line=self._line) for i, h, v in seen]
+        c, d, _, r, mix = self.system[2:]
+        z = [getattr(u, i.name) for i in self.inputs[-len(c) :]]
+        mixed = [
+            sum((m * v for m, v in zip(row, z, strict=True) if m), 0.0) for row in mix.tolist()
+        ]
+        seen = zip(mixed, self._rows(c, d, x, u), r.tolist(), strict=True)
+        return [Measurement(value, h, v, line=self._line) for value, h, v in seen]
 
 
 def linear(
@@ -91,8 +95,9 @@ def linear(
         Largest magnitude of each state, input and measurement; a mapping names them, too. By
         default ``z`` follows from those of states, inputs and noise.
     Q, R, P : (n, n), (m, m), (n, n)
-        Covariances of w, of v, and of the state at the start; R and P diagonal. A vector is a
-        diagonal. By default those of the object.
+        Covariances of w, of v, and of the state at the start. A vector is a diagonal. By default
+        those of the object. Measurements with correlated noise are taken as sums of them that are
+        independent.
     tolerance : mapping, sequence or float, optional
         Of each state, as in `Output`.
     name : str
@@ -121,11 +126,15 @@ def linear(
         values = _sizes(where, "tolerance", tolerance, n, None)
         accepted = dict(zip(states, values.values(), strict=True))
     start = np.ravel(getattr(system, "x", np.zeros(n)))
+    names = [*states]
     bounds = zip(np.sqrt(np.diag(p)), _largest(a, c, q, r, p), strict=True)
     members: dict[str, Any] = {
         "__doc__": f"Kalman filter of {n} states and {m} measurements.",
         "__module__": sys._getframe(1).f_globals["__name__"],
-        "system": (a, b, c, d, q, r),
+        "system": (a, b, *_independent(c, d, q, r)),
+        "initial_covariance": {
+            (names[i], names[j]): float(p[i, j]) for i, j in np.ndindex(n, n) if i < j and p[i, j]
+        },
         "inputs": tuple(Input(i, -v, v) for i, v in (driven | measured).items()),
         "states": tuple(
             State(s, -v, v, "", float(first), sd=float(sd), sd_max=largest)
@@ -184,15 +193,23 @@ def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
     good = good and np.linalg.eigvalsh(matrix)[0] >= -1e-12 * np.abs(matrix).max()
     require(bool(good), place, wanted, given)
     if name != "Q":
-        fix = (
-            "measure by the factor of Cholesky"
-            if name == "R"
-            else "give a larger diagonal, as P=[1.0, 2.0]"
-        )
-        variances = np.diag(matrix)
-        diagonal = np.array_equal(matrix, np.diag(variances)) and variances.min() > 0.0
-        require(bool(diagonal), place, "a diagonal above 0, zeros beside it", given, fix)
+        fix = "give a larger diagonal, as P=[1.0, 2.0]"
+        require(np.linalg.eigvalsh(matrix)[0] > 0.0, place, "a positive matrix", given, fix)
     return matrix
+
+
+def _independent(c: FloatArray, d: FloatArray, q: FloatArray, r: FloatArray) -> list[FloatArray]:
+    """C, D, Q, variances of v, and L: independent sums of the measurements.
+
+    L z = L C x + L D u + L v, with L R L^T diagonal, by Gauss's elimination of R.
+    """
+    m = len(r)
+    rows = np.hstack([r, c, d, np.eye(m)])
+    for j in range(m):
+        for i in range(j + 1, m):
+            rows[i] -= rows[i, j] / rows[j, j] * rows[j]
+    variances, c, d, mix = np.split(rows, np.cumsum([m, c.shape[1], d.shape[1]]), axis=1)
+    return [c, d, q, np.diag(variances), mix]
 
 
 def _sizes(

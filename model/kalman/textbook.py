@@ -207,7 +207,9 @@ class Textbook:
         self._rates = {pair: np.zeros(2) for pair in self._rates}
         self._observability = _Observability(np.array(k.largest_sd))
         x = {s.name: np.float64(s.initial) for s in k.states}
-        cov = np.diag(np.square(k.initial_sd))
+        cov = np.empty((len(k.errors),) * 2)
+        for name, (i, j) in k.covariance_states.items():
+            cov[i, j] = cov[j, i] = x[name]
         fixed = {("param", name): v for name, v in k.param_values(params).items()}
         rows, covariances = [], []
         for record in inputs:

@@ -26,7 +26,16 @@ from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
 
-__all__ = ["DITHER", "SPREAD", "Update", "checked_measurements", "in_range", "moved", "noise_of"]
+__all__ = [
+    "DITHER",
+    "SPREAD",
+    "Update",
+    "checked_measurements",
+    "errors_of",
+    "in_range",
+    "moved",
+    "noise_of",
+]
 
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
@@ -555,20 +564,20 @@ def noise_of(
             )
         out[i, i] = value
     for pair in noise.keys() - single.keys():
-        i, j = sorted(kalman.errors.index(e) for e in _errors_of(kalman, pair, where))
+        i, j = sorted(kalman.errors.index(e) for e in errors_of(kalman, pair, where))
         check_number(f"{where}, {' and '.join(pair)}", noise[pair])
         out[i, j] = noise[pair]
     return out
 
 
-def _errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
-    """Two names of error states."""
+def errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
+    """Two names of error states; InputError of anything else."""
     if len({*pair}) != 2 or not {*pair} <= {*kalman.errors}:
         raise InputError.at(
             where,
             wanted=f"pairs of {', '.join(kalman.errors)}",
             found=repr(pair),
-            fix="name two different states whose noise is correlated",
+            fix="name two different states",
         )
     return pair
 

@@ -353,6 +353,13 @@ def test_limits_on_arrays() -> None:
     assert ops.minimum(0.5, x).tolist() == [-2.0, 0.25, 0.5]
     assert ops.clip(x, -1.0, 1.0).tolist() == ops.saturated(x, 1.0).tolist() == [-1.0, 0.25, 1.0]
     assert ops.bounded(x, -1.0, 1.0, "not on floats") is x and ops.named("x", x) is x
+    traced = np.array([Tracer("unit").leaf("input", "x", -4.0, 4.0)] * 2)
+    for limited in (
+        ops.maximum(traced, 0.0),
+        ops.clip(traced, 0, 1),
+        ops.bounded(traced, 0, 4, ""),
+    ):
+        assert [node_of(x).low for x in limited] == [0.0, 0.0]
 
 
 def test_an_angle_of_another_unit_is_refused_also_in_a_sum() -> None:

@@ -15,6 +15,7 @@ from boresight.model.errors import InputError
 A, B = np.array([[1.0, 0.1], [-0.2, 0.95]]), np.array([[0.0], [0.1]])
 C, D = np.array([[1.0, 0.0], [0.5, 1.0]]), np.array([[0.0], [0.2]])
 Q, R, P = np.array([[1e-4, 5e-5], [5e-5, 1e-3]]), np.diag([0.04, 0.09]), np.diag([1.0, 0.5])
+R_FULL, P_FULL = R + 0.03 * np.eye(2)[::-1], P + 0.4 * np.eye(2)[::-1]
 START = np.array([0.5, -0.2])
 SIZES = {"x": [16.0, 16.0], "u": 4.0, "tolerance": 1e-5}
 
@@ -35,6 +36,7 @@ SYSTEMS = {
     "scipy": kalman.linear(signal.dlti(A, B, C, D, dt=1), **SIZES, Q=Q, R=[0.04, 0.09], P=P),
     "control": kalman.linear(CONTROL, **SIZES, Q=Q, R=R, P=P, z=16.0),
     "filterpy": kalman.linear(FILTERPY, **SIZES),
+    "correlated": kalman.linear((A, B, C, D), **SIZES, Q=Q, R=R_FULL, P=P_FULL),
 }
 
 
@@ -46,11 +48,12 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
     log = dict(zip([i.name for i in made.inputs], [u, *z.T], strict=True))
     (result,) = boresight.check(made, log, levels=("fixed", "c"))["results"]
     assert result.good, result.lines()
-    x, cov = (START if kind == "filterpy" else np.zeros(2)), P
+    x = START if kind == "filterpy" else np.zeros(2)
+    cov, r = (P_FULL, R_FULL) if kind == "correlated" else (P, R)
     d = np.zeros((2, 1)) if kind == "filterpy" else D
     for k in range(200):
         x, cov = A @ x + B[:, 0] * u[k], A @ cov @ A.T + Q
-        gain = cov @ C.T @ np.linalg.inv(C @ cov @ C.T + R)
+        gain = cov @ C.T @ np.linalg.inv(C @ cov @ C.T + r)
         x, cov = x + gain @ (z[k] - C @ x - d[:, 0] * u[k]), (np.eye(2) - gain @ C) @ cov
         for state, value in zip(made.estimated, x, strict=True):
             assert abs(result.fixed.outputs[state.name][k] - value) < 1e-5
@@ -63,7 +66,7 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
         (signal.lti(A, B, C, D), {}, "time-discrete"),
         ((A, B, C[:, :1], D), {}, "C \\(m, n\\)"),
         ((A, B, C, D), {"R": None}, "give R="),
-        ((A, B, C, D), {"R": Q}, "factor of Cholesky"),
+        ((A, B, C, D), {"P": [1.0, 0.0]}, "larger diagonal"),
         ((A, B, C, D), {"x": [1.0]}, "2 largest"),
         (signal.dlti([1.0], [1.0, -0.5], dt=0.1), {}, "TransferFunctionDiscrete'; SYSTEM.to_ss"),
         (
