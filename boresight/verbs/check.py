@@ -52,14 +52,13 @@ from boresight.sim.compare.check import ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
 from boresight.sim.levels.synthesised import NetlistSimulated
 from boresight.sim.records.files import Log, log_files, logs_of
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 from boresight.sim.rtl.netlist import SIMULATED
-from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import is_world, world_of
+from boresight.sim.worlds.loop import recorded
+from boresight.sim.worlds.world import is_world
 from boresight.waves import WAVE_FOLDER, write_waves
 
 GROUPS = (LogRows, Profiles, Tolerances, Baseline)
@@ -250,10 +249,7 @@ def _recorded(world: Any, build: Build, steps: int | None) -> Record:
     if len(build.estimators) > 1:
         found, fix = "a world", "record it: run ESTIMATOR WORLD -o log.csv"
         raise InputError.at("logs", wanted="logs of several estimators", found=found, fix=fix)
-    source = world_of(world)
-    with make_level("float", build) as level:
-        loop = close_loop(source, level, steps=steps)
-    return loop.record(build.estimators[0], source.name)
+    return recorded(world, build, steps)
 
 
 def _part(target: str | None, levels: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from cyclopts import Parameter
 from boresight.core_files import check_routable
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import OutputFile
@@ -55,6 +55,7 @@ from boresight.sim.plotting import PALETTE, figure_and_axes, legend, settings, s
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import logs_of
 from boresight.sim.result import Result, Row
+from boresight.sim.worlds.world import is_world
 
 GROUPS = (LogRows, Profiles, Tolerances)
 
@@ -100,9 +101,9 @@ def explore(
     ----------
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS.
-    logs : paths, or data in memory (`Record.of`)
-        Logs, or folders of logs; also arguments of the constructor with values to try, for example
-        taps=4,8,16.
+    logs : paths, worlds, or data in memory (`Record.of`)
+        Logs, folders of logs, or worlds, whose loop with the float64 form is the log; also
+        arguments of the constructor with values to try, for example taps=4,8,16.
     words : sequence of int
         Word widths, 18 to 32 bits.
     configs : sequence of str
@@ -157,11 +158,9 @@ def explore(
         require_choice("target", target, TARGETS)
     if route:
         check_routable(targets, "leave --route out")
-    elif seeds != 1:
-        raise InputError.at(
-            "seeds", wanted="cores that are routed", found="no --route", fix="add --route"
-        )
-    inputs, arguments = arguments_of(logs)
+    require(route or seeds == 1, "seeds", "1 without --route", seeds, "add --route")
+    sources, arguments = arguments_of(logs)
+    worlds = tuple(s for s in sources if is_world(s))
     widths = [*map(int, words)]
     cases = cases_of(estimator, arguments, words=widths, configs=configs, targets=targets)
     found = _first(cases)
@@ -172,19 +171,16 @@ def explore(
     if least:
         decides = quantity_of(least, known, "least")
     asked = [demand.quantity.name for demand in demands] + [q.name for q in [decides] if q]
-    if not (synth or route) and (of_area := [figure for figure in asked if figure in OF_AREA]):
-        raise InputError.at(
-            "want",
-            wanted=f"areas and clocks, for {of_area[0]}",
-            found="no --synth",
-            fix="add --synth, or --route",
-        )
-    read = logs_of(inputs, load=True)
-    if not read:
-        raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
-    for log in read:
-        if not arguments:
-            feed(found, log.first)
+    for figure in OF_AREA:
+        fix = "add --synth, or --route"
+        good = synth or route or figure not in asked
+        require(good, "want", f"areas and clocks, for {figure}", "no --synth", fix)
+    read = logs_of([s for s in sources if not is_world(s)], load=True)
+    if not read and not worlds:
+        fix = "name a log, or a world as file.py:Class"
+        raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
+    for log in [] if arguments else read:
+        feed(found, log.first)
     files = [log.path for log in read if log.path is not None]
     folder, of = Path(output), f"explore-{found.name}"
     page = OutputFile(folder / f"{of}.html", inputs=files)
@@ -193,13 +189,14 @@ def explore(
     say(f"{found.name}: {len(cases)} combinations")
     exploration = Exploration(
         tuple(log.first if log.path is None else str(log.path.absolute()) for log in read),
+        worlds,
         tuple(sorted((values or {}).items())),
         steps,
         seeds,
         digest_of([log.first for log in read]),
     )
     plans, tasks = planned(exploration, cases, area=synth, route=route)
-    shared = isinstance(estimator, str)
+    shared = all(isinstance(x, str) for x in (estimator, *worlds))
     where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": shared}
     complete(exploration, measured, tasks, journal, say=say, batch=1, **where)
     result = result_of(
@@ -231,22 +228,13 @@ def _check_numbers(
     *, words: Sequence[Any], clock: float, steps: int | None, jobs: int | None, seeds: int
 ) -> None:
     for word in words:
-        if not str(word).strip().isdigit():
-            raise InputError.at(
-                "words", wanted="whole numbers", found=repr(word), fix="write for example 18,24,32"
-            )
+        fix = "write for example 18,24,32"
+        require(str(word).strip().isdigit(), "words", "whole numbers", word, fix)
         check_word(int(word))
-    if not 1.0 <= clock <= 10_000.0:
-        raise InputError.at(
-            "clock", wanted="1 to 10,000 MHz", found=f"{clock:g}", fix="choose another"
-        )
+    require(1.0 <= clock <= 10_000.0, "clock", "1 to 10,000 MHz", clock, "choose another")
     require_whole("steps", steps, 1)
     require_whole("jobs", jobs, 1)
     require_whole("seeds", seeds, 1)
-
-
-#: Costs, the first known of which is across.
-_COSTS = ("lut", "cycles")
 
 
 def render_page(title: str, result: Result) -> str:
@@ -254,18 +242,15 @@ def render_page(title: str, result: Result) -> str:
     rows = result["rows"]
     (name, shown), *_ = result.tables.items()
     error = list(shown[0])[1]
-    intro: list[str | Verdict] = [
-        *result.summary.splitlines(),
-        *(Verdict(text, good=False) for text in result.failures),
-    ]
-    cost = next((c for c in _COSTS if any(row.get(c) for row in rows)), None)
+    cost = next((c for c in ("lut", "cycles") if any(row.get(c) for row in rows)), None)
     figures = [] if cost is None or not error else [("", _plot(rows, error, cost))]
-    commands: list[tuple[str, str]] = [
+    commands = [
         (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
     ]
+    summary = [text for text in result.summary.splitlines() if text != ESTIMATED]
     return page_of(
         f"Exploration of {title}",
-        [text for text in intro if text != ESTIMATED],
+        [*summary, *(Verdict(text, good=False) for text in result.failures)],
         [
             replace(section_of(name, shown), figures=figures),
             Section(title="Commands", columns=("combination", "command"), rows=commands),
@@ -284,17 +269,13 @@ def _plot(rows: list[Row], error: str, cost: str) -> str:
     with settings():
         figure, axes = figure_and_axes(3.6)
         for (head, of), colour in zip(series.items(), PALETTE * len(series), strict=False):
-            x, y = [row[cost] for row in of], [row[error] for row in of]
-            axes.plot(x, y, color=colour, linewidth=0.6, label=head)
-            for row in of:
+            points = [(row[cost], row[error]) for row in of]
+            axes.plot(*zip(*points, strict=True), color=colour, linewidth=0.6, label=head)
+            for row, place in zip(of, points, strict=True):
                 face = colour if row["good"] else "white"
-                axes.plot(row[cost], row[error], "o", color=colour, markerfacecolor=face)
-                axes.annotate(
-                    str(row["word"]),
-                    (row[cost], row[error]),
-                    xytext=(5, 4),
-                    textcoords="offset points",
-                )
+                axes.plot(*place, "o", color=colour, markerfacecolor=face)
+                offset = {"xytext": (5, 4), "textcoords": "offset points"}
+                axes.annotate(str(row["word"]), place, **offset)
         axes.set_yscale("log")
         axes.set_xlabel(cost)
         axes.set_ylabel(f"largest error: {error}")

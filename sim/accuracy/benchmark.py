@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors
+from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors, means
 from boresight.sim.accuracy.peers import run_peer
 from boresight.sim.accuracy.runs import LogRuns, Scores
 from boresight.sim.accuracy.trials import Trial
@@ -154,13 +154,6 @@ def _published(name: str, record: Record, align: str) -> Scores:
     errors = attitude_errors(offset.turned(q), log.attitude, log.counts)
     units = dict.fromkeys(ANGLES, "deg")
     return Scores("package", errors, units, seconds, offset_deg=offset.offset_deg)
-
-
-def means(scores: Iterable[Mapping[str, float]]) -> dict[str, float]:
-    """Mean of each figure over the logs that have it."""
-    scores = [*scores]
-    names = dict.fromkeys(name for of in scores for name in of)
-    return {n: float(np.mean([of[n] for of in scores if n in of])) for n in names}
 
 
 def _log(trial: Trial) -> dict[str, Any]:

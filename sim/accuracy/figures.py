@@ -6,7 +6,7 @@ qy qz`` the three angles of `sim.rotations.accuracy` instead.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 
@@ -41,10 +41,11 @@ def units_of(estimator: Estimator, columns: Feed | LongFeed) -> dict[str, str]:
     """Units of the figures that a record's truth allows, by name; empty without any truth."""
     names = set[str]()
     for part in columns.parts():
-        attitude_names = _attitude_outputs(estimator, part)
-        if attitude_names and _rows(part, QUATERNION).any():
+        known = {n: part.counts & np.isfinite(truth) for n, truth in part.truth.items()}
+        angles = _attitude_outputs(estimator, part)
+        if angles and np.all([known[n] for n in QUATERNION], axis=0).any():
             names |= {*ANGLES}
-        names |= {n for n in part.truth if n not in attitude_names and _rows(part, (n,)).any()}
+        names |= {n for n, rows in known.items() if n not in angles and rows.any()}
     return _units(estimator, names)
 
 
@@ -62,8 +63,8 @@ class Errors:
     """
 
     def __init__(self, estimator: Estimator) -> None:
-        self.estimator = estimator
-        self._angles, self._others = Angles(), list[Differences]()
+        self.estimator, self._angles = estimator, Angles()
+        self._others: Differences | None = None
 
     def add(self, columns: Feed, outputs: Mapping[str, FloatArray]) -> None:
         """The next rows, with their outputs (n,) by name."""
@@ -71,15 +72,15 @@ class Errors:
         if attitude_names:
             self._angles.add(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
         names = [n for n in columns.truth if n not in attitude_names]
-        if not self._others:
-            self._others = [Differences(self.estimator.outputs, names, judged=False)]
+        if self._others is None:
+            self._others = Differences(self.estimator.outputs, names, judged=False)
         rows = columns.counts
-        self._others[0].add(*({n: x[n][rows] for n in names} for x in (outputs, columns.truth)))
+        self._others.add(*({n: x[n][rows] for n in names} for x in (outputs, columns.truth)))
 
     def result(self) -> dict[str, float]:
         """The figures, by name."""
         angles = self._angles.result() if self._angles.samples else {}
-        others = (d for differences in self._others for d in differences.result())
+        others = [] if self._others is None else self._others.result()
         return angles | {d.output: d.rms for d in others if d.samples}
 
     @property
@@ -95,6 +96,13 @@ def errors(
     accumulator = Errors(estimator)
     accumulator.add(columns, outputs)
     return accumulator.result()
+
+
+def means(scores: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """Mean of each figure over the logs that have it."""
+    scores = [*scores]
+    names = dict.fromkeys(name for of in scores for name in of)
+    return {n: float(np.mean([of[n] for of in scores if n in of])) for n in names}
 
 
 def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
@@ -147,10 +155,8 @@ class Alignment:
         """The next rows, (n, 4): those that count and have both attitudes."""
         rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
         rows &= q_est.any(axis=1)
-        error = quaternion_multiply(
-            quaternion_normalise(q_est[rows]),
-            quaternion_conjugate(quaternion_normalise(q_ref[rows])),
-        )[:, self._free]
+        q, reference = (quaternion_normalise(x[rows]) for x in (q_est, q_ref))
+        error = quaternion_multiply(q, quaternion_conjugate(reference))[:, self._free]
         self._products += error.T @ error
 
     def result(self) -> FloatArray | None:
@@ -169,9 +175,9 @@ class Alignment:
     @property
     def offset_deg(self) -> tuple[float, ...]:
         """The offset as a rotation vector (3,) about east, north and up; of none: empty."""
-        if (offset := self.result()) is None:
-            return ()
-        return tuple(np.degrees(quaternion_to_rotation_vector(offset)).tolist())
+        offset = self.result()
+        of = () if offset is None else quaternion_to_rotation_vector(offset)
+        return tuple(np.degrees(of).tolist())
 
     def add_outputs(self, columns: Feed, outputs: Mapping[str, FloatArray]) -> None:
         """The next rows of a run; of one without attitude, or without its truth, nothing."""
@@ -190,11 +196,3 @@ def _attitude_outputs(estimator: Estimator, columns: Feed) -> tuple[str, ...]:
     """Outputs without figures of their own, since the angles stand for them."""
     is_complete = gives_attitude(estimator) and all(n in columns.truth for n in QUATERNION)
     return (*QUATERNION, *ANGLES) if is_complete else ()
-
-
-def _rows(columns: Feed, names: tuple[str, ...]) -> BoolArray:
-    """Samples that count and have a truth."""
-    rows = columns.counts.copy()
-    for name in names:
-        rows &= np.isfinite(columns.truth[name])
-    return rows

@@ -15,8 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model.errors import require, require_choice
-from boresight.sim.accuracy.benchmark import means
-from boresight.sim.accuracy.figures import ANGLES
+from boresight.sim.accuracy.figures import ANGLES, means
 from boresight.sim.accuracy.runs import LogRuns
 from boresight.sim.accuracy.search import Axis, Tuned, pattern_search
 from boresight.sim.compare.verdict import saturated_text

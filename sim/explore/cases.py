@@ -9,25 +9,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
+from boresight.sim.worlds.world import NamedWorld
 
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*=")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A combination of arguments, word, machine and target.
+    """A combination of word, machine and target.
 
-    Attributes
-    ----------
-    estimator : str, class or Estimator
-    arguments : tuple of (name, value)
-        Of its constructor; values as Python writes them.
-    word : int
-    config, target : str
+    ``arguments`` are names and values of the estimator's constructor, as Python writes them.
     """
 
     estimator: Named
@@ -69,12 +64,8 @@ class Case:
 
     def build(self, exploration: Exploration) -> Build:
         """The build to measure; raises `InputError` as `named` and `Build` do."""
-        return Build(
-            estimator_of(self.named),
-            config=self.config,
-            word=self.word,
-            params=[dict(exploration.params)],
-        )
+        params = [dict(exploration.params)]
+        return Build(estimator_of(self.named), config=self.config, word=self.word, params=params)
 
 
 @dataclass(frozen=True)
@@ -84,6 +75,8 @@ class Exploration:
     Attributes
     ----------
     logs : tuple of str or Record
+    worlds : tuple of str, class or World
+        Each with the combination's estimator in float64 gives one more log.
     params : tuple of (name, value)
     steps : int, optional
         Leading samples of each log.
@@ -94,6 +87,7 @@ class Exploration:
     """
 
     logs: tuple[str | Record, ...]
+    worlds: tuple[NamedWorld, ...] = ()
     params: tuple[tuple[str, float], ...] = ()
     steps: int | None = None
     seeds: int = 1
@@ -101,13 +95,7 @@ class Exploration:
 
 
 def arguments_of(texts: Sequence[Any]) -> tuple[list[Any], dict[str, list[Any]]]:
-    """Separate logs from arguments of the constructor, written ``NAME=VALUE,VALUE``.
-
-    Returns
-    -------
-    logs : list
-    arguments : dict of str to list
-        Values by name.
+    """Logs, and values of the constructor's arguments by name, written ``NAME=VALUE,VALUE``.
 
     Raises
     ------
@@ -121,26 +109,18 @@ def arguments_of(texts: Sequence[Any]) -> tuple[list[Any], dict[str, list[Any]]]
             logs.append(text)
             continue
         name, _, values = text.partition("=")
-        if name in arguments:
-            raise InputError.at(
-                text, wanted="each argument once", found=f"{name} twice", fix="join them"
-            )
-        arguments[name] = [_literal(text, value) for value in split_names(values)]
+        require(name not in arguments, text, "each argument once", name, "join both")
+        arguments[name] = [_literal(text, value.strip()) for value in split_names(values)]
     return logs, arguments
 
 
 def _literal(text: str, value: str) -> Any:
     try:
-        return ast.literal_eval(value.strip())
+        return ast.literal_eval(value)
     except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
-        if value.strip().isidentifier():
-            return value.strip()
-        raise InputError.at(
-            text,
-            wanted="values of the constructor's argument, with commas",
-            found=repr(value),
-            fix="write for example taps=4,8,16",
-        ) from None
+        fix = "write for example taps=4,8,16"
+        require(value.isidentifier(), text, "values of an argument, with commas", value, fix)
+        return value
 
 
 def cases_of(

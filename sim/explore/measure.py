@@ -15,9 +15,10 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from boresight.gateware.core import Core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
@@ -31,7 +32,8 @@ from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.tolerances import tolerances_now
 from boresight.model.tools.failure import ToolFailed
-from boresight.sim.accuracy.figures import ANGLES, errors
+from boresight.model.words.program import Program
+from boresight.sim.accuracy.figures import ANGLES, errors, means
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
@@ -40,21 +42,21 @@ from boresight.sim.explore.cases import Case, Exploration
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.records.selection import Selection, selected, selection
+from boresight.sim.worlds.loop import recorded
+from boresight.sim.worlds.world import world_of
 
 #: Names of the angles between attitudes, distinct from the names of outputs.
 ANGLE_NAMES = {ANGLES[0]: ATTITUDE} | {name: f"{ATTITUDE}_{name}" for name in ANGLES[1:]}
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(NamedTuple):
     """One piece of work: its kind, one of `KINDS`, and a combination that needs it."""
 
     kind: str
     case: Case
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):
     """A combination, the keys of its work, or the reason why it has no program."""
 
     case: Case
@@ -83,15 +85,14 @@ def planned(
         There is no yosys or no router, and areas or routed clocks are wanted.
     """
     tool = find_tool().version if area or route else ""
-    families = {case.target: TARGETS[case.target].family for case in cases} if route else {}
     routers = {
-        name: find_router(family.router).version
-        for name, family in families.items()
-        if family.router is not None
+        case.target: find_router(family.router).version
+        for case in cases
+        if route and (family := TARGETS[case.target].family).router is not None
     }
-    plans: list[Plan] = []
+    own = sources(*map(world_of, exploration.worlds))
+    plans, programs = list[Plan](), dict[tuple[Any, int], Program]()
     tasks: dict[str, dict[str, Task]] = {kind: {} for kind in KINDS}
-    programs: dict[tuple[Any, int], Any] = {}
     for case in cases:
         try:
             variant = case.arguments, case.word
@@ -101,17 +102,17 @@ def planned(
         except InputError as error:
             plans.append(Plan(case, refused=_line(error)))
             continue
-        program = [sources(), programs[variant].digest]
-        run = [case.arguments, exploration.params, exploration.steps, exploration.digest]
+        program = [own, programs[variant].digest]
+        run = [*exploration.worlds, exploration.params, exploration.steps, exploration.digest]
         inputs: dict[str, list[Any]] = {
-            "errors": [*program, *run, tolerances_now()],
+            "errors": [*program, case.arguments, *run, tolerances_now()],
             "cycles": [*program, machine],
         }
         if area:
             inputs["area"] = [*program, machine, case.target, tool]
         if case.target in routers:
-            router = routers[case.target], exploration.seeds
-            inputs["routed"] = [*program, machine, case.target, tool, router]
+            inputs["routed"] = [*program, machine, case.target, tool]
+            inputs["routed"] += [routers[case.target], exploration.seeds]
         keys = {kind: digest(kind, parts) for kind, parts in inputs.items()}
         plans.append(Plan(case, tuple(keys.values())))
         for kind, key in keys.items():
@@ -124,16 +125,16 @@ def measured(exploration: Exploration, tasks: Sequence[Task]) -> list[dict[str, 
 
     A row with ``again`` failed in a tool, and may be tried once more.
     """
-    return [_row(exploration, task) for task in tasks]
 
+    def row(task: Task) -> dict[str, Any]:
+        try:
+            return KINDS[task.kind](exploration, task.case)
+        except (InputError, ScheduleError) as error:
+            return {"refused": _line(error)}
+        except (SynthesisError, ToolFailed) as error:
+            return {"refused": _line(error), "again": True}
 
-def _row(exploration: Exploration, task: Task) -> dict[str, Any]:
-    try:
-        return KINDS[task.kind](exploration, task.case)
-    except (InputError, ScheduleError) as error:
-        return {"refused": _line(error)}
-    except (SynthesisError, ToolFailed) as error:
-        return {"refused": _line(error), "again": True}
+    return [row(task) for task in tasks]
 
 
 def _line(error: Exception) -> str:
@@ -150,12 +151,8 @@ def _records(exploration: Exploration) -> list[Record]:
     """
     records = _read(exploration.logs, selection(), exploration.digest)
     if digest_of(records) != exploration.digest:
-        raise InputError.at(
-            "logs",
-            wanted="the logs as they were when the exploration began",
-            found="other values",
-            fix="explore again",
-        )
+        wanted = "the logs as they were when the exploration began"
+        raise InputError.at("logs", wanted=wanted, found="other values", fix="explore again")
     return records
 
 
@@ -167,29 +164,27 @@ def _read(logs: tuple[str | Record, ...], rows: Selection, _: str) -> list[Recor
 
 def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Errors from float64 and from truth, saturated updates, and the verdict of `check`."""
-    check = Check(case.build(exploration), levels=("c",), search=False)
+    build = case.build(exploration)
+    check = Check(build, levels=("c",), search=False)
     logs = [record.head(exploration.steps) for record in _records(exploration)]
+    logs += [recorded(world, build, exploration.steps) for world in exploration.worlds]
     results = [check.run(log)[0] for log in logs]
     figures: dict[str, float | None] = {}
     shares = []
     for parts in zip(*(result.accuracy.differences for result in results), strict=True):
-        count = sum(part.samples for part in parts)
-        mean_square = math.fsum(part.samples * part.rms**2 for part in parts) / max(count, 1)
-        largest = max((part.largest for part in parts), key=_size)
-        figures[parts[0].output] = _number(largest)
-        figures[f"{parts[0].output}.rms"] = _number(math.sqrt(mean_square))
-        shares += [_size(largest) / part.tolerance for part in parts if part.tolerance]
+        samples = np.array([part.samples for part in parts])
+        largest = max(part.largest if math.isfinite(part.largest) else math.inf for part in parts)
+        rms = math.sqrt(samples @ [part.rms**2 for part in parts] / max(samples.sum(), 1))
+        figures |= {parts[0].output: _number(largest), f"{parts[0].output}.rms": _number(rms)}
+        shares += [largest / part.tolerance for part in parts if part.tolerance]
     if shares:
         figures["tolerance"] = _number(max(shares))
     failures = [failure for result in results for failure in result.failures]
     saturated = sum(result.accuracy.saturated_updates for result in results)
     values = sum((Counter(result.accuracy.saturated) for result in results), Counter[str]())
-    causes = [r.accuracy.culprit for r in results if r.failures and r.accuracy.culprit]
-    reasons = [
-        *failures[:1],
-        *causes[:1],
-        *([saturated_text(saturated, values)] if saturated else []),
-    ]
+    reasons = failures[:1]
+    reasons += [r.accuracy.culprit for r in results if r.failures and r.accuracy.culprit][:1]
+    reasons += [saturated_text(saturated, values)] if saturated else []
     return {
         **figures,
         **_truth(results),
@@ -198,11 +193,6 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
         "good": not failures,
         "reason": " ".join("; ".join(dict.fromkeys(reasons)).split()),
     }
-
-
-def _size(value: float) -> float:
-    """The value; infinity if it is NaN."""
-    return value if math.isfinite(value) else math.inf
 
 
 def _number(value: float) -> float | None:
@@ -214,14 +204,9 @@ def _truth(results: Sequence[CheckResult]) -> dict[str, float | None]:
 
     Of an attitude these are the angles of `boresight accuracy`, named as in `ANGLE_NAMES`.
     """
-    rms: dict[str, list[float]] = {}
-    for result in results:
-        estimator = result.build.estimators[0]
-        found = errors(estimator, result.given, result.fixed.outputs)
-        angles = ANGLE_NAMES if ANGLES[0] in found else {}
-        for name, value in found.items():
-            rms.setdefault(f"{angles.get(name, name)}.truth", []).append(value)
-    return {name: _number(math.fsum(values) / len(values)) for name, values in rms.items()}
+    found = [errors(r.build.estimators[0], r.given, r.fixed.outputs) for r in results]
+    angles = ANGLE_NAMES if any(ANGLES[0] in of for of in found) else {}
+    return {f"{angles.get(n, n)}.truth": _number(value) for n, value in means(found).items()}
 
 
 def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:

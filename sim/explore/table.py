@@ -6,11 +6,10 @@ import math
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from boresight.model.declarations import ATTITUDE, EXACT_UNITS
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import profiles_now
 from boresight.model.tolerances import tolerances_now
@@ -22,8 +21,7 @@ from boresight.sim.records.selection import selection
 from boresight.sim.result import Result, Row
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A figure: its name, its unit, and whether more of it is better."""
 
     name: str
@@ -33,16 +31,11 @@ class Quantity:
 
 #: Figures of any estimator; docs/learn/explore.md explains them.
 FIGURES = (
-    Quantity("tolerance"),
-    Quantity("saturated"),
-    Quantity("cycles"),
+    *map(Quantity, ("tolerance", "saturated", "cycles")),
     Quantity("us", "us"),
     Quantity("interval"),
     Quantity("rate", "Hz", more=True),
-    Quantity("lut"),
-    Quantity("ff"),
-    Quantity("dsp"),
-    Quantity("ram"),
+    *map(Quantity, ("lut", "ff", "dsp", "ram")),
     Quantity("clock", "MHz", more=True),
     Quantity("word", "bits"),
 )
@@ -53,7 +46,9 @@ ESTIMATED = (
     "clock: estimated from the netlist; on 12 cores for ECP5 the method was 1 to 41 % below the "
     "routed clock"
 )
-_DEMAND = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+.\deE]+)\s*(.*?)\s*")
+_DEMAND = re.compile(
+    r"([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\d.eE+-])\s*(.*)"
+)
 
 
 def quantities(estimator: Estimator) -> list[Quantity]:
@@ -83,19 +78,12 @@ def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
     InputError
         There is no figure of this name.
     """
-    for quantity in known:
-        if quantity.name == name:
-            return quantity
-    raise InputError.at(
-        where,
-        wanted=f"one of {listed(name, [q.name for q in known])}",
-        found=repr(name),
-        fix="choose one; docs/learn/explore.md has them all",
-    )
+    by_name = {quantity.name: quantity for quantity in known}
+    require_choice(where, name, by_name, "choose one; docs/learn/explore.md has them all")
+    return by_name[name]
 
 
-@dataclass(frozen=True)
-class Demand:
+class Demand(NamedTuple):
     """A limit for a figure, in the figure's unit; ``sign`` is one of ``< <= > >=``."""
 
     quantity: Quantity
@@ -136,18 +124,14 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
     demands = []
     for part in filter(None, map(str.strip, text.split(","))):
         match = _DEMAND.fullmatch(part)
-        try:
-            limit = float(match[3]) if match else math.nan
-        except ValueError:
-            limit = math.nan
-        if match is None or not math.isfinite(limit):
+        if match is None:
             raise InputError.at(
                 "want",
                 wanted=f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1",
                 found=repr(part),
                 fix="write NAME, one of < <= > >=, and a number",
             )
-        quantity = quantity_of(match[1], known, "want")
+        quantity, limit = quantity_of(match[1], known, "want"), float(match[3])
         if match[4]:
             factor, offset = conversion(f"want, {part}", quantity.name, match[4], quantity.unit)
             limit = factor * limit + offset
@@ -193,18 +177,20 @@ def result_of(
         best = next(row for row in table if row["combination"] == choice["row"])
         figure = f"{best[least.name]:.4g} {least.unit}".rstrip()
         lines.append(f"choice, {least.name} {figure}: {choice['row']}")
+    elif choice is not None and choice["nearest"] is not None:
+        near = next(row for row in table if row["combination"] == choice["nearest"])
+        names = [re.split("[<>]", text)[0] for text in choice["missed"]]
+        found = ", ".join(f"{n} is {near.get(n)}" for n in names)
+        missed = ", ".join(choice["missed"])
+        failures.append(f"no combination meets {missed}; nearest: {choice['nearest']}: {found}")
     elif choice is not None:
-        failures.append(_nearest(table, choice))
+        failures.append("check accepts no combination that has these figures")
     elif not any(row["good"] for row in table):
         failures.append("check accepts no combination")
     if any(row.get("clock_is") == "estimate" for row in table):
         lines.append(ESTIMATED)
-    return Result(
-        {"rows": table, "choice": choice},
-        {"combinations": shown},
-        "\n".join(lines),
-        failures=failures,
-    )
+    data = {"rows": table, "choice": choice}
+    return Result(data, {"combinations": shown}, "\n".join(lines), failures=failures)
 
 
 def _row(
@@ -244,24 +230,12 @@ def _choice(table: Sequence[Row], demands: Sequence[Demand], least: Quantity) ->
         return (-value if least.more else value, row.get("cycles", 0.0), row["word"])
 
     passing = [row for row in accepted if all(demand.meets(row) for demand in demands)]
-    if passing:
-        return {"row": min(passing, key=cost)["combination"], "nearest": None, "missed": []}
-    if not accepted:
-        return {"row": None, "nearest": None, "missed": []}
-    nearest = min(accepted, key=lambda r: (max((d.excess(r) for d in demands), default=1), cost(r)))
-    missed = [demand for demand in demands if not demand.meets(nearest)]
-    return {"row": None, "nearest": nearest["combination"], "missed": [*map(str, missed)]}
-
-
-def _nearest(table: Sequence[Row], choice: Mapping[str, Any]) -> str:
-    """What is said where no combination meets the demands."""
-    if choice["nearest"] is None:
-        return "check accepts no combination that has these figures"
-    row = next(row for row in table if row["combination"] == choice["nearest"])
-    names = [re.split("[<>]", text)[0] for text in choice["missed"]]
-    found = ", ".join(f"{n} is {row.get(n)}" for n in names)
-    missed = ", ".join(choice["missed"])
-    return f"no combination meets {missed}; nearest: {row['combination']}: {found}"
+    if passing or not accepted:
+        best = min(passing, key=cost)["combination"] if passing else None
+        return {"row": best, "nearest": None, "missed": []}
+    nearest = min(accepted, key=lambda row: (max(d.excess(row) for d in demands), cost(row)))
+    missed = [str(demand) for demand in demands if not demand.meets(nearest)]
+    return {"row": None, "nearest": nearest["combination"], "missed": missed}
 
 
 def _estimator(case: Case) -> str:
@@ -276,16 +250,14 @@ def _commands(case: Case, exploration: Exploration) -> tuple[str, ...]:
     """Command lines that make and check a combination; none for an object."""
     if not isinstance(case.named, str):
         return ()
+    files, name = profiles_now(), shlex.quote(case.named)
     options = f"--word {case.word} --config {case.config}"
-    options += "".join(f" --param {name}={value!r}" for name, value in exploration.params)
+    options += "".join(f" --param {n}={value!r}" for n, value in exploration.params)
     options += "".join(f" --tolerance {shlex.quote(text)}" for text in tolerances_now())
-    files = profiles_now()
     options += "".join(f" --profile {shlex.quote(file)}" for file in files or ())
     options += " --profile none" if files == () else ""
-    logs = " ".join(shlex.quote(log) for log in exploration.logs if isinstance(log, str))
-    name = shlex.quote(case.named)
+    texts = [x for x in (*exploration.logs, *exploration.worlds) if isinstance(x, str)]
     rows = selection().options + (f" --steps {exploration.steps}" if exploration.steps else "")
-    return (
-        f"boresight compile {name} {options} --target {case.target} -o build",
-        *([f"boresight check {name} {logs} {options}{rows}"] if logs else []),
-    )
+    check = f"boresight check {name} {shlex.join(texts)} {options}{rows}"
+    compile_ = f"boresight compile {name} {options} --target {case.target} -o build"
+    return (compile_, check) if texts else (compile_,)

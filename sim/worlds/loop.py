@@ -13,11 +13,13 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed, require_rate
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Place, Record
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import NamedWorld, World, world_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,6 +288,13 @@ def close_loop(
         if progress is not None and rows // 1000 > previous // 1000:
             progress(rows)
     return Loop.joined(parts)
+
+
+def recorded(world: NamedWorld, build: Build, steps: int | None) -> Record:
+    """The log of a world in a loop with the float64 form of an estimator."""
+    source = world_of(world)
+    with CompiledFloat(build) as level:
+        return close_loop(source, level, steps=steps).record(build.estimators[0], source.name)
 
 
 def _rows(

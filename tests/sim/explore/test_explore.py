@@ -16,7 +16,7 @@ from boresight.sim.explore.measure import Task, digest_of, measured
 from boresight.sim.explore.table import FIGURES, Quantity, demands_of
 
 SOURCE = """
-from boresight import Estimator, Input, Output, State
+from boresight import Estimator, Input, Output, State, World
 
 
 class Smooth(Estimator):
@@ -32,6 +32,11 @@ class Smooth(Estimator):
     def step(self, x, u, p):
         m = (1.0 - self.gain) * x.m + self.gain * u.a
         return {"m": m}, {"m": m}
+
+
+class Turn(World):
+    def pieces(self):
+        yield {"a": [0.3, -0.6, 0.9], "m_true": [0.1, -0.225, 0.2]}
 
 
 class Wound(Smooth):
@@ -75,6 +80,9 @@ def test_rows_choice_and_files(here, capsys) -> None:
 def test_figures_are_those_of_the_arithmetic(here) -> None:
     given = {"a": [0.3, -0.6, 0.9], "m_true": [0.1, -0.225, 0.2]}
     row = run("smooth.py:Smooth(1)", given, words=(18,), clock=50.0)["rows"][0]
+    world = run("smooth.py:Smooth(1)", "smooth.py:Turn", words=(18,), clock=50.0)["rows"][0]
+    assert world.pop("commands")[1].startswith("boresight check 'smooth.py:Smooth(1)' smooth.py:T")
+    assert row.items() >= world.items()
     # Halves are exact in the output's word: m = 0.15, -0.225, 0.3375 in inputs of 18 bits.
     lsb = 2.0**-17
     assert 0.0 < row["m"] < 2.0 * lsb and row["good"] and row["saturated"] == 0
