@@ -70,7 +70,6 @@ class CasesExperiment(Experiment):
         raise NotImplementedError
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
-        """See `Experiment`."""
         cases = [(name, name, runs) for name in self.cases]
         outcomes = run_cases(
             self.run_case, cases, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say

@@ -102,7 +102,6 @@ class BatchedWorld(World):
         self.runs: int = len(self.seeds)
 
     def draw(self, seed: int) -> None:
-        """See `World`."""
         self.seeds, self.runs = (seed,), 1
 
 

@@ -27,8 +27,6 @@ from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.quaternion import Vector, dot, product
 from boresight.model.algebra.strapdown import AXES, STEP_FORCE
 
-__all__ = ["Alignment", "aligned", "states"]
-
 STEEP = 0.0013  #: squared sine of a tilt of s, 2.1 deg, that overflows no sum; else s is levelled.
 
 

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["CASES", "RATES", "Case"]
-
 RATES = {"a": 0.35, "b": 36.0}  #: deg/s, by the paper's experiment.
 
 

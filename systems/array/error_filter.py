@@ -19,11 +19,6 @@ from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
 from boresight.model.algebra.scalar_update import Update
 from boresight.systems.array.interface import KINDS, UNITS
 
-__all__ = [
-    *("FORCE", "GYRO", "LIMITS", "PHI", "SCALE"),
-    *("first_variances", "grown", "moves", "propagated"),
-]
-
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
 #: Growth of a diagonal element in every propagation, so that rounding stays below the noise.

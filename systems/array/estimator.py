@@ -39,8 +39,6 @@ from boresight.systems.array import alignment, index, interface
 from boresight.systems.array import error_filter as errors
 from boresight.systems.array.interface import KINDS, UNITS
 
-__all__ = ["ArrayAttitude"]
-
 READINGS = ("heading", "literal")
 CUT_NOISE = 0.35  #: with which a heading whose variance is at its limit is cut, scaled.
 MOST_DRIFT = 2.0  #: largest velocity that is measured as zero, scaled: 1/8 m/s.

@@ -17,8 +17,6 @@ from boresight.systems.array.page import render
 from boresight.systems.array.runs import run_array
 from boresight.systems.array.words import WORDS, run_width
 
-__all__ = ["Array", "figures_of"]
-
 
 class Array(Experiment):
     """Attitude of a radar array that turns for eight hours, Wang Wenzhe et al. (2016).

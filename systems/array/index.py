@@ -12,8 +12,6 @@ from boresight.model.algebra.strapdown import Angles, Sample
 from boresight.systems.array.error_filter import PHI, SCALE
 from boresight.systems.array.interface import UNITS
 
-__all__ = ["change", "corrected", "fix", "heading_row", "offset"]
-
 
 def heading_row(seen: Angles) -> dict[int, Any]:
     """d(heading)/d(phi) times cos(pitch): (C_12 sin, C_22 sin, -cos^2)/cos, of unit length."""

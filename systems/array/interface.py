@@ -11,9 +11,6 @@ from boresight.model.algebra.covariance import covariance_states
 from boresight.model.algebra.strapdown import AXES
 from boresight.model.declarations import MICRO_G
 
-__all__ = ["INPUTS", "KINDS", "LEARNT", "OUTPUTS", "STATUS_BITS", "UNITS", "filter_params"]
-__all__ += ["filter_states"]
-
 ARCSEC = math.pi / 648000.0  #: rad; a degree an hour is as many rad/s.
 
 #: Errors of the instruments: name, largest that is learnt, unit.

@@ -15,8 +15,6 @@ from boresight.systems.array.runs import EVERY
 from boresight.systems.array.words import FORTY, WORDS
 from boresight.systems.array.world import ANGLES, DT
 
-__all__ = ["render"]
-
 _INTRO = (
     "A radar array rests for 300 s, in which its attitude is found from gyros and accelerometers. "
     "It is erected to a pitch of 66 deg, and turned about the vertical for hours. A mark on the "

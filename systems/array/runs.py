@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.compare.difference import differences
 from boresight.sim.experiments.seeds import Runs
@@ -21,9 +21,6 @@ from boresight.systems.array.cases import Case
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.world import ALIGNED, ANGLES, DT, ERECTED, TurningArray
 
-__all__ = ["EVERY", "Turned", "errors_of", "figures_of", "run_array", "turned"]
-
-FloatArray = npt.NDArray[np.float64]
 ARCSEC = 180.0 * 3600.0  #: in a half turn.
 EVERY = 96  #: samples between two that are judged: many phases of a turn and of a second.
 _HOUR = round(3600.0 / DT) // EVERY

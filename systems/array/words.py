@@ -12,8 +12,6 @@ from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.runs import turned
 from boresight.systems.array.world import TurningArray
 
-__all__ = ["FORTY", "WORDS", "Plain", "run_width"]
-
 WORDS = (24, 28, 32)
 FORTY = (0.16, 0.43)  #: what a prototype with words of 40 bits had after eight hours [arcsec].
 
@@ -24,7 +22,6 @@ class Plain(ArrayAttitude):
     name = "array_plain"
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """See `ArrayAttitude`."""
         state, outputs = super().step(x, u, p)
         return state | {n: 0.0 * u.phase for n in state if n.startswith("rest_")}, outputs
 

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight import World
+from boresight.model.arrays import FloatArray
+from boresight.model.declarations import MICRO_G
 from boresight.model.errors import require
 from boresight.sim.rotations.rotation import euler_to_matrix, matrix_to_euler
 from boresight.sim.rotations.zyx import wrapped
@@ -16,9 +17,6 @@ from boresight.systems.worlds import sensors
 from boresight.systems.worlds.turning import Turn, Turning, drawn, earth_rate, normal_gravity
 from boresight.systems.worlds.turntable import Mark, pulses
 
-__all__ = ["ALIGNED", "ANGLES", "DT", "ERECTED", "START_DEG", "TurningArray"]
-
-FloatArray = npt.NDArray[np.float64]
 ANGLES = ("pitch", "roll", "heading")
 ARCSEC = math.radians(1.0) / 3600.0
 DT = 0.01  #: s
@@ -26,7 +24,7 @@ ALIGNED, ERECTED = 30_000, 31_300  #: samples at the end of the alignment, of th
 START_DEG = (1.0, 2.0, 90.0)  #: pitch, roll, heading before the erection.
 LATITUDE_DEG, HEIGHT = 31.9521, 45.0
 #: The paper's constant errors: bias, scale, misalignment of gyros, of accelerometers.
-ERRORS = np.array([[0.003 * sensors.PER_HOUR, 1e-5, 20e-6], [20.0 * sensors.MICRO_G, 1e-4, 20e-6]])
+ERRORS = np.array([[0.003 * sensors.PER_HOUR, 1e-5, 20e-6], [20.0 * MICRO_G, 1e-4, 20e-6]])
 _PIECE = 20_000  #: records made at once.
 
 
@@ -110,7 +108,6 @@ class TurningArray(World):
         self.draw(seed)
 
     def draw(self, seed: int) -> None:
-        """See `World`."""
         self.seed, plus = seed, self.plus
         signs, shakes, luck, tilts = (np.random.default_rng([seed, k]) for k in range(4))
         off = np.ones(3) if plus else signs.choice([-1.0, 1.0], 3)

@@ -15,8 +15,6 @@ from typing import Any
 from boresight import Input, Output, Param, ops
 from boresight.kalman import Kalman, Measurement, State
 
-__all__ = ["CAPACITY", "DT", "Battery", "open_voltage"]
-
 DT = 1.0  # s
 CAPACITY = 0.85  # A h
 #: Open-circuit voltage: A_0 + A_1 z + A_2 z^2 + A_3 z^3 + B exp(-C z) [V] of a charge z.

@@ -14,8 +14,6 @@ from boresight.systems.battery.estimator import DT
 from boresight.systems.battery.estimator import Battery as Filter
 from boresight.systems.battery.runs import CASES, run
 
-__all__ = ["Battery"]
-
 
 class Battery(CasesExperiment):
     """State of charge of a lithium cell: loads, rest, charge; cells and sensors that are off."""
@@ -46,7 +44,6 @@ class Battery(CasesExperiment):
     shown_text = "Charge, true and estimated; error, and three standard deviations."
 
     def cycles(self) -> Mapping[str, float]:
-        """See `CasesExperiment`."""
         figures: dict[str, float] = {}
         for config, (schedule,) in schedules_of(Filter()).items():
             figures[f"charge_cycles_{config}"] = schedule.latencies[0]
@@ -54,7 +51,6 @@ class Battery(CasesExperiment):
         return figures
 
     def plot(self, runs: Runs, name: str) -> str:
-        """See `CasesExperiment`."""
         z, truth, sd = runs.shown["charge"][::10].T
         hours = 10.0 * DT / 3600.0 * np.arange(len(z))
         with settings():

@@ -15,8 +15,6 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.battery.estimator import CAPACITY, DT, R_0, R_FAST, R_SLOW, Battery
 from boresight.systems.battery.world import CELLS, Discharge
 
-__all__ = ["CASES", "SETTLED_S", "Case", "figures_of", "run"]
-
 SETTLED_S = 600.0  #: time before which the charge is not judged.
 
 

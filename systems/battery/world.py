@@ -6,15 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.battery.estimator import A_0, A_1, A_2, A_3, CAPACITY, DT, B, C
-
-__all__ = ["CELLS", "REST_S", "Cell", "Discharge", "open_voltage"]
-
-FloatArray = npt.NDArray[np.float64]
 
 STEPS = 7200
 REST_S = (3600.0, 4200.0)  #: no current.

@@ -17,8 +17,6 @@ from boresight import Input, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, vector
 from boresight.model.declarations import GRAVITY
 
-__all__ = ["DT", "GRAVITY_NED", "KINDS", "UNITS", "Ekf2"]
-
 DT = 0.01  #: s
 GRAVITY_NED = np.array([0.0, 0.0, GRAVITY])  #: m/s^2, north, east, down.
 #: Kinds of measurements, by the number in the input ``kind``; 0 is none.

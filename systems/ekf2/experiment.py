@@ -12,8 +12,6 @@ from boresight.systems.ekf2.estimator import DT
 from boresight.systems.ekf2.estimator import Ekf2 as Filter
 from boresight.systems.ekf2.runs import CASES, CONFIG, run
 
-__all__ = ["Ekf2"]
-
 _AXES = {
     **{"attitude": ("attitude, deg", "roll"), "v": ("velocity, m/s", "pitch")},
     **{"p": ("position, m", "heading"), "wind": ("wind, m/s", "roll")},
@@ -49,10 +47,8 @@ class Ekf2(CasesExperiment):
     shown_text = "Errors of attitude, velocity, position and wind."
 
     def cycles(self) -> Mapping[str, float]:
-        """See `CasesExperiment`."""
         schedule = Build(Filter(), config=CONFIG).core.schedule
         return {"interval_cycles": schedule.interval, "state_cycles": max(schedule.latencies)}
 
     def plot(self, runs: Runs, name: str) -> str:
-        """See `CasesExperiment`."""
         return error_history(runs.shown, _AXES, step_s=DT, height=5.2, name=name)

@@ -18,8 +18,6 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.ekf2.estimator import DT, Ekf2
 from boresight.systems.ekf2.world import Flight
 
-__all__ = ["CASES", "CONFIG", "SETTLED_S", "Case", "figures_of", "run"]
-
 CONFIG = "small-2048"
 SETTLED_S = 30.0  #: time before which nothing is judged.
 _AIR = ("airspeed", "sideslip", "drag")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
 from boresight.sim.rotations.rotation import (
     quaternion_multiply,
@@ -18,10 +19,6 @@ from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
 from boresight.systems.worlds.sampled import rates_and_forces
-
-__all__ = ["NOISE", "Flight"]
-
-FloatArray = npt.NDArray[np.float64]
 
 START_RAD = (0.02, 0.02, 0.1)  #: standard deviations of the attitude at first, north to down.
 GYRO_BIAS, ACC_BIAS = 0.004, 0.05  #: standard deviations [rad/s], [m/s^2].

@@ -15,8 +15,6 @@ import numpy as np
 from boresight import Input, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, vector
 
-__all__ = ["DT", "GRAVITY", "InsGnss"]
-
 DT = 0.01  # s
 LARGEST = 2.0  #: velocity of the antenna about the sensor, and gained within the delay, m/s.
 GRAVITY = np.array([0.0, 0.0, 9.81])

@@ -12,8 +12,6 @@ from boresight.systems.ins_gnss.estimator import DT
 from boresight.systems.ins_gnss.estimator import InsGnss as Filter
 from boresight.systems.ins_gnss.runs import CASES, CONFIG, run
 
-__all__ = ["InsGnss"]
-
 _AXES = {
     "attitude": ("attitude, deg", "roll"),
     "v": ("velocity, m/s", "pitch"),
@@ -50,10 +48,8 @@ class InsGnss(CasesExperiment):
     shown_text = "Errors of attitude, velocity and position."
 
     def cycles(self) -> Mapping[str, float]:
-        """See `CasesExperiment`."""
         schedule = Build(Filter(), config=CONFIG).core.schedule
         return {"interval_cycles": schedule.interval, "state_cycles": max(schedule.latencies)}
 
     def plot(self, runs: Runs, name: str) -> str:
-        """See `CasesExperiment`."""
         return error_history(runs.shown, _AXES, step_s=DT, height=4.2, name=name)

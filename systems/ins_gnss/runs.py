@@ -18,8 +18,6 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.ins_gnss.estimator import DT, InsGnss
 from boresight.systems.ins_gnss.world import Journey
 
-__all__ = ["CASES", "CONFIG", "SETTLED_S", "Case", "figures_of", "run"]
-
 CONFIG = "small-1024"
 SETTLED_S = 30.0  #: time before which nothing is judged.
 _LEVER = {"lever_x": 0.8, "lever_y": -0.3, "lever_z": 1.2}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
 from boresight.sim.rotations.rotation import (
     quaternion_multiply,
@@ -17,10 +17,6 @@ from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ins_gnss.estimator import DT, GRAVITY
 from boresight.systems.worlds.sampled import rates_and_forces
-
-__all__ = ["CARRIERS", "Journey"]
-
-FloatArray = npt.NDArray[np.float64]
 
 FIX_STEPS = 10  #: steps from one fix to the next.
 START_RAD = (0.02, 0.02, 0.1)  #: standard deviations of the attitude at first, axes east to up.

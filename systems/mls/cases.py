@@ -8,8 +8,6 @@ from typing import Any
 
 from boresight.systems.mls.deck import SensorErrors
 
-__all__ = ["CASES", "Case"]
-
 
 @dataclass(frozen=True)
 class Case:

@@ -9,17 +9,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate, turns_between
 from boresight.sim.rotations.zyx import quaternions_of
 from boresight.systems.worlds.ship import SEA_STATES, at_sea
 
-__all__ = ["MOTIONS", "RATE_HZ", "Deck", "SensorErrors", "deck", "records"]
-
-FloatArray = npt.NDArray[np.float64]
 RATE_HZ = 1000.0
 JUMP_DEG, JUMP_S, JUMP_EVERY_S = 8.0, 0.06, 1.5
 #: A table that jumps; a ship that turns by +-10 deg about each axis; the carrier at sea.

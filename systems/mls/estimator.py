@@ -52,8 +52,6 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require
 from boresight.model.nine_axis import INPUTS
 
-__all__ = ["ALIGN_STEPS", "STATUS_BITS", "MlsAttitude"]
-
 FIELD_UNIT = 64.0  #: uT
 FIELD_LIMIT = 100.0  #: uT, largest strength of the field at the site.
 NO_FIELD = 1.0  #: uT^2, squared field below which there is no sample.

@@ -18,8 +18,6 @@ from boresight.systems.mls.patterns import patterns_of
 from boresight.systems.mls.phases import ArrayPhases
 from boresight.systems.mls.runs import AXES, GLIDE_DEG, flown, pooled
 
-__all__ = ["Mls", "phases_fixed_float"]
-
 FEW = 10  #: most runs of cases that only illustrate.
 AT_ONCE = 50  #: runs of one task.
 COMPARED = ("corrected", "picard_4", "bias", "rolling", "sea_5")  #: fixed with float.

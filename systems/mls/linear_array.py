@@ -12,11 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
-
-__all__ = ["Array", "Lobe", "direction", "lobe"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def direction(azimuth_deg: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> FloatArray:

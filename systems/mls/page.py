@@ -18,8 +18,6 @@ from boresight.systems.mls.patterns import Trial
 from boresight.systems.mls.runs import AXES, AZIMUTHS, ENCODER_DEG, GLIDE_DEG, SETTLED
 from boresight.systems.mls.world import SCANS
 
-__all__ = ["render"]
-
 MINUS = "\N{MINUS SIGN}"
 
 _INTRO = (

@@ -6,15 +6,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.systems.mls.linear_array import Array, direction, lobe
 from boresight.systems.mls.runs import AZIMUTHS, LEVEL, phases_of
 from boresight.systems.mls.world import SCANS
 
-__all__ = ["Trial", "patterns_of"]
-
-FloatArray = npt.NDArray[np.float64]
 STEP_DEG = 0.05  #: between beams of a scan.
 _SCAN = SCANS["azimuth"]
 _HIGH = (20.0, 30.0)  #: elevations at which Z is looked at as well.

@@ -23,8 +23,6 @@ from boresight.model.algebra.quaternion import dot, matrix
 from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.errors import require, require_choice
 
-__all__ = ["AXES", "MOST_ELEMENTS", "STATUS_BITS", "ArrayPhases"]
-
 AXES = ("x", "y", "z")  #: of the body; elements stand on the last two.
 
 MOST_ELEMENTS = 160  #: outputs that one core has room for.

@@ -9,14 +9,10 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.algebra.quaternion import left_matrix, multiply, right_matrix
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-
-__all__ = ["prototype"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def prototype(

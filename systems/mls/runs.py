@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.rotations.outputs import attitude_of
@@ -23,12 +23,6 @@ from boresight.systems.mls.phases import ArrayPhases
 from boresight.systems.mls.prototype import prototype
 from boresight.systems.mls.world import SCANS
 
-__all__ = [
-    *("AXES", "AZIMUTHS", "ENCODER_DEG", "GLIDE_DEG", "SETTLED", "Flight"),
-    *("beam_errors", "figures_of", "flown", "fly", "phases_of", "pooled"),
-]
-
-FloatArray = npt.NDArray[np.float64]
 AXES = ("roll", "pitch", "heading")
 AZIMUTHS = {"m60": -60.0, "0": 0.0, "60": 60.0}  #: of receivers [deg], by name.
 GLIDE_DEG = 3.0  #: elevation of receivers.

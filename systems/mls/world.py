@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight import World
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require, require_choice
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.rotations.outputs import attitude_of
@@ -24,9 +25,6 @@ from boresight.systems.mls.deck import RATE_HZ, deck, records
 from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.linear_array import Array, direction, lobe
 
-__all__ = ["SCANS", "SCAN_DEG_S", "Landing", "OnDeck", "Scan"]
-
-FloatArray = npt.NDArray[np.float64]
 SETTLED_S = 1.0  #: of the filter, before the first scan.
 
 

@@ -15,8 +15,6 @@ from boresight import Input, Output, Param, State, ops
 from boresight.kalman import Kalman, Measurement
 from boresight.kalman import State as Estimated
 
-__all__ = ["DT", "PI", "Observer", "Pmsm"]
-
 DT = 50e-6  # s
 PI = 3.141592653589793
 R, L, PSI = 0.5, 1e-3, 0.05  # ohm, H, Wb

@@ -15,8 +15,6 @@ from boresight.systems.pmsm.estimator import Pmsm as Core
 from boresight.systems.pmsm.runs import run
 from boresight.systems.pmsm.world import MACHINES
 
-__all__ = ["Pmsm"]
-
 
 class Pmsm(CasesExperiment):
     """Sensorless motor drive at 20 kHz: start, load steps, reversal, machines that are off."""
@@ -48,7 +46,6 @@ class Pmsm(CasesExperiment):
     shown_text = "Speed, true and estimated, and error of the angle."
 
     def cycles(self) -> Mapping[str, float]:
-        """See `CasesExperiment`."""
         figures: dict[str, float] = {}
         for config, (schedule,) in schedules_of(Core()).items():
             figures[f"interval_cycles_{config}"] = schedule.interval
@@ -56,7 +53,6 @@ class Pmsm(CasesExperiment):
         return figures
 
     def plot(self, runs: Runs, name: str) -> str:
-        """See `CasesExperiment`."""
         angle, speed = runs.shown["angle"][::8], runs.shown["speed"][::8]
         t = 8 * DT * np.arange(len(angle))
         with settings():

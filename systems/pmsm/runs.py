@@ -13,8 +13,6 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.pmsm.estimator import DT, Pmsm
 from boresight.systems.pmsm.world import LOADS_S, REVERSAL_S, SPEED, START_S, Motor
 
-__all__ = ["SETTLED_S", "figures_of", "run"]
-
 SETTLED_S = 0.25  #: time before which angle and speed are not judged.
 _KEPT = ("theta", "omega")
 

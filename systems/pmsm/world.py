@@ -6,15 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.pmsm.estimator import DT, PI, PSI, VOLTAGE, L, R
-
-__all__ = ["LOADS_S", "MACHINES", "REVERSAL_S", "SPEED", "START_S", "Machine", "Motor"]
-
-FloatArray = npt.NDArray[np.float64]
 
 START_S, REVERSAL_S = 0.2, 0.5  #: end of the forced start, reversal.
 SPEED = 900.0  #: electrical rad/s, forth and back.

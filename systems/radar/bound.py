@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pymap3d
 
-__all__ = ["covariances", "deviations", "information", "jacobian"]
-
-FloatArray = npt.NDArray[np.float64]
+from boresight.model.arrays import FloatArray
 
 
 def jacobian(site: Sequence[float], seen: FloatArray) -> FloatArray:

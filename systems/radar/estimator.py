@@ -31,19 +31,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight import Estimator, InputError, ops
 from boresight.model.algebra.carried import carried
 from boresight.model.algebra.quaternion import Matrix, Vector, conjugate_turn, dot, turn
 from boresight.model.algebra.quaternion_filter import status_word, sum_of
 from boresight.model.algebra.square_root import Potter, potter, whitened
+from boresight.model.arrays import FloatArray
 from boresight.systems.radar import interface
 from boresight.systems.radar.interface import AXES, BIASES, ECEF, FASTEST, REACH, WIDEST
 
-__all__ = ["Registration", "site"]
-
-FloatArray = npt.NDArray[np.float64]
 Site = Sequence[float]  #: longitude east, latitude north [deg], height [m].
 
 EQUATOR = 6378137.0  #: m, WGS 84.

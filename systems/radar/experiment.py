@@ -19,8 +19,6 @@ from boresight.systems.radar.page import render
 from boresight.systems.radar.runs import Predicted, Watched, first, predicted, watch
 from boresight.systems.radar.world import TwoRadars
 
-__all__ = ["FREE", "NOISY", "Radar"]
-
 FREE = (1e4, 15.0)  #: P0 of the noise-free reading [m, deg].
 NOISY = (50.0, 0.5)  #: P0 with noise.
 #: Further values of P0, for the difference of fixed point and float64.
@@ -36,7 +34,6 @@ class Radar(Experiment):
     pages = ("radar.html",)
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
-        """See `Experiment`."""
         say("tracks without noise")
         noiseless = watch(TwoRadars(noise=0.0, seconds=170.0), first(*FREE))
         theory = predicted(TwoRadars(seconds=170.0), *NOISY)

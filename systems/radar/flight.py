@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pymap3d
 
 from boresight import InputError
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
-
-__all__ = ["FLIGHTS", "SITES", "ballistic", "flight", "gravity", "straight"]
-
-FloatArray = npt.NDArray[np.float64]
 
 GM = 3.986004418e14  #: m^3/s^2
 J2 = 1.08262668e-3

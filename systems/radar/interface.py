@@ -5,18 +5,6 @@ from __future__ import annotations
 from boresight import Input, Output, Param, State
 from boresight.model.algebra.carried import BELOW
 
-__all__ = [
-    "AXES",
-    "BIASES",
-    "FASTEST",
-    "INPUTS",
-    "OUTPUTS",
-    "PARAMS",
-    "STATES",
-    "STATUS_BITS",
-    "WIDEST",
-]
-
 AXES = "xyz"
 BIASES = ("range_1", "elevation_1", "azimuth_1", "range_2", "elevation_2", "azimuth_2")
 WIDEST = 1024.0  #: largest first standard deviation of a bias, over the noise.

@@ -15,11 +15,8 @@ from boresight.systems.radar.interface import AXES, BIASES
 from boresight.systems.radar.runs import Predicted, Watched
 from boresight.systems.radar.world import TwoRadars
 
-__all__ = ["render"]
-
 _KINDS = ("range", "elevation", "azimuth")
 _RADARS = (COLOUR["heading"], COLOUR["pitch"])
-
 
 _INTRO = (
     "Two radars, registered by their tracks. Cui, Zhang, Wang (2014): biases of 20 m, 0.1 deg, "

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
@@ -18,9 +18,6 @@ from boresight.systems.radar.estimator import Registration
 from boresight.systems.radar.interface import AXES, BIASES
 from boresight.systems.radar.world import NOISE, TwoRadars
 
-__all__ = ["UNITS", "Predicted", "Watched", "first", "predicted", "watch"]
-
-FloatArray = npt.NDArray[np.float64]
 UNITS = np.array([1.0, math.pi / 180.0, math.pi / 180.0] * 2)  #: m and rad of m and deg.
 
 

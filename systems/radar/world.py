@@ -6,18 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pymap3d
 
 from boresight import World
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.systems.radar.bound import covariances, deviations, jacobian
 from boresight.systems.radar.flight import SITES, flight
 from boresight.systems.radar.interface import AXES, BIASES
 
-__all__ = ["BIAS", "NOISE", "TwoRadars", "placed", "seen_from"]
-
-FloatArray = npt.NDArray[np.float64]
 _DEG = math.pi / 180.0
 #: Range, elevation, azimuth of both radars [m, deg]: the paper's.
 BIAS = (20.0, 0.1, 0.2, 20.0, 0.1, 0.2)
@@ -110,12 +107,10 @@ class TwoRadars(World):
         self.draw(seed)
 
     def draw(self, seed: int) -> None:
-        """See `World`."""
         self.seed = seed
         self.start()
 
     def start(self) -> None:
-        """See `World`."""
         rng = np.random.default_rng([self.seed, 2014])
         n = len(self.place)
         white, luck, draw = rng.normal(size=(2, n, 3)), rng.random((2, n)), rng.normal(size=6)

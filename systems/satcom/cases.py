@@ -11,8 +11,6 @@ from boresight.systems.satcom.dish import Link
 from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.world import SensorErrors, Vehicles
 
-__all__ = ["CASES", "WHAT_IF", "Case"]
-
 
 @dataclass(frozen=True)
 class Case:

@@ -6,11 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-__all__ = ["Link"]
-
-FloatArray = npt.NDArray[np.float64]
+from boresight.model.arrays import FloatArray
 
 LIGHT = 299792458.0  #: m/s
 

@@ -9,12 +9,9 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.systems.worlds.road import Ride, profile, ride
-
-__all__ = ["DRIVES", "Drive", "city_drive", "drive", "specification_drive"]
-
-FloatArray = npt.NDArray[np.float64]
 
 SHADOW_DB = 60.0  #: loss of a tunnel and of a bridge.
 #: Duration [s], acceleration [m/s^2], turn to the right [deg/s].

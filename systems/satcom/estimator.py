@@ -60,8 +60,6 @@ from boresight.model.errors import require_choice
 from boresight.systems.satcom import interface
 from boresight.systems.satcom.interface import BIAS_UNIT, FINEST, P0_LIMIT
 
-__all__ = ["INNOVATIONS", "Satcom"]
-
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 ADAPT_LIMIT = 1024.0  #: largest `adapt` times scale / 2.
 STEP_LIMIT = 0.125  #: largest root of a process noise, as held.

@@ -14,8 +14,6 @@ from boresight.systems.satcom.estimator import Satcom as Filter
 from boresight.systems.satcom.page import render
 from boresight.systems.satcom.runs import ANGLES, fly
 
-__all__ = ["Satcom"]
-
 UPDATES = 4_500_000  #: most updates of one task, by memory.
 FEW = 25  #: most runs of a case of `WHAT_IF`.
 

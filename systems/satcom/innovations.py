@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
-__all__ = ["Innovations", "innovations", "plot_innovations"]
-
 
 @dataclass(frozen=True, eq=False)
 class Innovations:

@@ -5,10 +5,6 @@ from __future__ import annotations
 from boresight import Input, Output, Param, State
 from boresight.model.algebra.covariance import covariance_states
 
-__all__ = [
-    *("BIAS_UNIT", "FINEST", "INPUTS", "OUTPUTS", "P0_LIMIT", "PARAMS", "STATES", "STATUS_BITS")
-]
-
 BIAS_UNIT = 4.0  #: s; the bias state of the covariance is bias times this.
 P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
 FINEST = 32.0  #: most by which the scale of the covariance grows.

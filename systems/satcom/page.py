@@ -15,8 +15,6 @@ from boresight.systems.satcom.cases import CASES, WHAT_IF, Case
 from boresight.systems.satcom.innovations import plot_innovations
 from boresight.systems.satcom.runs import ANGLES
 
-__all__ = ["render"]
-
 _INTRO = (
     "Patent CN104880189 (2015) prints no figure: each of its claims is tested, and equations that "
     "it misprints are also simulated as printed. Five minutes of driving, the integer program of "

@@ -26,8 +26,6 @@ from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.quaternion import conjugate_turn, cross, dot, matrix
 from boresight.model.algebra.quaternion_filter import status_word
 
-__all__ = ["STATUS_BITS", "SatcomPointing", "direction"]
-
 ORBIT = 42164.17e3  #: m, radius of the geostationary orbit.
 EQUATOR = 6378137.0 / ORBIT  #: WGS 84.
 E2 = 6.69437999014e-3  #: its eccentricity squared.

@@ -5,13 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.systems.satcom.dish import Link
-
-__all__ = ["Receiver"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Receiver:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.compare.difference import differences
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs
@@ -21,10 +21,6 @@ from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
 from boresight.systems.satcom.innovations import Innovations, innovations
 from boresight.systems.satcom.world import Vehicles
-
-__all__ = ["ANGLES", "SETTLED_S", "figures_of", "fly"]
-
-FloatArray = npt.NDArray[np.float64]
 
 SETTLED_S = 30.0  #: time before which nothing is judged.
 ANGLES = ("roll", "pitch", "heading")

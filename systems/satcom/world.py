@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight import World
 from boresight.model.algebra.quaternion import matrix, multiply, turn
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
@@ -28,9 +28,6 @@ from boresight.systems.satcom.drive import Drive, drive
 from boresight.systems.satcom.pointing import direction
 from boresight.systems.satcom.receiver import Receiver
 
-__all__ = ["BEAMS", "OnTheMove", "SensorErrors", "Vehicles"]
-
-FloatArray = npt.NDArray[np.float64]
 _DEG = math.pi / 180.0
 _TRUTHS = tuple(f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz"))
 BEAMS = ("heading", "heading_pi")  #: outputs that the antenna can be pointed with.

@@ -15,8 +15,6 @@ from boresight.model.declarations import GRAVITY
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate, turns_between
 from boresight.sim.rotations.zyx import quaternions_of
 
-__all__ = ["Ride", "profile", "ride"]
-
 
 @dataclass(frozen=True, eq=False)
 class Ride:

@@ -14,8 +14,6 @@ from boresight.sim.rotations.rotation import (
     turns_between,
 )
 
-__all__ = ["rates_and_forces"]
-
 
 def rates_and_forces(
     q: FloatArray, v: FloatArray, gravity: npt.ArrayLike, dt: float

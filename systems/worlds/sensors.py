@@ -11,8 +11,6 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import MICRO_G
 
-__all__ = ["ACCELEROMETER", "FIBRE_OPTIC", "MICRO_G", "PER_HOUR", "Noise", "Triad", "signed"]
-
 PER_HOUR = math.radians(1.0) / 3600.0  #: deg/h in rad/s.
 
 

@@ -18,8 +18,6 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require_choice
 
-__all__ = ["SEA_STATES", "Ship", "at_sea", "spectrum"]
-
 #: Significant wave height [m] and modal period [s].
 SEA_STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4)}
 _WAVES = 160

@@ -19,8 +19,6 @@ from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.sim.rotations.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
 
-__all__ = ["EARTH_RATE", "Turn", "Turning", "Vibration", "drawn", "earth_rate", "normal_gravity"]
-
 EARTH_RATE = 7.292115e-5  #: rad/s, WGS 84.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 

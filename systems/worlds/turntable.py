@@ -10,8 +10,6 @@ import numpy as np
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.errors import require
 
-__all__ = ["STEP", "Mark", "Pulses", "pulses"]
-
 STEP = 2.0 * math.pi / 2**18  #: of an encoder of 18 bits [rad], 4.94".
 
 
