@@ -168,34 +168,39 @@ def svg(figure: Any, salt: str) -> str:
     return re.sub(r"\n\s*", "\n", out).strip()
 
 
-def error_history(
-    errors: Mapping[str, FloatArray],
-    axes: Mapping[str, tuple[str, str]],
-    *,
-    step_s: float,
-    height: float,
-    name: str,
+def histories(
+    panels: Mapping[str, Mapping[str, FloatArray]], *, step_s: float, log: bool, name: str
 ) -> str:
-    """SVG of errors (n,) over time, logarithmic, in plots below one another; every tenth value.
+    """SVG of curves (n,) over time, in plots below one another; at most 3,000 points of each.
 
     Parameters
     ----------
-    errors : mapping
-        Each with a value every ``step_s``.
-    axes : mapping of str to (str, str)
-        Errors to plot: label with unit, and name in `COLOUR`.
-    height : float
-        In inches.
+    panels : mapping of str to mapping of str to float64 (n,)
+        Curves by their names in the legend, by the label of a plot.
+    step_s : float
+        Time between two values.
+    log : bool
+        Whether values have logarithmic axes; else what the first eighth alone has is cut.
     name : str
         See `svg`.
     """
     with settings():
-        figure, plots = figure_and_axes(height, len(axes), sharex=True)
-        for plot, (key, (label, colour)) in zip(plots, axes.items(), strict=True):
-            values = errors[key][::10]
-            plot.semilogy(10 * step_s * np.arange(len(values)), values, color=COLOUR[colour])
-            low, high = plot.get_ylim()
-            _log_ticks(plot.yaxis, (1.0,) if high > 100.0 * low else (1.0, 3.0))
+        figure, plots = figure_and_axes(0.4 + 1.4 * len(panels), len(panels), sharex=True)
+        for number, (plot, (label, curves)) in enumerate(zip(plots, panels.items(), strict=True)):
+            for k, (key, curve) in enumerate(curves.items()):
+                every = max(1, len(curve) // 3000)
+                t, colour = step_s * np.arange(len(curve))[::every], PALETTE[(number + k) % 7]
+                plot.plot(t, curve[::every], color=colour, label=key, linewidth=0.8)
+            if log:
+                plot.set_yscale("log")
+                low, high = plot.get_ylim()
+                _log_ticks(plot.yaxis, (1.0,) if high > 100.0 * low else (1.0, 3.0))
+            else:
+                late = np.concatenate([curve[len(curve) // 8 :] for curve in curves.values()])
+                edge = 0.1 * np.ptp(late) or 1.0
+                plot.set_ylim(late.min() - edge, late.max() + edge)
             plot.set_ylabel(label)
+            if len(curves) > 1:
+                legend(plot, len(curves))
         plots[-1].set_xlabel("time, s")
         return svg(figure, name)

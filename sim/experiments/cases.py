@@ -4,78 +4,115 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
+import numpy as np
+
+from boresight.model.arrays import FloatArray
+from boresight.model.estimator import Estimator
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
+from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.page import render
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
 from boresight.sim.pages import Section
+from boresight.sim.plotting import histories
+from boresight.sim.worlds.loop import Loop, close_loop
 
 
-class Case(Protocol):
-    """Anything with a meaning in words."""
+@dataclass(frozen=True)
+class Case:
+    """A row of the page: options of the world, parameters that differ from their defaults."""
 
-    @property
-    def meaning(self) -> str:
-        """Head of a row of the page."""
+    meaning: str
+    world: Mapping[str, Any] = field(default_factory=dict)
+    params: Mapping[str, float] = field(default_factory=dict)
 
 
 class CasesExperiment(Experiment):
-    """Base class of experiments that run named cases with many seeds each.
+    """Base class of experiments that run named cases of a world with many seeds each.
 
-    The figures are ``NAME_CASE_FIGURE``, pooled over the runs (`Runs.pooled`), and `cycles`; the
-    targets are those of ``targets.csv`` beside the class's file; the page ``NAME.html`` has the
-    targets, a row for each case, and plots of the first run of some.
+    The figures are ``NAME_CASE_FIGURE``, pooled over the runs (`Runs.pooled`), and the cycles to
+    the last urgent output and to the next record, ``NAME_latency_CONFIG`` and
+    ``NAME_interval_CONFIG``; the targets are those of ``targets.csv`` beside the class's file; the
+    page ``NAME.html`` has the targets, a row for each case, and plots of the first run of some.
 
     Attributes
     ----------
+    world, estimator : class
+        A batched world, called with ``seeds`` and a case's options, and the estimator in it.
+    configs : tuple of str
+        Machines whose cycles count.
     cases : mapping of str to Case
         In the order of the page's rows; the details of the result are their meanings.
-    at_once : int
-        Runs of one task (`run_cases`).
     intro : str
         Paragraphs of the page; may hold {runs}, {seed} and {last}, the last seed.
     columns : mapping of str to str
         Head of a column to the figure in it.
     shown : tuple of str
-        Cases whose first run is plotted.
+        Cases whose first run is plotted: its `Runs.shown` are the ``panels`` of `histories`.
     shown_text : str
         Description of the plots.
+    step_s : float
+        Time between two records.
+    log : bool
+        Whether the plots have logarithmic axes.
     """
 
-    cases: ClassVar[Mapping[str, Any]]
-    at_once: ClassVar[int] = 25
+    world: ClassVar[Callable[..., Any]]
+    estimator: ClassVar[type[Estimator]]
+    configs: ClassVar[Sequence[str]] = ("small", "fast")
+    cases: ClassVar[Mapping[str, Case]]
     intro: ClassVar[str]
     columns: ClassVar[Mapping[str, str]]
     shown: ClassVar[Sequence[str]]
     shown_text: ClassVar[str]
+    step_s: ClassVar[float]
+    log: ClassVar[bool] = False
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         cls.pages = (f"{cls.name}.html",)
 
     @staticmethod
-    def run_case(name: str, seeds: range, /) -> Runs:
-        """Run a case with these seeds."""
+    def figures(
+        case: Case, world: Any, loop: Loop, reference: Mapping[str, FloatArray]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Figures (runs,) of a case's loop on the integer C, and panels of its first run.
+
+        ``reference``: outputs (n,) of float64 on the records of the first run. A number is the
+        figure of every run.
+        """
         raise NotImplementedError
 
-    def cycles(self) -> Mapping[str, float]:
-        """Cycles of the core by figure, without ``NAME_``."""
-        return {}
-
-    def plot(self, runs: Runs, name: str) -> str:
-        """SVG of the first run of a case."""
-        raise NotImplementedError
+    @classmethod
+    def run_case(cls, name: str, seeds: range) -> Runs:
+        """Run a case with these seeds; ``saturated_sum`` is among its figures."""
+        case, estimator = cls.cases[name], cls.estimator()
+        world, build = cls.world(seeds=seeds, **case.world), Build(estimator, params=[case.params])
+        keep = [o.name for o in estimator.outputs]
+        loop = close_loop(world, make_level("c", build, runs=world.runs), keep=keep)
+        ((reference,),) = run_forms(
+            estimator, [loop.inputs[:, 0]], params=case.params, levels=("float",)
+        )
+        figures, panels = cls.figures(case, world, loop, reference.outputs)
+        assert loop.run.saturated is not None
+        figures["saturated_sum"] = loop.run.saturated.sum(axis=0)
+        runs = np.ones(world.runs)
+        return Runs({figure: value * runs for figure, value in figures.items()}, panels)
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
         cases = [(name, name, runs) for name in self.cases]
-        outcomes = run_cases(
-            self.run_case, cases, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say
-        )
+        outcomes = run_cases(self.run_case, cases, seed=seed, at_once=25, jobs=self.jobs, say=say)
         figures = figures_of(outcomes, f"{self.name}_")
-        figures |= {f"{self.name}_{key}": float(value) for key, value in self.cycles().items()}
+        for config in self.configs:
+            schedule = Build(self.estimator(), config=config).core.schedule
+            figures[f"{self.name}_latency_{config}"] = float(schedule.latency)
+            figures[f"{self.name}_interval_{config}"] = float(schedule.interval)
         folder = Path(inspect.getfile(type(self))).parent
         targets = targets_of(folder, figures, spreads_of(outcomes, f"{self.name}_"), runs=runs)
         meanings = {name: case.meaning for name, case in self.cases.items()}
@@ -84,17 +121,17 @@ class CasesExperiment(Experiment):
             for name, meaning in meanings.items()
         ]
         intro = self.intro.format(runs=runs, seed=seed, last=seed + runs - 1)
+        plots = [
+            (meanings[n], histories(outcomes[n].shown, step_s=self.step_s, log=self.log, name=n))
+            for n in self.shown
+        ]
         page = render(
             self.name,
             [" ".join(paragraph.split()) for paragraph in intro.split("\n\n")],
             targets,
             [
                 Section(title="Cases", columns=("", *self.columns), rows=rows),
-                Section(
-                    title="First run",
-                    text=self.shown_text,
-                    figures=[(meanings[n], self.plot(outcomes[n], n)) for n in self.shown],
-                ),
+                Section(title="First run", text=self.shown_text, figures=plots),
             ],
         )
         return ExperimentResult(

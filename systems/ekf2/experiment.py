@@ -1,30 +1,36 @@
-"""PX4's EKF2: every case, its targets, its page."""
+"""PX4's EKF2: every case, its figures, its page."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
-from boresight.sim.experiments.cases import CasesExperiment
-from boresight.sim.experiments.seeds import Runs
-from boresight.sim.levels.build import Build
-from boresight.sim.plotting import error_history
+import numpy as np
+
+from boresight.model.arrays import FloatArray
+from boresight.sim.experiments.cases import Case, CasesExperiment
+from boresight.sim.worlds.loop import Loop
 from boresight.systems.ekf2.estimator import DT
 from boresight.systems.ekf2.estimator import Ekf2 as Filter
-from boresight.systems.ekf2.runs import CASES, CONFIG, run
+from boresight.systems.ekf2.world import Flight
+from boresight.systems.worlds.navigation import errors_of
 
-_AXES = {
-    **{"attitude": ("attitude, deg", "roll"), "v": ("velocity, m/s", "pitch")},
-    **{"p": ("position, m", "heading"), "wind": ("wind, m/s", "roll")},
-}
+CONFIG = "small-2048"
+_OUT, _AIR = {"outage": (50.0, 70.0)}, {"without": ("airspeed", "sideslip", "drag")}
 
 
 class Ekf2(CasesExperiment):
     """PX4's EKF2 in a small aeroplane: all measurements, without satellites, without others."""
 
     runs = 10
-    cases = CASES
-    at_once = 10
-    run_case = staticmethod(run)
+    world, estimator, step_s, log = Flight, Filter, DT, True
+    configs = (CONFIG,)
+    cases = {
+        "flight": Case("all measurements"),
+        "outage": Case("20 s without satellites", _OUT),
+        "outage_no_air": Case("20 s without satellites, nothing of the air", {**_OUT, **_AIR}),
+        "no_field": Case("no magnetometer", {"without": ("field", "declination")}),
+    }
     intro = """
         24 error states of PX4's EKF2: attitude, velocity, position, biases of gyro and
         accelerometer, earth's and body's magnetic field, wind, terrain; one scalar
@@ -46,9 +52,14 @@ class Ekf2(CasesExperiment):
     shown = ("flight", "outage")
     shown_text = "Errors of attitude, velocity, position and wind."
 
-    def cycles(self) -> Mapping[str, float]:
-        schedule = Build(Filter(), config=CONFIG).core.schedule
-        return {"interval_cycles": schedule.interval, "state_cycles": max(schedule.latencies)}
-
-    def plot(self, runs: Runs, name: str) -> str:
-        return error_history(runs.shown, _AXES, step_s=DT, height=5.2, name=name)
+    @staticmethod
+    def figures(
+        case: Case, world: Flight, loop: Loop, reference: Mapping[str, FloatArray]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Degrees, m, m/s."""
+        figures, panels, late = errors_of(loop, reference, [world.outage], DT, "ned")
+        error = {n: loop.outputs[n] - truth for n, truth in loop.truth.items()}
+        wind = np.hypot(error["wind_n"], error["wind_e"])
+        figures["wind_rms"] = np.sqrt(np.mean(wind[late] ** 2, axis=0))
+        figures["terrain_rms"] = np.sqrt(np.mean(error["terrain"][late] ** 2, axis=0))
+        return figures, panels | {"wind, m/s": {"": wind[:, 0]}}

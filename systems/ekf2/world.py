@@ -18,7 +18,7 @@ from boresight.sim.rotations.rotation import (
 from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
-from boresight.systems.worlds.sampled import rates_and_forces
+from boresight.systems.worlds.navigation import rates_and_forces
 
 START_RAD = (0.02, 0.02, 0.1)  #: standard deviations of the attitude at first, north to down.
 GYRO_BIAS, ACC_BIAS = 0.004, 0.05  #: standard deviations [rad/s], [m/s^2].

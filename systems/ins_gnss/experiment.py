@@ -1,22 +1,22 @@
-"""Inertial navigation with satellite fixes: every case, its targets, its page."""
+"""Inertial navigation with satellite fixes: every case, its figures, its page."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
-from boresight.sim.experiments.cases import CasesExperiment
-from boresight.sim.experiments.seeds import Runs
-from boresight.sim.levels.build import Build
-from boresight.sim.plotting import error_history
+from boresight.model.arrays import FloatArray
+from boresight.sim.experiments.cases import Case, CasesExperiment
+from boresight.sim.worlds.loop import Loop
 from boresight.systems.ins_gnss.estimator import DT
 from boresight.systems.ins_gnss.estimator import InsGnss as Filter
-from boresight.systems.ins_gnss.runs import CASES, CONFIG, run
+from boresight.systems.ins_gnss.world import Journey
+from boresight.systems.worlds.navigation import errors_of
 
-_AXES = {
-    "attitude": ("attitude, deg", "roll"),
-    "v": ("velocity, m/s", "pitch"),
-    "p": ("position, m", "heading"),
-}
+_LEVER = {"lever_x": 0.8, "lever_y": -0.3, "lever_z": 1.2}
+_PROMPT = {**_LEVER, "delay": 0.0}
+_DRONE = {"carrier": "drone"}
+_TUNNELS = tuple((15.0 * k, 15.0 * k + 5.0) for k in range(1, 8))
 
 
 class InsGnss(CasesExperiment):
@@ -24,9 +24,17 @@ class InsGnss(CasesExperiment):
 
     name = "ins_gnss"
     runs = 20
-    cases = CASES
-    at_once = 20
-    run_case = staticmethod(run)
+    world, estimator, step_s, log = Journey, Filter, DT, True
+    configs = ("small-1024",)
+    cases = {
+        "vehicle": Case("vehicle, 20 s without fixes", {}, _LEVER),
+        "drone": Case("drone, 20 s without fixes", _DRONE, _LEVER),
+        "open_sky": Case("drone, fixes all the time", {**_DRONE, "outages": ()}, _LEVER),
+        "tunnels": Case("vehicle, 5 s of every 15 without fixes", {"outages": _TUNNELS}, _LEVER),
+        "prompt": Case("drone, fixes without delay", {**_DRONE, "delay": 0.0}, _PROMPT),
+        "delay_unknown": Case("drone, delay of 0.1 s taken as none", _DRONE, _PROMPT),
+        "lever_unknown": Case("drone, antenna taken to be at the sensor", _DRONE),
+    }
     intro = """
         15 error states: attitude, velocity, position, biases of gyro and accelerometer.
         Inertial sensors at 100 Hz, fixes of 1 m and 0.1 m/s at 10 Hz, 0.1 s late, of an
@@ -47,9 +55,9 @@ class InsGnss(CasesExperiment):
     shown = ("vehicle", "drone")
     shown_text = "Errors of attitude, velocity and position."
 
-    def cycles(self) -> Mapping[str, float]:
-        schedule = Build(Filter(), config=CONFIG).core.schedule
-        return {"interval_cycles": schedule.interval, "state_cycles": max(schedule.latencies)}
-
-    def plot(self, runs: Runs, name: str) -> str:
-        return error_history(runs.shown, _AXES, step_s=DT, height=4.2, name=name)
+    @staticmethod
+    def figures(
+        case: Case, world: Journey, loop: Loop, reference: Mapping[str, FloatArray]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Degrees, m, m/s."""
+        return errors_of(loop, reference, world.outages, DT, "enu")[:2]

@@ -16,7 +16,7 @@ from boresight.sim.rotations.rotation import (
 from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ins_gnss.estimator import DT, GRAVITY
-from boresight.systems.worlds.sampled import rates_and_forces
+from boresight.systems.worlds.navigation import rates_and_forces
 
 FIX_STEPS = 10  #: steps from one fix to the next.
 START_RAD = (0.02, 0.02, 0.1)  #: standard deviations of the attitude at first, axes east to up.

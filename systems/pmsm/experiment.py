@@ -1,28 +1,31 @@
-"""The sensorless drive: every case, its targets, its page."""
+"""The sensorless drive: every machine, its figures, its page."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from boresight.sim.experiments.cases import CasesExperiment
-from boresight.sim.experiments.forms import schedules_of
-from boresight.sim.experiments.seeds import Runs
-from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.model.arrays import FloatArray
+from boresight.sim.experiments.cases import Case, CasesExperiment
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.zyx import wrapped
+from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.pmsm.estimator import DT
 from boresight.systems.pmsm.estimator import Pmsm as Core
-from boresight.systems.pmsm.runs import run
-from boresight.systems.pmsm.world import MACHINES
+from boresight.systems.pmsm.world import LOADS_S, MACHINES, REVERSAL_S, SPEED, START_S, Motor
+
+SETTLED_S = 0.25  #: time before which angle and speed are not judged.
 
 
 class Pmsm(CasesExperiment):
     """Sensorless motor drive at 20 kHz: start, load steps, reversal, machines that are off."""
 
     runs = 25
-    cases = MACHINES
-    at_once = 25
-    run_case = staticmethod(run)
+    world, estimator, step_s = Motor, Core, DT
+    cases = {name: Case(machine.meaning, {"machine": name}) for name, machine in MACHINES.items()}
     intro = """
         One core has the currents of a machine and answers with the next voltage, 20,000
         times a second: Kalman filter of four states, speed and current controllers, no
@@ -45,24 +48,34 @@ class Pmsm(CasesExperiment):
     shown = ("known", "warm", "dead_time")
     shown_text = "Speed, true and estimated, and error of the angle."
 
-    def cycles(self) -> Mapping[str, float]:
-        figures: dict[str, float] = {}
-        for config, (schedule,) in schedules_of(Core()).items():
-            figures[f"interval_cycles_{config}"] = schedule.interval
-            figures[f"voltage_cycles_{config}"] = max(schedule.latencies[:2])
-        return figures
+    @staticmethod
+    def figures(
+        case: Case, world: Motor, loop: Loop, reference: Mapping[str, FloatArray]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Electrical degrees, rad/s and s.
 
-    def plot(self, runs: Runs, name: str) -> str:
-        angle, speed = runs.shown["angle"][::8], runs.shown["speed"][::8]
-        t = 8 * DT * np.arange(len(angle))
-        with settings():
-            figure, (upper, lower) = figure_and_axes(3.6, 2, sharex=True)
-            for column, (label, colour) in enumerate((("estimated", "roll"), ("true", "grey"))):
-                upper.plot(t, speed[:, column], color=COLOUR[colour], label=label, linewidth=0.8)
-            lower.plot(t, angle, color=COLOUR["pitch"], linewidth=0.8)
-            lower.set_ylim(-40.0, 40.0)
-            upper.set_ylabel("speed, rad/s")
-            lower.set_ylabel("angle, deg")
-            lower.set_xlabel("time, s")
-            legend(upper, 2)
-            return svg(figure, name)
+        ``loops_max``: speed of the first run's machine, less that around a core in float64.
+        """
+        first_world = Motor(**case.world, seeds=world.seeds[:1])
+        floating = close_loop(first_world, make_level("float", Build(Core())), keep=("omega",))
+        out, truth = loop.outputs, loop.truth
+        angle = 180.0 * wrapped(out["theta"] - truth["theta"], 2.0)
+        speed = out["omega"] - truth["omega"]
+        start, back = round(SETTLED_S / DT), round(REVERSAL_S / DT)
+        first, last = (round(t / DT) for t in LOADS_S[0])
+        turned = truth["omega"][back:] < -0.9 * SPEED
+        loops = truth["omega"][:, 0] - floating.truth["omega"]
+        fixed_float = wrapped(out["theta"][:, 0] - reference["theta"], 2.0)
+        return {
+            "start_max": np.abs(angle[round(START_S / DT)]),
+            "angle_rms": np.sqrt(np.mean(angle[start:] ** 2, axis=0)),
+            "angle_max": np.abs(angle[start:]).max(axis=0),
+            "speed_rms": np.sqrt(np.mean(speed[start:] ** 2, axis=0)),
+            "dip_max": SPEED - truth["omega"][(first + last) // 2 : last].min(axis=0),
+            "reversal_max": DT * np.where(turned.any(axis=0), turned.argmax(axis=0), len(turned)),
+            "fixed_float_max": 180.0 * np.abs(fixed_float).max(),
+            "loops_max": np.abs(loops[start:]).max(),
+        }, {
+            "speed, rad/s": {"estimated": out["omega"][:, 0], "true": truth["omega"][:, 0]},
+            "angle, deg": {"error": angle[:, 0]},
+        }

@@ -14,7 +14,7 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
 from boresight.systems.battery import world as cells
 from boresight.systems.battery.estimator import DT, Battery, open_voltage
-from boresight.systems.battery.runs import run
+from boresight.systems.battery.experiment import Battery as Cells
 from boresight.systems.battery.world import CHARGE_S, REST_S, STEPS, Discharge
 
 
@@ -25,7 +25,7 @@ def records(cell: str = "known", steps: int = STEPS) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def drained() -> Runs:
-    return run("known", range(1, 4))
+    return Cells.run_case("known", range(1, 4))
 
 
 def test_the_charge_is_known_soon_and_stays_so(drained: Runs) -> None:
@@ -36,12 +36,14 @@ def test_the_charge_is_known_soon_and_stays_so(drained: Runs) -> None:
 
 
 def test_an_offset_of_the_current_does_not_add_up() -> None:
-    outcome = run("offset", range(1, 3)).pooled()
+    outcome = Cells.run_case("offset", range(1, 3)).pooled()
     assert outcome["charge_max"] < 0.01 < 0.04 < outcome["counted_max"]
 
 
 def test_matched_resistances() -> None:
-    plain, matched = (run(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_told"))
+    plain, matched = (
+        Cells.run_case(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_told")
+    )
     assert matched < 0.02 < 0.1 < plain
 
 

@@ -12,13 +12,14 @@ from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.rotations.rotation import rotate
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, UNITS, Ekf2
-from boresight.systems.ekf2.runs import CONFIG, run
+from boresight.systems.ekf2.experiment import CONFIG
+from boresight.systems.ekf2.experiment import Ekf2 as Experiment
 from boresight.systems.ekf2.world import NOISE, Flight
 
 
 @pytest.fixture(scope="module")
 def flown() -> dict[str, Runs]:
-    return {name: run(name, range(1, 3)) for name in ("flight", "outage")}
+    return {name: Experiment.run_case(name, range(1, 3)) for name in ("flight", "outage")}
 
 
 def test_navigates_with_and_without_satellites(flown: dict[str, Runs]) -> None:

@@ -8,13 +8,13 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.sim.experiments.seeds import Runs
 from boresight.systems.ins_gnss.estimator import DT, GRAVITY
-from boresight.systems.ins_gnss.runs import run
+from boresight.systems.ins_gnss.experiment import InsGnss as Experiment
 from boresight.systems.ins_gnss.world import CARRIERS, Journey
 
 
 @pytest.fixture(scope="module")
 def flown() -> dict[str, Runs]:
-    return {name: run(name, range(1, 3)) for name in ("vehicle", "drone")}
+    return {name: Experiment.run_case(name, range(1, 3)) for name in ("vehicle", "drone")}
 
 
 @pytest.mark.parametrize("name", CARRIERS)

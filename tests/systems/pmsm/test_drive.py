@@ -13,7 +13,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.pmsm.estimator import DT, Pmsm
-from boresight.systems.pmsm.runs import run
+from boresight.systems.pmsm.experiment import Pmsm as Experiment
 from boresight.systems.pmsm.world import START_S, Motor
 
 
@@ -25,7 +25,7 @@ def loop(level: str, steps: int, seeds: Any = (1,)) -> Loop:
 
 @pytest.fixture(scope="module")
 def driven() -> Runs:
-    return run("known", range(1, 3))
+    return Experiment.run_case("known", range(1, 3))
 
 
 def test_starts_from_any_angle() -> None:
