@@ -10,7 +10,8 @@ widths in the macros are compared, too. The functions that the statements call
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
@@ -51,7 +52,7 @@ def validate_c(program: Program, name: str, texts: Mapping[str, str]) -> int:
         Some word differs for some input, or the text is not what the validation can read.
     """
     try:
-        _File(program, name, texts).check()
+        _check(program, _File(program, name, texts))
     except (_Unread, ParseError, AttributeError, KeyError, ValueError) as error:
         raise Refuted(f"{name}.c cannot be read back: {error}") from error
     return len(program.ops)
@@ -59,11 +60,6 @@ def validate_c(program: Program, name: str, texts: Mapping[str, str]) -> int:
 
 class _Unread(Exception):
     """A statement that the emitter does not write."""
-
-
-def _parsed(text: str) -> c_ast.FileAST:
-    code = _DIRECTIVE.sub("", _COMMENT.sub("", text)).replace('extern "C" {', "")
-    return CParser().parse(code)
 
 
 def _widths(arith: Arithmetic) -> dict[str, str]:
@@ -82,13 +78,42 @@ def _widths(arith: Arithmetic) -> dict[str, str]:
     }
 
 
+def _plain(node: c_ast.Node) -> Any:
+    """A statement or expression: (operator or function, operands), None if it has no effect.
+
+    Names and members are strings (``self.state.x``), constants integers.
+    """
+    match node:
+        case c_ast.Constant():
+            return int(node.value.rstrip("u"))
+        case c_ast.ID():
+            return -(2**31) if node.name == "INT32_MIN" else node.name
+        case c_ast.StructRef():
+            return f"{_plain(node.name)}.{node.field.name}"
+        case c_ast.UnaryOp(op="-", expr=c_ast.Constant()):
+            return -_plain(node.expr)
+        case c_ast.UnaryOp():
+            return node.op, _plain(node.expr)
+        case c_ast.BinaryOp():
+            return node.op, _plain(node.left), _plain(node.right)
+        case c_ast.ArrayRef():
+            return "[]", _plain(node.name), _plain(node.subscript)
+        case c_ast.FuncCall():
+            return node.name.name, *map(_plain, node.args.exprs)
+        case c_ast.Assignment():
+            return node.op, _plain(node.lvalue), _plain(node.rvalue)
+        case c_ast.Decl():
+            return None if node.init is None else ("declare", node.name, _plain(node.init))
+        case c_ast.Cast():
+            return None
+    raise _Unread(f"{type(node).__name__} is no part of an update")
+
+
 class _File:
-    """The parsed files of one program."""
+    """The parsed files of one program: its structures, tables, and the bodies of its functions."""
 
     def __init__(self, program: Program, name: str, texts: Mapping[str, str]) -> None:
-        self.program = program
-        self.name = name
-        text = texts[f"{name}.c"]
+        self.name, text = name, texts[f"{name}.c"]
         macros = {k: _COMMENT.sub("", v).strip() for k, v in _MACRO.findall(text)}
         if macros != _widths(program.arithmetic):
             raise _Unread(f"the macros must be those of {program.arithmetic}, not {macros}")
@@ -97,71 +122,25 @@ class _File:
         if called != helpers(f"void {body[-1]}"):
             raise _Unread("the functions before init must be those of firmware.helpers")
         header = _DIRECTIVE.sub("", texts[f"{name}.h"]).rsplit("}", 1)[0]
-        source = text.replace(called, "") if called else text
-        file = _parsed(f"{_TYPES}{header}\n{source}")
-        self.functions = {x.decl.name: x for x in file.ext if isinstance(x, c_ast.FuncDef)}
-        self.members = {
-            x.name: [d.name for d in x.type.type.decls]
-            for x in file.ext
-            if isinstance(x, c_ast.Typedef) and isinstance(x.type.type, c_ast.Struct)
-        }
+        code = f"{_TYPES}{header}\n{text.replace(called, '') if called else text}"
+        code = _DIRECTIVE.sub("", _COMMENT.sub("", code)).replace('extern "C" {', "")
+        self.bodies: dict[str, list[Any]] = {}
+        self.members: dict[str, list[str]] = {}
         #: Words of each array, and their declared number.
-        self.tables = {
-            x.name: ([_integer(w) for w in x.init.exprs], _integer(x.type.dim))
-            for x in file.ext
-            if isinstance(x, c_ast.Decl) and isinstance(x.type, c_ast.ArrayDecl)
-        }
+        self.tables: dict[str, tuple[list[int], int]] = {}
+        for x in CParser().parse(code).ext:
+            if isinstance(x, c_ast.FuncDef):
+                self.bodies[x.decl.name] = [*map(_plain, x.body.block_items or [])]
+            elif isinstance(x, c_ast.Typedef) and isinstance(x.type.type, c_ast.Struct):
+                self.members[x.name] = [d.name for d in x.type.type.decls]
+            elif isinstance(x, c_ast.Decl) and isinstance(x.type, c_ast.ArrayDecl):
+                self.tables[x.name] = [*map(_plain, x.init.exprs)], _plain(x.type.dim)
 
-    def check(self) -> None:
-        """Raise Refuted unless all that the files compute is the program's."""
-        p, terms = self.program, Terms(self.program.arithmetic)
-        states = [state for state, _ in p.states]
-        params = p.of_kind(Kind.PARAM)
-        places = {
-            **self._places("in", "in", p.inputs),
-            **self._places("params", "self.params", params),
-            **self._places("state", "self.state", states),
-        }
-        self._check_first("init", "self.params", {x: n for x, n in places.items() if n in params})
-        self._check_first("reset", "self.state", {x: n for x, n in places.items() if n in states})
-        table = {"TABLE": (list(p.table_memory), len(p.table_memory))}
-        read = any(term.coefficient is not None for op in p.ops for term in op.terms)
-        if self.tables != (table if read else {}):
-            raise Refuted(f"{self.name}.c: the words of TABLE must be the program's")
-        symbols = {n: terms.symbol(p.values[n].name, n) for n in places.values()}
-        meaning = Meaning.of(p, terms, symbols)
-        update = _Update(terms, {place: symbols[n] for place, n in places.items()})
-        for statement in self._body("update"):
-            update.run(statement)
-            self._check_local(statement, update, meaning)
-        outputs = self._places("out", "out", range(len(p.outputs)), extra=_FLAGS)
-        following = dict(p.states)
-        wanted = {place: meaning.values[p.outputs[k]] for place, k in outputs.items()}
-        wanted |= {
-            place: meaning.values[following[n]] for place, n in places.items() if n in following
-        }
-        wanted |= {place: symbols[n] for place, n in places.items() if n not in following}
-        for place, term in wanted.items():
-            if update.places.get(place) != term:
-                word = update.places.get(place)
-                raise Refuted(
-                    f"{self.name}.c: {place} must be {terms.text(term)}, "
-                    f"not {'undefined' if word is None else terms.text(word)}"
-                )
-        if update.flagged != meaning.flagged or update.flags_written != {*_FLAGS}:
-            raise Refuted(f"{self.name}.c: {' and '.join(_FLAGS)} must be those of all results")
+    def body(self, function: str) -> list[Any]:
+        """Statements of a function that have an effect."""
+        return [s for s in self.bodies[f"{self.name}_{function}"] if s is not None]
 
-    def _check_local(self, statement: c_ast.Node, update: _Update, meaning: Meaning) -> None:
-        """Check a local word, ``v<number of the value>_<name>``, so that the first is named."""
-        if isinstance(statement, c_ast.Decl) and (local := _LOCAL.match(statement.name)):
-            word, wanted = update.places[statement.name], meaning.values[int(local[1])]
-            if word != wanted:
-                text = update.terms.text
-                raise Refuted(
-                    f"{self.name}.c: {statement.name} must be {text(wanted)}, not {text(word)}"
-                )
-
-    def _places(
+    def places(
         self, struct: str, prefix: str, numbers: Sequence[int], extra: Sequence[str] = ()
     ) -> dict[str, int]:
         """Members of a structure with their values, in order."""
@@ -172,29 +151,45 @@ class _File:
             raise _Unread(f"{struct} must have {len(numbers)} words, not {members}")
         return {f"{prefix}.{m}": n for m, n in zip(members, numbers, strict=False)}
 
-    def _body(self, function: str) -> list[c_ast.Node]:
-        return self.functions[f"{self.name}_{function}"].body.block_items or []
 
-    def _check_first(self, function: str, prefix: str, places: Mapping[str, int]) -> None:
-        """Check the words that a function assigns, once each."""
-        first: dict[str, int] = {}
-        calls = []
-        for statement in self._body(function):
-            if isinstance(statement, c_ast.Assignment) and statement.op == "=":
-                first[_place(statement.lvalue)] = _integer(statement.rvalue)
-            elif isinstance(statement, c_ast.FuncCall):
-                calls.append(statement.name.name)
-            elif not isinstance(statement, c_ast.Cast):
-                raise _Unread(f"line {statement.coord}: not an assignment")
-        if calls != [f"{self.name}_reset"] * (function == "init"):
-            raise _Unread(f"{function} must call reset once, in init")
-        wanted = {place: self.program.values[n].initial for place, n in places.items()}
-        if first != wanted:
-            place = min(k for k in first.keys() | wanted.keys() if first.get(k) != wanted.get(k))
-            raise Refuted(
-                f"{self.name}.c: {function} must set {place} to {wanted.get(place)}, "
-                f"not {first.get(place)}"
-            )
+def _check(p: Program, file: _File) -> None:
+    """Raise Refuted unless all that the files compute is the program's."""
+    terms, following = Terms(p.arithmetic), dict(p.states)
+    params = file.places("params", "self.params", p.of_kind(Kind.PARAM))
+    states = file.places("state", "self.state", [*following])
+    places = {**file.places("in", "in", p.inputs), **params, **states}
+
+    def same(place: str, wanted: Any, found: Any, text: Callable[[Any], str] = str) -> None:
+        if found != wanted:
+            said = "undefined" if found is None else text(found)
+            raise Refuted(f"{file.name}.c: {place} must be {text(wanted)}, not {said}")
+
+    for function, first in (("init", params), ("reset", states)):
+        body: list[Any] = [("=", place, p.values[n].initial) for place, n in first.items()]
+        calls = [(f"{file.name}_reset", "self")] if function == "init" else []
+        same(function, body + calls, file.body(function))
+    read = any(term.coefficient is not None for op in p.ops for term in op.terms)
+    table = {"TABLE": ([*p.table_memory], len(p.table_memory))} if read else {}
+    same("the tables", table, file.tables)
+    symbols = {n: terms.symbol(p.values[n].name, n) for n in places.values()}
+    meaning = Meaning.of(p, terms, symbols)
+    update = _Update(terms, {place: symbols[n] for place, n in places.items()})
+    for statement in file.body("update"):
+        update.run(statement)
+        # A local word is v<number of the value>_<name>; so the first that differs is named.
+        if statement[0] == "declare" and (local := _LOCAL.match(statement[1])):
+            wanted = meaning.values[int(local[1])]
+            same(statement[1], wanted, update.places[statement[1]], terms.text)
+    after = {
+        place: meaning.values[p.outputs[k]]
+        for place, k in file.places("out", "out", range(len(p.outputs)), extra=_FLAGS).items()
+    }
+    for place, n in places.items():
+        after[place] = meaning.values[following[n]] if n in following else symbols[n]
+    for place, term in after.items():
+        same(place, term, update.places.get(place), terms.text)
+    same("the results that raise flags", meaning.flagged, update.flagged)
+    same("the flags of out", {*_FLAGS}, update.flags_written)
 
 
 class _Update:
@@ -209,155 +204,89 @@ class _Update:
         self.flags_written: set[str] = set()
         #: The sum, None for the rounding half.
         self.acc: int | None = terms.symbol("acc undefined")
-        self.flag = self.count = self.index = -1
-        self.block = -1
+        self.flag = self.count = self.index = self.block = -1
 
-    def run(self, statement: c_ast.Node) -> None:
+    def run(self, statement: Any) -> None:
         """Execute one statement."""
-        if isinstance(statement, c_ast.Cast):
-            return
-        if isinstance(statement, c_ast.Decl):
-            if statement.init is not None and statement.name not in _FLAGS:
-                self.places[statement.name] = self._word(statement.init)
-            elif statement.init is not None and _text(statement.init) != "false":
-                raise _Unread(f"{statement.name} must begin as false")
-            return
-        if not isinstance(statement, c_ast.Assignment):
-            raise _Unread(f"{type(statement).__name__} is no statement of an update")
-        place = _place(statement.lvalue)
-        if place in ("acc", "flag", "n", "segment"):
-            getattr(self, f"_set_{place}")(statement.op, statement.rvalue)
-        elif statement.op != "=":
-            raise _Unread(f"{place} {statement.op}")
-        elif (flag := place.removeprefix("out.")) in _FLAGS:
-            if _text(statement.rvalue) != flag:
-                raise _Unread(f"{place} must be {flag}")
-            self.flags_written.add(flag)
-        else:
-            self.places[place] = self._word(statement.rvalue)
+        terms = self.terms
+        match statement:
+            case ("=", "acc", "ROUND"):
+                self.acc = None
+            case ("+=" | "-=" as sign, "acc", term):
+                self._add(term, (True, None) if sign == "-=" else NEVER)
+            case ("=", "flag", (str(function), word)):
+                quarter = {"sign_mask": False, "sign_mask_quarter": True}[function]
+                self.flag = terms.sign(self._word(word), quarter=quarter)
+            case ("=", "n", ("sign_count", word)):
+                self.count = terms.count(self._word(word))
+            case ("=", "segment", ("&", ("[]", "TABLE", ("+", int(base), ("*", 4, index))))):
+                quarter = {"segment_index": False, "segment_index_quarter": True}[index[0]]
+                self.block, rest = divmod(base, 512)
+                self.index = terms.index(self._word(index[1]), quarter=quarter)
+                if rest:
+                    raise _Unread("segment must be &TABLE[512 * block + 4 * index]")
+            case ("declare", "saturated" | "beyond", "false"):
+                pass
+            case ("=", "out.saturated" | "out.beyond" as place, flag) if place == f"out.{flag}":
+                self.flags_written.add(flag)
+            case ("=" | "declare", str(place), value) if place not in _SPECIAL:
+                self.places[place] = self._word(value)
+            case _:
+                raise _Unread(f"{statement} is no statement of an update")
 
-    def _set_acc(self, op: str, value: c_ast.Node) -> None:
-        if op == "=" and _text(value) == "ROUND":
-            self.acc = None
-            return
-        if op not in ("+=", "-="):
-            raise _Unread(f"acc {op}")
+    def _add(self, term: Any, negate: Condition) -> None:
+        """Add or subtract a term."""
         take: Condition = ALWAYS
-        negate: Condition = (True, None) if op == "-=" else NEVER
-        if isinstance(value, c_ast.BinaryOp) and value.op == "&":
-            take, value = self._mask(value.right), value.left
-        function, arguments = _call(value)
-        if function == "negate_where":
-            if negate != NEVER:
-                raise _Unread("acc -= negate_where")
-            value, mask = arguments
-            negate = self._mask(mask)
-            function, arguments = _call(value)
-        if function != "mul_shift":
-            raise _Unread(f"{function} in a sum")
-        a, b, amount = arguments
-        product = self.terms.product(self._word(a), self._word(b))
-        shifted = self.terms.shifted(product, self._amount(amount))
-        self.acc = self.terms.total(self.acc, shifted, negate, take)
+        match term:
+            case ("&", inner, mask):
+                take, term = self._mask(mask), inner
+        match term:
+            case ("negate_where", inner, mask) if negate == NEVER:
+                negate, term = self._mask(mask), inner
+        match term:
+            case ("mul_shift", a, b, amount):
+                product = self.terms.product(self._word(a), self._word(b))
+                shifted = self.terms.shifted(product, self._amount(amount))
+                self.acc = self.terms.total(self.acc, shifted, negate, take)
+            case _:
+                raise _Unread(f"{term} in a sum")
 
-    def _set_flag(self, op: str, value: c_ast.Node) -> None:
-        function, (word,) = _call(value)
-        quarter = {"sign_mask": False, "sign_mask_quarter": True}[function]
-        self.flag = self.terms.sign(self._word(word), quarter=quarter)
+    def _mask(self, value: Any) -> Condition:
+        return {"flag": False, ("~", "flag"): True}[value], self.flag
 
-    def _set_n(self, op: str, value: c_ast.Node) -> None:
-        function, (word,) = _call(value)
-        if function != "sign_count":
-            raise _Unread(f"n = {function}")
-        self.count = self.terms.count(self._word(word))
+    def _amount(self, value: Any) -> int:
+        match value:
+            case int():
+                return self.terms.amount(value)
+            case ("shift_less", int(shift), count):
+                scales = {"n": Scale.FULL, ("&", "n", ("~", 1)): Scale.EVEN}
+                scale = (scales | {(">>", "n", 1): Scale.HALF})[count]
+                return self.terms.amount(shift, scale, self.count)
+        raise _Unread("a shift must be a constant or shift_less(constant, n)")
 
-    def _set_segment(self, op: str, value: c_ast.Node) -> None:
-        """``segment = &TABLE[512u + 4u * segment_index(x)]``."""
-        place = value.expr.subscript
-        function, (word,) = _call(place.right.right)
-        quarter = {"segment_index": False, "segment_index_quarter": True}[function]
-        base, step = _integer(place.left), _integer(place.right.left)
-        operators = (value.op, place.op, place.right.op, value.expr.name.name)
-        if operators != ("&", "+", "*", "TABLE") or step != 4 or base % 512:
-            raise _Unread("segment must be &TABLE[512 * block + 4 * index]")
-        self.block = base // 512
-        self.index = self.terms.index(self._word(word), quarter=quarter)
-
-    def _mask(self, value: c_ast.Node) -> Condition:
-        inverted = isinstance(value, c_ast.UnaryOp) and value.op == "~"
-        if _text(value.expr if inverted else value) != "flag":
-            raise _Unread("a condition must be flag or ~flag")
-        return inverted, self.flag
-
-    def _amount(self, value: c_ast.Node) -> int:
-        if isinstance(value, c_ast.Constant):
-            return self.terms.amount(_integer(value))
-        function, (shift, count) = _call(value)
-        scale = Scale.FULL
-        if isinstance(count, c_ast.BinaryOp):
-            scale = {("&", "~1"): Scale.EVEN, (">>", "1"): Scale.HALF}[
-                count.op, _text(count.right).rstrip("u")
-            ]
-            count = count.left
-        if function != "shift_less" or _text(count) != "n":
-            raise _Unread("a shift must be a constant or shift_less(constant, n)")
-        return self.terms.amount(_integer(shift), scale, self.count)
-
-    def _word(self, value: c_ast.Node) -> int:
+    def _word(self, value: Any) -> int:
         """Term of an expression that is a word."""
-        if isinstance(value, c_ast.ArrayRef):
-            if _text(value.name) != "segment":
-                raise _Unread(f"{_text(value.name)}[]")
-            return self.terms.coefficient(self.block, _integer(value.subscript), self.index)
-        if isinstance(value, c_ast.FuncCall):
-            return self._result(*_call(value))
-        if isinstance(value, c_ast.Constant | c_ast.UnaryOp) or _text(value) == "INT32_MIN":
-            return self.terms.word(_integer(value))
-        place = _place(value)
-        if place not in self.places:
-            raise _Unread(f"{place} is read before it is written")
-        return self.places[place]
-
-    def _result(self, function: str, arguments: list[c_ast.Node]) -> int:
-        if function == "fraction":
-            return self.terms.fraction(self._word(arguments[0]))
-        flag = {"saturate": ["&saturated"], "overflow": ["&beyond"]}.get(function, [])
-        if not flag and function not in ("clip", "wrap") or self.acc is None:
-            raise _Unread(f"{function} of a word")
-        if [_text(x) for x in arguments] != ["acc", *flag]:
-            raise _Unread(f"{function} must be of acc")
-        word = self.terms.result(self.acc, wrap=function in ("wrap", "overflow"))
-        if flag and self.terms.may_overflow(word):
-            self.flagged.add(word)
-            self.flags_written.clear()
-        return word
+        match value:
+            case int():
+                return self.terms.word(value)
+            case str() if value in self.places:
+                return self.places[value]
+            case ("[]", "segment", int(coefficient)):
+                return self.terms.coefficient(self.block, coefficient, self.index)
+            case ("fraction", word):
+                return self.terms.fraction(self._word(word))
+            case ("clip" | "wrap" as function, "acc") if self.acc is not None:
+                return self.terms.result(self.acc, wrap=function == "wrap")
+            case ("saturate", "acc", ("&", "saturated")) | ("overflow", "acc", ("&", "beyond")) if (
+                self.acc is not None
+            ):
+                word = self.terms.result(self.acc, wrap=value[0] == "overflow")
+                if self.terms.may_overflow(word):
+                    self.flagged.add(word)
+                    self.flags_written.clear()
+                return word
+        raise _Unread(f"{value} is no word")
 
 
-def _call(value: c_ast.Node) -> tuple[str, list[c_ast.Node]]:
-    if not isinstance(value, c_ast.FuncCall):
-        raise _Unread(f"{type(value).__name__} where a function is called")
-    return value.name.name, value.args.exprs
-
-
-def _place(value: c_ast.Node) -> str:
-    """Name of a variable or of a member: ``self.state.x``."""
-    if isinstance(value, c_ast.StructRef):
-        return f"{_place(value.name)}.{value.field.name}"
-    return _text(value)
-
-
-def _text(value: c_ast.Node) -> str:
-    if isinstance(value, c_ast.UnaryOp):
-        return f"{value.op}{_text(value.expr)}"
-    return str(getattr(value, "name", None) or getattr(value, "value", type(value).__name__))
-
-
-def _integer(value: c_ast.Node) -> int:
-    """An integer constant."""
-    text = _text(value)
-    if text == "INT32_MIN":
-        return -(2**31)
-    try:
-        return int(text.rstrip("u"))
-    except ValueError:
-        raise _Unread(f"{text} where a constant is wanted") from None
+#: Variables that are no words.
+_SPECIAL = ("acc", "flag", "n", "segment", *_FLAGS, *(f"out.{flag}" for flag in _FLAGS))
