@@ -12,7 +12,7 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -44,7 +44,6 @@ from boresight.parameters import params_of
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.boards import board_system
 from boresight.sim.compare.diagnosis import NAMED
-from boresight.sim.compare.difference import Difference
 from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
 from boresight.sim.fit.observe import Inputs, pieces_of
 from boresight.sim.levels.build import Build
@@ -108,7 +107,11 @@ def fit(
         Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
     """
     if isinstance(estimator, str) and estimator.partition("(")[0] == "board":
-        return _registers(estimator, sources, output, params=params, steps=steps)
+        for name, value in (("params", params), ("steps", steps)):
+            require(value is None, name, "none for a board", value, "leave it out")
+        _, _, settings = call_of(estimator, estimator)
+        result: Result = board_system().calibrate(sources, settings, output or "calibration.json")
+        return result
     check_word(word)
     require_whole("steps", steps, 1)
     with profiles(()):
@@ -118,13 +121,17 @@ def fit(
     if not sources:
         fix = "name a log, or a world as file.py:Class"
         raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
-    place = profile_place(estimator, found.name)
-    target = OutputFile(
-        output or place or f"{found.name}.fit.json",
-        inputs=log_files(s for s in sources if isinstance(s, str | Path) and not is_world(s)),
-    )
+    place = Path(output or profile_place(estimator, found.name) or f"{found.name}.fit.json")
+    logs = [s for s in sources if not is_world(s)]
+    target = OutputFile(place, inputs=log_files(s for s in logs if isinstance(s, str | Path)))
     say = progress or (lambda text: None)
-    records = _records(found, sources, values, steps, say)
+    records: dict[str, Inputs] = {}
+    for log in logs_of(logs, steps):
+        records[_free(log.name, records)] = partial(_inputs, found, log)
+    for world in (world_of(s) for s in sources if is_world(s)):
+        say(f"{world.name} and {found.name} in float64")
+        with make_level("float", Build(found, params=[values])) as level:
+            records[_free(world.name, records)] = close_loop(world, level, steps=steps).inputs
     made_from = {name: _digest(inputs) for name, inputs in records.items()}
     fit_result = fitted(
         found, records, params=values, starts=initial_covariances(found), progress=say
@@ -134,7 +141,8 @@ def fit(
     before, after = choice.before, choice.after
     fit_result = replace(fit_result, profile=choice.profile)
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
-    if not _failures(after.saturated_updates, negative):
+    failures = _failures(after.saturated_updates, negative)
+    if not failures:
         target.write(_text(fit_result, made_from))
     errors = _errors(before, after)
     dropped = _errors(before, choice.full) if choice.full is not after else []
@@ -143,21 +151,26 @@ def fit(
         for number, (low, high) in fit_result.profile.limits.items()
     ]
     wasted = wasted_ranges(fit_result, word)
-    formats = len(fit_result.profile.ranges)
+    formats, trace = len(fit_result.profile.ranges), fit_result.trace
     cycles = _cycles(found, None, word), _cycles(found, choice.profile, word)
-    values_of_step = sum(
-        1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
-    )
-    place = Path(output or place or f"{found.name}.fit.json")
+    count = sum(1 for e in trace.needed if e.args and e.number in fit_result.intervals)
     runs = ", ".join(f"{name} ({updates} updates)" for name, (updates, _) in made_from.items())
     lines = [
-        f"{place}: {formats} formats of {values_of_step} values, from {runs} and "
-        f"{fit_result.hostile_updates} hostile updates",
-        *([f"without it: {before}"] if isinstance(before, str) else []),
-        *_gain(errors, dropped, formats),
-        *(f"{x['line']}: held in [{x['low']:.3g}, {x['high']:.3g}]" for x in limits),
-        *map(str, wasted[:NAMED]),
+        f"{place}: {formats} formats of {count} values, from {runs} and "
+        f"{fit_result.hostile_updates} hostile updates"
     ]
+    if isinstance(before, str):
+        lines.append(f"without it: {before}")
+    if formats and errors and all(e["before"] == e["after"] for e in errors):
+        lines.append("no error changes: the profile gains nothing in these records")
+    if dropped:
+        worse = ", ".join(e["output"] for e in dropped if "less exact" in e["verdict"])
+        lines.append(
+            f"with every format from runs less exact: {worse or 'variances, or saturations'}; "
+            "none is kept (docs/learn/ranges.md, what a profile cannot mend)"
+        )
+    lines += [f"{x['line']}: held in [{x['low']:.3g}, {x['high']:.3g}]" for x in limits]
+    lines += map(str, wasted[:NAMED])
     if cycles[1] is not None:
         names = ("latency", "interval")
         small = zip(names, cycles[0] or ("-", "-"), cycles[1], strict=True)
@@ -167,7 +180,7 @@ def fit(
         "profile": place,
         "records": {name: updates for name, (updates, _) in made_from.items()},
         "hostile_updates": fit_result.hostile_updates,
-        "values": values_of_step,
+        "values": count,
         "formats": formats,
         "limits": limits,
         "errors": errors,
@@ -178,33 +191,7 @@ def fit(
         "cycles": cycles,
         "wasted": wasted,
     }
-    failures = _failures(after.saturated_updates, negative)
     return Result(data, {"fixed point against float64": errors}, "\n".join(lines), (), failures)
-
-
-def _registers(
-    board: str, sources: Sequence[Any], output: str | Path | None, **unused: Any
-) -> Result:
-    """The calibration of a board."""
-    for name, value in unused.items():
-        require(value is None, name, "none for a board", value, "leave it out")
-    _, _, settings = call_of(board, board)
-    result: Result = board_system().calibrate(sources, settings, output or "calibration.json")
-    return result
-
-
-def _gain(
-    errors: Sequence[Mapping[str, Any]], dropped: Sequence[Mapping[str, Any]], formats: int
-) -> Iterator[str]:
-    """What the profile gains, and what was left out of it."""
-    if formats and errors and all(e["before"] == e["after"] for e in errors):
-        yield "no error changes: the profile gains nothing in these records"
-    if dropped:
-        worse = ", ".join(e["output"] for e in dropped if "less exact" in e["verdict"])
-        yield (
-            f"with every format from runs less exact: {worse or 'variances, or saturations'}; "
-            "none is kept (docs/learn/ranges.md, what a profile cannot mend)"
-        )
 
 
 def _failures(saturated: int, negative: tuple[int | None, int]) -> list[str]:
@@ -234,30 +221,9 @@ def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[i
     return None
 
 
-def _records(
-    estimator: Estimator,
-    sources: tuple[Any, ...],
-    params: Mapping[str, float] | None,
-    steps: int | None,
-    say: Callable[[str], None],
-) -> dict[str, Inputs]:
-    """Inputs by the name of the log, which is read in pieces, or of the world."""
-    records: dict[str, Inputs] = {}
-    logs = [s for s in sources if not is_world(s)]
-    worlds = [world_of(s) for s in sources if is_world(s)]
-    for log in logs_of(logs, steps):
-        records[_free(log.name, records)] = partial(_inputs, estimator, log)
-    for world in worlds:
-        say(f"{world.name} and {estimator.name} in float64")
-        with make_level("float", Build(estimator, params=[params])) as level:
-            records[_free(world.name, records)] = close_loop(world, level, steps=steps).inputs
-    return records
-
-
 def _inputs(estimator: Estimator, log: Log) -> Iterator[FloatArray]:
     """Inputs (n, n_inputs) of a log, piece by piece."""
-    for columns in feeds(estimator, log.blocks(1 << 16)):
-        yield columns.inputs
+    return (columns.inputs for columns in feeds(estimator, log.blocks(1 << 16)))
 
 
 def _digest(inputs: Inputs) -> tuple[int, str]:
@@ -282,27 +248,22 @@ def _line(fit_result: Fitted, number: int) -> str:
 def _errors(before: Effect | str, after: Effect) -> list[dict[str, Any]]:
     """Largest difference of each output from float64, without the profile and with it."""
     earlier = {} if isinstance(before, str) else {d.output: d.largest for d in before.differences}
-    return [_error(d, _number(earlier.get(d.output))) for d in after.differences]
-
-
-def _error(d: Difference, before: float | None) -> dict[str, Any]:
-    after, verdicts = _number(d.largest), list[str]()
-    if after is not None and d.tolerance is not None and after > d.tolerance:
-        verdicts.append("BEYOND")
-    if after is not None and before is not None and after > WORSE * before:
-        verdicts.append("less exact with it")
-    return {
-        "output": d.output,
-        "unit": d.unit,
-        "before": before,
-        "after": after,
-        "accepted": d.tolerance,
-        "verdict": ", ".join(verdicts),
-    }
-
-
-def _number(x: float | None) -> float | None:
-    return x if x is not None and math.isfinite(x) else None
+    rows = []
+    for d in after.differences:
+        old, new = _finite(earlier.get(d.output, math.nan)), _finite(d.largest)
+        beyond = new is not None and d.tolerance is not None and new > d.tolerance
+        worse = new is not None and old is not None and new > WORSE * old
+        rows.append(
+            {
+                "output": d.output,
+                "unit": d.unit,
+                "before": old,
+                "after": new,
+                "accepted": d.tolerance,
+                "verdict": ", ".join(["BEYOND"] * beyond + ["less exact with it"] * worse),
+            }
+        )
+    return rows
 
 
 def _text(fit_result: Fitted, records: Mapping[str, tuple[int, str]]) -> str:
@@ -319,14 +280,13 @@ def _text(fit_result: Fitted, records: Mapping[str, tuple[int, str]]) -> str:
         said = {"number": number, "line": _line(fit_result, number), **shown, "chosen": chosen}
         return json.dumps(said)
 
-    made_from = [
-        {"log": name, "updates": updates, "sha256": digest}
-        for name, (updates, digest) in records.items()
-    ]
     head = {
         "estimator": profile.estimator,
         "record": profile.record,
-        "made_from": made_from,
+        "made_from": [
+            {"log": name, "updates": updates, "sha256": digest}
+            for name, (updates, digest) in records.items()
+        ],
         "hostile_updates": fit_result.hostile_updates,
     }
     tables = [

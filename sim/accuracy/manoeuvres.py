@@ -18,17 +18,7 @@ from boresight.sim.rotations.rotation import (
 )
 
 #: Stimuli that `manoeuvre` makes.
-MANOEUVRES = (
-    "still",
-    "tumble",
-    "spin",
-    "blows",
-    "free fall",
-    "magnet",
-    "gaps",
-    "restarts",
-    "uneven",
-)
+MANOEUVRES = ("still", "tumble", "spin", "blows", "fall", "magnet", "gaps", "restarts", "uneven")
 #: Stimuli that `within` makes.
 WITHIN = ("still", "noise", "slow", "jumps", "ends", "gaps")
 _FIELD = np.array([0.0, 20.0, -44.0])  # uT
@@ -53,8 +43,7 @@ def within(estimator: Estimator, name: str, steps: int, rng: np.random.Generator
 
     "gaps" are noise in which three quarters of the samples are missing, of inputs that may.
     """
-    low = np.array([i.low for i in estimator.inputs])
-    high = np.array([i.high for i in estimator.inputs])
+    low, high = np.transpose([(i.low, i.high) for i in estimator.inputs])
     n = len(low)
     share = rng.random((steps, n))
     if name == "still":
@@ -99,12 +88,14 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     gyr = rate * np.sin(rng.uniform(0.2, 4.0, 3) * t + rng.uniform(0, 6.28, 3))
     if name == "spin":
         gyr[:] = rate * np.sign(gyr[:1])
-    up, field = _motion(gyr, dt, rng)
-    acc, mag = GRAVITY * up, field
+    start = quaternion_normalise(rng.normal(size=4))
+    q = quaternion_running_product(start, rotation_vector_to_quaternion(dt * gyr))
+    to_body = quaternion_conjugate(q)
+    acc, mag = GRAVITY * rotate(to_body, np.array([0.0, 0.0, 1.0])), rotate(to_body, _FIELD)
     blow = rng.random((steps, 1)) < 0.05
     if name == "blows":
         acc = acc + blow * rng.uniform(-150.0, 150.0, (steps, 3))
-    elif name == "free fall":
+    elif name == "fall":
         acc = acc * (np.sin(0.5 * t) > 0.0)
     elif name == "magnet":
         mag = mag * (1.0 + 4.0 * blow) + 100.0 * rng.normal(size=3) * (np.sin(0.3 * t) > 0.5)
@@ -121,11 +112,3 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     present = np.repeat([np.ones(steps), (mag != 0.0).any(axis=1), np.ones(steps)], 3, axis=0).T
     sensors = sensors + present * noise * rng.normal(size=sensors.shape)
     return np.concatenate([step, np.clip(sensors, -159.9, 159.9)], axis=1)
-
-
-def _motion(gyr: FloatArray, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Up and field in the body along a rotation."""
-    start = quaternion_normalise(rng.normal(size=4))
-    q = quaternion_running_product(start, rotation_vector_to_quaternion(dt * gyr))
-    to_body = quaternion_conjugate(q)
-    return rotate(to_body, np.array([0.0, 0.0, 1.0])), rotate(to_body, _FIELD)

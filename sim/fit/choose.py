@@ -126,8 +126,8 @@ def between(trace: Trace, elements: Collection[str]) -> set[int]:
 
 def profile_of(
     trace: Trace, estimator: Estimator, seen: Reached, provoked: Reached, logs: Sequence[str]
-) -> Profile:
-    """The profile for the ranges seen in records and provoked by hostile inputs.
+) -> tuple[Profile, dict[int, Range]]:
+    """The profile for the ranges seen in records and provoked by hostile inputs, and all intervals.
 
     Parameters
     ----------
@@ -150,6 +150,5 @@ def profile_of(
         if e.args and e.number in seen and not keeps_interval:
             range_ = chosen(seen[e.number], provoked.get(e.number), bounds[e.number])
             ranges |= {} if range_ is None else {e.number: range_}
-    return Profile(
-        estimator.name, record_digest(trace, estimator.inputs), tuple(logs), ranges, limits
-    )
+    digest = record_digest(trace, estimator.inputs)
+    return Profile(estimator.name, digest, tuple(logs), ranges, limits), bounds

@@ -6,6 +6,7 @@ import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.compare.diagnosis import Wasted, wasted_bits
 from boresight.sim.compare.difference import Difference, Differences
-from boresight.sim.fit.choose import intervals, profile_of
+from boresight.sim.fit.choose import profile_of
 from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -44,9 +45,8 @@ class Fitted:
     estimator : Estimator
         Without a profile.
     trace : Trace
-    seen, hostile : mapping of int to (float, float)
-        Ranges of expressions in the records, and in hostile runs.
-    intervals : mapping of int to (float, float)
+    seen, hostile, intervals : mapping of int to (float, float)
+        Ranges of expressions in the records, in hostile runs, and of all legal inputs.
     profile : Profile
     hostile_updates : int
     """
@@ -86,31 +86,30 @@ def fitted(
     """
     say = progress or (lambda text: None)
     trace, overrides = estimator.record(), dict(params or {})
-    record_ranges = []
-    for name, inputs in records.items():
-        say(f"float64 on {name}")
-        observer = Observer(trace, estimator, overrides)
+
+    def reached(inputs: Inputs, values: Mapping[str, float]) -> Reached:
+        observer = Observer(trace, estimator, values)
         for piece in pieces_of(inputs):
             observer.add(piece)
-        record_ranges.append(observer.reached)
-    hostile_ranges, count = [], 0
+        return observer.reached
+
+    seen: Reached = {}
+    provoked: Reached = {}
+    updates = 0
+    for name, inputs in records.items():
+        say(f"float64 on {name}")
+        seen = joined(seen, reached(inputs, overrides))
     for start in starts:
-        values = overrides | dict(start)
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
         for name, stimulus in stimuli.items():
             say(f"float64 on hostile inputs, {name}")
-            observer = Observer(trace, estimator, values)
-            observer.add(stimulus)
-            hostile_ranges.append(observer.reached)
-            count += len(stimulus)
-    seen, provoked = joined(*record_ranges), joined(*hostile_ranges)
-    everything = joined(seen, provoked)
-    profile = profile_of(trace, estimator, seen, provoked, [*records])
-    return Fitted(estimator, trace, seen, provoked, intervals(trace, everything)[0], profile, count)
+            provoked = joined(provoked, reached(stimulus, overrides | dict(start)))
+            updates += len(stimulus)
+    profile, bounds = profile_of(trace, estimator, seen, provoked, [*records])
+    return Fitted(estimator, trace, seen, provoked, bounds, profile, updates)
 
 
-@dataclass(frozen=True)
-class Effect:
+class Effect(NamedTuple):
     """Fixed point with some formats: against float64 on the records, and under hostile inputs.
 
     Attributes
@@ -163,14 +162,13 @@ def wasted_ranges(fit: Fitted, word: int = 32) -> list[Wasted]:
     variant = copy.copy(fit.estimator)
     variant.profile = fit.profile
     program, nodes = variant.compile_traced(word=word)
-    reached = {}
-    for number, leaf in zip(program.inputs, fit.trace.inputs, strict=True):
-        if leaf.number in fit.seen:
-            reached[number] = fit.seen[leaf.number]
+    leaves = {n: [leaf] for n, leaf in zip(program.inputs, fit.trace.inputs, strict=True)}
     for (number, _), (leaf, _, after) in zip(program.states, fit.trace.states, strict=True):
-        both = [fit.seen[e.number] for e in (leaf, after) if e.number in fit.seen]
-        if both:
-            reached[number] = min(low for low, _ in both), max(high for _, high in both)
+        leaves[number] = [leaf, after]
+    reached = {}
+    for number, expressions in leaves.items():
+        if ranges := [fit.seen[e.number] for e in expressions if e.number in fit.seen]:
+            reached[number] = min(low for low, _ in ranges), max(high for _, high in ranges)
     return wasted_bits(variant, program, nodes, reached)
 
 
@@ -190,8 +188,7 @@ def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
     return negative
 
 
-@dataclass(frozen=True)
-class Selection:
+class Selection(NamedTuple):
     """The selected formats, compared with those of intervals on the records.
 
     Attributes
@@ -244,43 +241,18 @@ def select_ranges(
     return Selection(replace(fit.profile, ranges={}), before, before, full)
 
 
-def _factors(before: Effect, after: Effect) -> list[float]:
-    """Factors by which errors change; 1 for one that stays 0."""
-    errors = [
-        (a.largest, b.largest) for a, b in zip(before.differences, after.differences, strict=True)
-    ]
-    return [b / a if a > 0.0 else math.inf if b > 0.0 else 1.0 for a, b in errors]
-
-
-def _worse(before: Effect, after: Effect) -> list[tuple[float, Difference]]:
-    """Outputs whose errors grow by more than `WORSE`, each after its factor."""
-    factors = zip(_factors(before, after), after.differences, strict=True)
-    return [(factor, d) for factor, d in factors if factor > WORSE]
-
-
-def _mean(before: Effect, after: Effect) -> float:
-    """Geometric mean of the factors."""
-    logs = [math.log(min(max(x, 1e-9), 1e9)) for x in _factors(before, after)]
-    return math.exp(math.fsum(logs) / max(len(logs), 1))
-
-
-def _beyond(result: Effect) -> int:
-    """Number of outputs beyond their tolerances."""
-    return sum(not d.good for d in result.differences)
-
-
 def _accepted(before: Effect, after: Effect) -> bool:
     """Whether formats may be kept; see `select_ranges`."""
-    worse = _worse(before, after)
-    factor_limit = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
+    pairs = [*zip(before.differences, after.differences, strict=True)]
+    sizes = [(a.largest, b.largest) for a, b in pairs]
+    factors = [b / a if a > 0.0 else math.inf if b > 0.0 else 1.0 for a, b in sizes]
+    worse = [(factor, d) for factor, (_, d) in zip(factors, pairs, strict=True) if factor > WORSE]
+    most = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
     is_tolerable = all(
-        factor <= factor_limit if d.tolerance is None else d.largest <= SPARE * d.tolerance
+        factor <= most if d.tolerance is None else d.largest <= SPARE * d.tolerance
         for factor, d in worse
     )
-    is_repair = _beyond(before) > 0 == _beyond(after)
-    is_safe = (
-        after.saturated_updates <= before.saturated_updates
-        and after.negative_updates <= before.negative_updates
-    )
-    is_better = not worse or is_repair or (is_tolerable and _mean(before, after) < 1.0)
-    return is_safe and is_better
+    mean = np.log(np.clip(factors, 1e-9, 1e9)).mean() if factors else 0.0
+    is_repair = not all(a.good for a, _ in pairs) and all(b.good for _, b in pairs)
+    is_safe = all(b <= a for a, b in zip(before[1:], after[1:], strict=True))
+    return is_safe and (not worse or is_repair or (is_tolerable and mean < 0.0))

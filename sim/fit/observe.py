@@ -18,7 +18,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Range
-from boresight.model.lowering.trace import Expression, Trace
+from boresight.model.lowering.trace import Trace
 from boresight.model.recorded import evaluate
 
 #: Smallest and largest value by the number of an expression; for a comparison, of the difference.
@@ -51,26 +51,19 @@ class Observer:
 
     States are clipped to their declared ranges, as words are under hostile inputs. Values that are
     not finite do not count.
-
-    Attributes
-    ----------
-    updates : int
-        So far.
     """
 
     def __init__(
         self, trace: Trace, estimator: Estimator, params: Mapping[str, float] | None = None
     ) -> None:
-        self.trace, self.estimator, self.updates = trace, estimator, 0
+        self.trace, self.estimator = trace, estimator
         self._params = estimator.param_values(params)
         self._last_states = np.array([[s.initial for s in estimator.states]])
         self._low = np.full(len(trace.tracer.expressions), np.inf)
         self._high = -self._low
-        self._model = (
-            FloatCModel(_States(estimator), precision=DOUBLE, params=params)
-            if estimator.states
-            else None
-        )
+        self._model = None
+        if estimator.states:
+            self._model = FloatCModel(_States(estimator), precision=DOUBLE, params=params)
 
     def add(self, inputs: FloatArray) -> FloatArray:
         """Run the next updates, inputs (n, n_inputs); return states (n, n_states) after each."""
@@ -81,11 +74,15 @@ class Observer:
             for leaves in self._leaves(inputs, np.concatenate([self._last_states, states[:-1]])):
                 values = evaluate(self.trace, leaves, claims=True)
                 for e in self.trace.needed:
-                    range_ = _range_of(e, values)
-                    if range_ is not None:
-                        low[e.number] = min(low[e.number], range_[0])
-                        high[e.number] = max(high[e.number], range_[1])
-        self._last_states, self.updates = states[-1:], self.updates + len(inputs)
+                    if e.kind in ("invert", "both", "either", "differs"):  # no number
+                        continue
+                    x = values[e.number]
+                    if e.kind == "less":
+                        x = values[e.args[0].number] - values[e.args[1].number]
+                    finite = np.asarray(x)[np.isfinite(x)]
+                    low[e.number] = finite.min(initial=low[e.number])
+                    high[e.number] = finite.max(initial=high[e.number])
+        self._last_states = states[-1:]
         return states
 
     def _leaves(
@@ -110,18 +107,6 @@ class Observer:
 def pieces_of(inputs: Inputs) -> Iterable[FloatArray]:
     """The inputs of a record in pieces, of an array as one."""
     return [inputs] if isinstance(inputs, np.ndarray) else inputs()
-
-
-def _range_of(e: Expression, values: Mapping[int, Any]) -> Range | None:
-    """Smallest and largest finite value; None for an expression that is no number."""
-    if e.kind == "less":
-        observed = values[e.args[0].number] - values[e.args[1].number]
-    elif e.kind in ("invert", "both", "either", "differs"):
-        return None
-    else:
-        observed = values[e.number]
-    finite = np.asarray(observed)[np.isfinite(observed)]
-    return (finite.min(), finite.max()) if finite.size else None
 
 
 def joined(*seen: Reached) -> Reached:
