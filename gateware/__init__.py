@@ -4,7 +4,7 @@
 |---|---|
 | `machine` | description of the machine: lanes, stages, microword |
 | `schedule` | cycle and lane of each operation, with an independent proof |
-| `microcode` | assembler, memories, listing, an emulator cycle by cycle |
+| `microcode` | assembler, memories, an emulator cycle by cycle |
 | `registers`, `description` | declared registers; the description of a compiled core |
 | `texts` | templates filled in from the description |
 | `bus` | the register bus and its devices |

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import linecache
 import os
 import sys
 import traceback
@@ -39,11 +38,6 @@ class Place(str):
         """Copies and pickles have the path too."""
         line = self.rpartition(" ")[2]
         return self.path, int(line) if line != "None" else None
-
-    def source(self) -> str:
-        """The text of the line, without its indentation; empty if the file cannot be read."""
-        line = self.rpartition(" ")[2]
-        return linecache.getline(self.path, int(line)).strip() if line.isdigit() else ""
 
 
 @lru_cache(maxsize=256)

@@ -4,31 +4,24 @@ boresight check my_filter.py log.csv  # all forms
 boresight check my_filter.py my_world.py:World  # on the records of a world
 boresight check my_filter.py first.csv folder -o build  # several logs; a page and its JSON
 boresight check my_filter.py log.csv --levels fixed,c --word 24  # without RTL, in narrow words
-boresight check my_filter.py log.csv --levels fixed,netlist --target ecp5-25k  # the netlist
 boresight check one.py,two.py log.csv  # both on one core, in turns
 boresight check one.py,two.py one=log.csv two=motor.csv  # each with its own log
 boresight check my_filter.py log.csv --baseline check.json  # also against an earlier --json
-boresight check my_filter.py log.csv --wave 1200:1210  # also write the core's signals
 boresight check build log.csv  # the Verilog and C in the folder that compile wrote
-boresight check reproducer.json  # repeat a difference that was found
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
-
-from cyclopts import Parameter
 
 from boresight.folder import build_in, changes_in, is_folder
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.options import (
     Config,
@@ -48,23 +41,16 @@ from boresight.options import (
 from boresight.parameters import estimator_names, params_of_each
 from boresight.regression import Baseline
 from boresight.sim.baseline import Figure
-from boresight.sim.compare.check import ROWS, USUAL, Check
-from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
+from boresight.sim.compare.check import EXACT, ROWS, Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.synthesised import NetlistSimulated
 from boresight.sim.records.files import Log, log_files, logs_of
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
-from boresight.sim.rtl.netlist import SIMULATED
 from boresight.sim.worlds.loop import recorded
 from boresight.sim.worlds.world import is_world
-from boresight.waves import WAVE_FOLDER, write_waves
 
 GROUPS = (LogRows, Profiles, Tolerances, Baseline)
-
-#: Where the command line keeps a difference.
-REPRODUCER = "reproducer.json"
 
 #: Figures of the result that can be compared with an earlier one.
 JUDGED: Mapping[str, Figure] = {
@@ -89,14 +75,12 @@ def check(
     config: Config = "small",
     word: Word = 32,
     steps: Steps = None,
-    levels: Level = USUAL,
+    levels: Level = EXACT,
     simulator: str | None = None,
     target: str | None = None,
     params: Params = None,
     rtl_rows: int | None = None,
-    wave: Annotated[str | None, Parameter(metavar="FIRST:STOP")] = None,
     output: OptionalFolder = None,
-    reproducer: Annotated[str | Path | None, PythonOnly] = None,
     progress: Progress = None,
     rows: Annotated[int | None, PythonOnly] = None,
 ) -> Result:
@@ -106,31 +90,26 @@ def check(
     ----------
     estimator : str, class or Estimator
         Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. The folder
-        that compile wrote: its Verilog and C run, if no file has changed. A reproducer.json alone
-        runs a difference again.
+        that compile wrote: its Verilog and C run, if no file has changed.
     logs : paths, worlds, or data in memory (`Record.of`)
         Logs, folders of logs, or worlds, whose loop with the float64 form is the log; with several
         estimators NAME=LOG gives each its own.
     steps : int, optional
         Use at most so many samples of each log.
     levels : sequence of str
-        Forms to compare: fixed, c, rtl, netlist (the core after synthesis for a target).
+        Forms to compare: fixed, c, rtl.
     simulator : str, optional
         Simulator of the RTL: verilator or icarus; by default Verilator, or Icarus without it.
     target : str, optional
         Part that the core is for: xc6slx9 (the default), ecp5-25k, generic, ... It decides the
-        depth of the machine as in compile, the netlist, and the area on the page.
+        depth of the machine as in compile, and the area on the page.
     params : mapping, optional
         Parameter values; for several estimators a mapping of each by its name.
     rtl_rows : int, optional
         Simulate only so many rows of each log in RTL: 16 slices spread over the log, each from
         the states of the integer model. By default all rows.
-    wave : str, optional
-        Write the core's signals in rows FIRST to STOP - 1 of the log to the folder wave.
     output : path, optional
         Folder for report.html and report.json, with area and clock; for one estimator.
-    reproducer : path, optional
-        File that is written if a form differs. The command line writes reproducer.json.
     rows : int, optional
         Rows that run at a time; does not change the results.
 
@@ -152,9 +131,8 @@ def check(
     levels = levels.split(",") if isinstance(levels, str) else levels
     if is_folder(estimator) and (changes := changes_in(Path(estimator))):
         return Result({"results": []}, failures=changes)
-    part = _part(target, levels)
-    if isinstance(estimator, str) and estimator.endswith(".json"):
-        return _again((estimator, *logs), levels=levels, simulator=simulator, target=part)
+    part = "xc6slx9" if target is None else target
+    require_choice("target", part, (*TARGETS, "generic"))
     build, choice = _build(estimator, config, word, part, params)
     estimators = build.estimators
     if output is not None and len(estimators) > 1:
@@ -176,22 +154,12 @@ def check(
         rounds.append([_own_log(e.name, own, steps) for e in estimators])
     if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
-    kept = None
-    if reproducer is not None:
-        files = [log.path for records in rounds for log in records if log.path]
-        kept = OutputFile(reproducer, inputs=files)
-    if wave is not None:
-        tell(write_waves(build, rounds, wave, WAVE_FOLDER))
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        results += checking.run(
-            *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
-        )
+        results += checking.run(*records, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows)
     lines = [] if choice is None else [str(choice)]
     lines += [line for result in results for line in result.lines()]
-    if kept is not None and kept.written:
-        lines.append(f"the difference, to run again: boresight check {reproducer}")
     if output is not None:
         inputs = log_files(log for log in logs if isinstance(log, str | Path))
         from boresight.page import write_page  # it imports the gateware, plots, synthesis
@@ -207,15 +175,10 @@ def check(
 
 
 def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
-    """Write differences to a file; an option that repeats its default is one, too."""
+    """Refuse options that a folder has, even one that repeats its default."""
     chosen = [name for name in ("config", "word", "target", "params") if name in options]
     if chosen and is_folder(words[0]):
         raise _of_folder(words[0], ", ".join(f"--{name.removesuffix('s')}" for name in chosen))
-    if str(words[0]).endswith(".json"):
-        return {}
-    with suppress(InputError):  # a file of the user, or a folder that cannot be written
-        OutputFile(REPRODUCER)
-        return {"reproducer": REPRODUCER}
     return {}
 
 
@@ -252,15 +215,6 @@ def _recorded(world: Any, build: Build, steps: int | None) -> Record:
     return recorded(world, build, steps)
 
 
-def _part(target: str | None, levels: Sequence[str]) -> str:
-    """The part that the core is for."""
-    if target is None:
-        return "xc6slx9"
-    netlist = NetlistSimulated.name in levels
-    require_choice("target", target, SIMULATED if netlist else (*TARGETS, "generic"))
-    return target
-
-
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:
     """Logs for all estimators, and those of one of several."""
     shared: list[Any] = []
@@ -287,20 +241,3 @@ def _own_log(name: str, own: Mapping[str, Any], steps: int | None) -> Log:
             fix=f"write for example {name}=log.csv",
         )
     return Log.of(own[name], steps)
-
-
-def _again(
-    files: Sequence[str | Path], *, levels: Sequence[str], simulator: str | None, target: str
-) -> Result:
-    """Run reproducers, which hold their machine and inputs; all are read before the first runs."""
-    Check(Build(), levels=levels, simulator=simulator)  # refuses what it does not know
-    for file in files:
-        load_reproducer(Path(file))
-    lines = [
-        line
-        for file in files
-        for line in replay_reproducer(
-            Path(file), levels=levels, simulator=simulator or "verilator", target=target
-        )
-    ]
-    return Result({"differences": lines}, summary="no difference" * (not lines), failures=lines)

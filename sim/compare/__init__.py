@@ -5,7 +5,6 @@ module     what it holds
 ========== ======================================================================================
 check      every level on the same records, and fixed point against float64
 results    a verdict for each level, and all of them for one estimator on one record
-reproducer the first value of a level that differs, and a file that shows it again
 difference one output against its reference: largest and rms, where, within its tolerance or not
 verdict    differences, saturations, ranges that were left, and what went wrong first
 twin       every operation in float64 from the words that it reads

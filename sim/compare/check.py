@@ -16,18 +16,22 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
 from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
-from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import FoldedClaims, claim_results
 from boresight.sim.compare.difference import Differences
-from boresight.sim.compare.reproducer import first_divergence, program_at, write_reproducer
-from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
+from boresight.sim.compare.results import (
+    Agreement,
+    CheckResult,
+    LevelResult,
+    Part,
+    first_difference,
+)
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted, Interpreted, words_of
+from boresight.sim.levels.integer import Emitted, Interpreted
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.levels.registry import LEVELS
 from boresight.sim.ranges.claims import claims_of
@@ -40,10 +44,6 @@ from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
 #: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
-#: Those that are checked by default.
-USUAL = tuple(name for name in EXACT if LEVELS[name].usual)
-
-
 #: Rows of a log that are read at a time, and of a long one those that are kept.
 KEPT = 1 << 16
 #: Slices of a log that runs in part.
@@ -70,9 +70,8 @@ class _Attempt:
         self.slice_text = ""
         #: First row, states before it, and records up to now of the slice at hand.
         self._origin: tuple[int, IntArray | None, list[FloatArray]] = (0, None, [])
-        #: By estimator, of its first update that differs: states before it, its record, and the
-        #: slice in which it is.
-        self.differs: dict[int, tuple[IntArray | None, FloatArray, Any]] = {}
+        #: By estimator, of its first update that differs: states before it, and its slice.
+        self.differs: dict[int, tuple[IntArray | None, Any]] = {}
 
     def begin(self, records: Sequence[FloatArray], say: Callable[[str, int | None], None]) -> None:
         """Make the levels, and run those that run on leading records alone."""
@@ -112,7 +111,7 @@ class _Attempt:
                 row += place
                 before = wanted.states[row - 1] if row else case.before
                 first, states, own = self._origin
-                self.differs[k] = before, records[row], (first, states, [*own])
+                self.differs[k] = before, (first, states, [*own])
 
     def _sliced(
         self, records: FloatArray, start: int, wanted: Run, before: IntArray | None
@@ -202,7 +201,7 @@ class Check:
     build : Build
         Estimators in one core; where they are several, they take turns on the RTL.
     levels : sequence of str, optional
-        Which of `EXACT`; `USUAL` by default. The integer interpreter, with which each is
+        Which of `EXACT`; by default all. The integer interpreter, with which each is
         compared, and float64 run in any case.
     simulator : str, optional
         Verilator or Icarus; by default Verilator, and Icarus too (not all updates) where it is.
@@ -222,7 +221,7 @@ class Check:
         self,
         build: Build,
         *,
-        levels: Sequence[str] = USUAL,
+        levels: Sequence[str] = EXACT,
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
         search: bool = True,
@@ -243,7 +242,6 @@ class Check:
     def run(
         self,
         *logs: Log | Record,
-        reproducer: OutputFile | None = None,
         keep_all: bool = True,
         rows: int = ROWS,
         rtl_rows: int | None = None,
@@ -254,8 +252,6 @@ class Check:
         ----------
         logs : Log or Record
             One for all estimators, or one for each of them; they may differ in length.
-        reproducer : OutputFile, optional
-            Where to write a reproducer of the first mismatch.
         keep_all : bool
             Whether results have the rows of a log of more than `KEPT`.
         rows : int
@@ -314,7 +310,7 @@ class Check:
         results = []
         for k, case in enumerate(cases):
             again = partial(self._again, k, case, sources)
-            levels = [self._judged(x, k, again, reproducer) for x in attempts]
+            levels = [self._judged(x, k, again) for x in attempts]
             own = interpreter.agreements[k].result(interpreter.seconds)
             own = dataclasses.replace(own, reference=True)
             if Interpreted.name in self.levels or own.error:
@@ -455,7 +451,6 @@ class Check:
         tried: _Attempt,
         number: int,
         again: Callable[[], Iterator[tuple[FloatArray, IntArray]]],
-        reproducer: OutputFile | None,
     ) -> LevelResult:
         """One level's verdict on one estimator: on a mismatch with the first value that differs."""
         if tried.error:
@@ -464,23 +459,12 @@ class Check:
         level, agreement = tried.levels[number], tried.agreements[number]
         if (step := agreement.first_wrong) is None:
             return agreement.result(tried.seconds, slices=tried.slice_text)
-        before, record, (first, states, own) = tried.differs[number]
+        before, (first, states, own) = tried.differs[number]
         pieces = own or (records for records, _ in again())
-        divergence = first_divergence(level, pieces, before, step, first=first, states=states)
+        text = first_difference(level, pieces, before, step, first=first, states=states)
         many = len(tried.levels)
         rest = f"with {many} programs in turns" if many > 1 else "all values equal"
-        text = (
-            str(divergence) if divergence else f"{level.name}: outputs differ, step {step}, {rest}"
-        )
-        if reproducer is not None and not reproducer.written:
-            write_reproducer(
-                reproducer,
-                program_at(level.program, before),
-                words_of(level.program, record),
-                step,
-                config=self.build.config,
-                level=level.name,
-            )
+        text = text or f"{level.name}: outputs differ, step {step}, {rest}"
         return agreement.result(tried.seconds, text, tried.slice_text)
 
     def _result(

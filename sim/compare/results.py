@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from boresight.model.arrays import FloatArray
 from boresight.model.lowering.profile import Profile
 from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
 from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import Book
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 from boresight.sim.result import JsonObject, plain
@@ -172,6 +175,49 @@ class Agreement:
             first_wrong=self.first_wrong,
             slices=slices,
         )
+
+
+def first_difference(
+    level: Level,
+    pieces: Iterable[FloatArray],
+    before: IntArray | None,
+    step: int,
+    *,
+    first: int = 0,
+    states: IntArray | None = None,
+) -> str:
+    """Run a level up to ``step`` again, alone: the first value that differs; empty if none does.
+
+    Parameters
+    ----------
+    pieces : iterable of float64 (n, n_inputs)
+        Records in their units, from update ``first`` on.
+    before : int64 (n_states,), optional
+        The interpreter's state words before the step; None: the initial ones.
+    states : int64 (n_states,), optional
+        Those before update ``first``, which the level begins with.
+    """
+    program = level.program if level.schedule is None else level.schedule.program
+    machine, rows, earlier = Interpreter(program), step + 1 - first, list[FloatArray]()
+    if before is not None:
+        machine.states = before[:, None]
+    for piece in pieces:
+        earlier.append(piece[:rows])
+        rows -= len(piece)
+        if rows <= 0:
+            break
+    last = earlier.pop()
+    machine.update(words_of(level.program, last[-1])[:, None])
+    wanted = [int(w[0]) for w in machine.values_before_commit()]
+    for seen in level.words_of_update(last, earlier, states):
+        if seen.word != wanted[seen.value]:
+            at = "" if seen.cycle is None else f", cycle {seen.cycle}"
+            found = "X" if seen.word is None else str(seen.word)
+            return (
+                f"{level.name}: first difference in value {program.values[seen.value].name}, "
+                f"step {step}{at}: wanted {wanted[seen.value]}, found {found}"
+            )
+    return ""
 
 
 class Part(NamedTuple):

@@ -34,7 +34,7 @@ class Build:
     urgent : int, optional
         Leading outputs whose latency counts first; by default as each estimator declares.
     target : str
-        Part of the level netlist (`sim.levels.synthesised`).
+        Part whose area is measured.
     files : mapping of str to str, optional
         Contents of a compiled folder by relative path: its Verilog and C run in place of newly
         generated ones.

@@ -125,8 +125,6 @@ class Level(ABC):
     tools: ClassVar[tuple[str, ...]]
     #: Whether it computes words, which must equal those of the integer interpreter.
     exact: ClassVar[bool] = True
-    #: Whether it is checked unless others are named.
-    usual: ClassVar[bool] = True
     #: Number of runs side by side, each with its own states (`batch`); None: without that axis.
     runs: int | None = None
     #: Whether it can begin with states that are handed in (`resume`).

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from boresight.model.errors import require_choice
-from boresight.sim.levels import floating, integer, rtl, synthesised
+from boresight.sim.levels import floating, integer, rtl
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 
-#: Float64 with numpy and compiled, integer interpreter, C, Verilog, synthesised netlist.
+#: Float64 with numpy and compiled, integer interpreter, C, Verilog.
 LEVELS: dict[str, type[Level]] = {
-    level.name: level for module in (floating, integer, rtl, synthesised) for level in module.LEVELS
+    level.name: level for module in (floating, integer, rtl) for level in module.LEVELS
 }
 
 

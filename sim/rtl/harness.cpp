@@ -1,7 +1,6 @@
 // Runs records through a core; `replay_bench.py` does the same under cocotb.
 //
-// Arguments: word width, lanes; with a trace besides its file and the updates, first to stop - 1,
-// that go into it: cycle n since the start is time n. Batches come on standard input, results go to standard output, all
+// Arguments: word width, lanes. Batches come on standard input, results go to standard output, all
 // in the byte order of this computer. Between batches the core stands still, so a closed loop is a
 // batch of one record at a time.
 //
@@ -16,9 +15,6 @@
 
 #include "Vbench.h"
 #include "verilated.h"
-#if VM_TRACE
-#include "verilated_vcd_c.h"
-#endif
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -48,26 +44,9 @@ class Harness {
 
     Words updates, words, cycles, traced;
 
-#if VM_TRACE
-    void record(const char *file, int64_t first_update, int64_t stop_update) {
-        first = first_update;
-        stop = stop_update;
-        bench.trace(&wave, 99);
-        wave.open(file);
-    }
-    ~Harness() { wave.close(); }
-#endif
-
   private:
     // One cycle of the clock; then outputs are as they were before its edge.
     void step() {
-#if VM_TRACE
-        if (update >= first && update < stop) {
-            bench.eval();
-            wave.dump(uint64_t(time));
-        }
-        ++time;
-#endif
         bench.step ^= 1;
         bench.eval();
     }
@@ -86,10 +65,6 @@ class Harness {
     const int word, lanes;
     const uint64_t last;
     int64_t update = 0;
-#if VM_TRACE
-    VerilatedVcdC wave;
-    int64_t time = 0, first = 0, stop = 0;
-#endif
 };
 
 void Harness::run(
@@ -192,15 +167,8 @@ int main(int argc, char **argv) {
     VerilatedContext context;
     context.randReset(2);
     context.randSeed(7);
-#if VM_TRACE
-    context.traceEverOn(true);
-#endif
     Vbench bench{&context};
     Harness harness{bench, std::atoi(argv[1]), std::atoi(argv[2])};
-#if VM_TRACE
-    if (argc < 6) return 2;
-    harness.record(argv[3], std::atoll(argv[4]), std::atoll(argv[5]));
-#endif
     Batch batch;
     while (read(&batch, sizeof batch)) {
         Words counts(batch.records);

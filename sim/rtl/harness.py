@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import tempfile
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -35,8 +35,6 @@ class CompiledSimulation(RtlSimulation):
         See `RtlSimulation`.
     cache : Path, optional
         Folder for builds; the user's cache by default.
-    trace : bool
-        Whether to build for `record`, which is slower, instead of `run`.
 
     Raises
     ------
@@ -46,7 +44,7 @@ class CompiledSimulation(RtlSimulation):
         The build failed.
     """
 
-    def __init__(self, core: Core, *, cache: Path | None = None, trace: bool = False) -> None:
+    def __init__(self, core: Core, *, cache: Path | None = None) -> None:
         super().__init__(core)
         main, stepped = (
             Path(__file__).with_name(name).read_text() for name in ("harness.cpp", "stepped.sv")
@@ -56,7 +54,6 @@ class CompiledSimulation(RtlSimulation):
             {**self.sources, "stepped.sv": stepped},
             parameters=self.parameters,
             main=main.replace("RESET_CYCLES", str(RESET_CYCLES)),
-            arguments=["--trace-vcd", "--trace-depth", "4"] if trace else [],
             cache=cache,
         ).program
 
@@ -68,7 +65,7 @@ class CompiledSimulation(RtlSimulation):
         states : int64 (n_states,), optional
             State words of the selected program; by default those that it begins with.
         """
-        return CoreProcess(self, memories=None if states is None else self._memories_with(states))
+        return CoreProcess(self, None if states is None else self._memories_with(states))
 
     @cached_property
     def _started(self) -> dict[str, list[tuple[int, int | None]]]:
@@ -102,17 +99,6 @@ class CompiledSimulation(RtlSimulation):
             for name, words in self._started.items()
         }
 
-    @contextlib.contextmanager
-    def record(self, inputs: IntArray, first: int, stop: int) -> Iterator[Path]:
-        """Run records; every signal in updates ``first`` to ``stop`` - 1, as a VCD file.
-
-        Cycle n since the start is time n; signals are as they are before its edge.
-        """
-        with CoreProcess(self, "trace.vcd", str(first), str(stop)) as process:
-            process.replay(self.batch(inputs))
-            process.end()
-            yield process.folder / "trace.vcd"
-
     def _replay(self, batch: Batch) -> RtlRun:
         with self.power_on() as process:
             return process.replay(batch)
@@ -122,10 +108,7 @@ class CoreProcess:
     """A simulated core in its own process."""
 
     def __init__(
-        self,
-        simulation: CompiledSimulation,
-        *arguments: str,
-        memories: Mapping[str, str] | None = None,
+        self, simulation: CompiledSimulation, memories: Mapping[str, str] | None = None
     ) -> None:
         self._word = simulation.word
         self.folder = Path(tempfile.mkdtemp(prefix="boresight-rtl-"))
@@ -135,11 +118,7 @@ class CoreProcess:
         self._log = self.folder / "run.log"
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
-                [
-                    simulation._program,
-                    *(str(self._word), str(simulation.core.machine.lanes)),
-                    *arguments,
-                ],
+                [simulation._program, str(self._word), str(simulation.core.machine.lanes)],
                 cwd=self.folder,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -170,13 +149,6 @@ class CoreProcess:
             text = f"{output}\nthe process ended with exit code {code}"
             raise SimulationFailed(failure("verilator run failed", text))
         return data
-
-    def end(self) -> None:
-        """Let the process end by itself, when its files are written."""
-        assert self.process.stdin is not None
-        self.process.stdin.close()
-        if self.process.wait():
-            raise SimulationFailed(failure("verilator run failed", self._log.read_text()))
 
     def close(self) -> None:
         """End the process."""

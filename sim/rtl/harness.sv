@@ -1,5 +1,4 @@
-// The core with ports that a bench can name; `w_...` are the lanes' writes of their
-// registers, which a netlist (NETLIST) does not show.
+// The core with ports that a bench can name; `w_...` are the lanes' writes of their registers.
 
 module harness #(
     parameter WORD = 32,
@@ -31,11 +30,6 @@ module harness #(
         .bus__w_ack(bus_ack), .bus__r_data(), .restart(restart),
         .saturated_update(flags[0]), .beyond_update(flags[1])
     );
-`ifdef NETLIST
-    assign w_en = 0;
-    assign w_addr = 0;
-    assign w_data = 0;
-`else
     assign w_en[0] = dut.operands.w_en__0;
     assign w_addr[9:0] = dut.operands.w_addr__0;
     assign w_data[WORD-1:0] = dut.operands.w_data__0;
@@ -43,6 +37,5 @@ module harness #(
     assign w_en[1] = dut.operands.w_en__1;
     assign w_addr[19:10] = dut.operands.w_addr__1;
     assign w_data[2*WORD-1:WORD] = dut.operands.w_data__1;
-`endif
 `endif
 endmodule

@@ -204,7 +204,6 @@ class RtlSimulation(ABC):
         self.parameters = {"WORD": self.word, "LANES": lanes}
         top = Path(__file__).with_name("harness.sv").read_text()
         define = "`define TWO_LANES\n" if lanes == 2 else ""
-        define += "" if self.memories else "`define NETLIST\n"
         self.sources = {**sources, "harness.sv": define + top}
 
     def design(self, core: Core) -> tuple[dict[str, str], dict[str, str]]:

@@ -44,8 +44,8 @@ def _version(compiler: str) -> bytes:
 
 
 def _key(command: list[str], include: Path) -> str:
-    """Hash of everything that affects the object; names of folders and traces of a bench do not."""
-    flags = [word.replace(str(include), "include") for word in command if "-DVM_TRACE" not in word]
+    """Hash of everything that affects the object; names of folders do not."""
+    flags = [word.replace(str(include), "include") for word in command]
     return hashlib.sha256(
         b"\0".join([_version(command[0]), _library(include), *(word.encode() for word in flags)])
     ).hexdigest()[:32]

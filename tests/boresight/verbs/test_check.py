@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -102,19 +101,3 @@ def test_the_page(here: Path, said, refused) -> None:
     assert report["resources"]["lut"] > 100
     assert Path("out/report.html").read_text().count("mine.py") > 0
     refused("check mine.py out/report.html")
-
-
-def test_a_difference_is_kept_and_runs_again(here: Path, monkeypatch, said) -> None:
-    from boresight.sim.levels.integer import Emitted
-
-    right = Emitted.run
-
-    def wrong(self, records):
-        run = right(self, records)
-        return replace(run, words=run.words ^ 1)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Emitted, "run", wrong)
-        text = said("check mine.py mine.csv --levels fixed,c -q", 1)
-    assert "boresight check reproducer.json" in text
-    assert said("check reproducer.json --levels fixed,c -q") == "no difference\n"

@@ -16,13 +16,11 @@ from boresight.gateware.core import Core
 from boresight.model.arrays import FloatArray
 from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.errors import InputError
-from boresight.model.tools.files import OutputFile
 from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
-from boresight.sim.compare.reproducer import load_reproducer
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import CModel, words_of
+from boresight.sim.levels.integer import CModel
 from boresight.sim.levels.level import Run
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.records import files as logs
@@ -120,7 +118,7 @@ def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
 # -- RTL on slices, with the states handed in -----------------------------------------------------
 
 
-def test_slices(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spread over the log, across pieces; without the states in the core words would differ."""
     check = Check(
         Build(estimator("complementary"), config="fast"), levels=("c", "rtl"), simulator="verilator"
@@ -135,7 +133,7 @@ def test_slices(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (short,) = check.run(WALK.head(40), rtl_rows=48)
     assert short.levels[1].n_total == 40 and not short.levels[1].slices
     record = feed(check.build.estimators[0], WALK.head(400)).inputs[27]
-    whole, file = Simulated.run, tmp_path / "reproducer.json"
+    whole = Simulated.run
 
     def run(self: Simulated, records: FloatArray) -> Run:
         """Its words, of which those of one record are wrong."""
@@ -146,12 +144,9 @@ def test_slices(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
     with monkeypatch.context() as patch:
         patch.setattr(Simulated, "run", run)
-        (bad,) = check.run(WALK.head(400), rtl_rows=50, reproducer=OutputFile(file))
+        (bad,) = check.run(WALK.head(400), rtl_rows=50)
     assert (bad.levels[1].first_wrong, bad.levels[1].n_mismatch) == (27, 1)
     assert bad.levels[1].divergence == "rtl: outputs differ, step 27, all values equal"
-    data = load_reproducer(file)
-    assert data["step"] == 27
-    assert data["inputs"] == words_of(check.build.programs[0], record[None, :]).tolist()
     monkeypatch.setattr(Core, "registers_with", lambda self, states: self.image.registers)
     (lost,) = check.run(WALK.head(400), rtl_rows=50)
     assert lost.levels[1].first_wrong == 26 and lost.levels[1].n_mismatch == 45  # the second slice
