@@ -116,10 +116,8 @@ def checked(
     try:
         result = step(*arguments)
     except InputError as error:
-        line = place_of(error)
-        raise (
-            error if not line or str(error).startswith(line) else InputError(f"{line}, {error}")
-        ) from error
+        line = "" if re.match(r"\S+, line \d", str(error)) else place_of(error)
+        raise (InputError(f"{line}, {error}") if line else error) from error
     except (Exception, SystemExit) as error:
         raise _explained(name, step, where, error) from error
     is_pair = isinstance(result, tuple) and len(result) == 2

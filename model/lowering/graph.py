@@ -211,11 +211,10 @@ class Graph:
         """a / b."""
         if b.low <= 0.0 <= b.high:
             floor = "ops.maximum(x, SMALLEST) or " * (max(-b.low, b.high) < _SPAN)
-            raise self.outside(
-                b,
-                "a divisor whose range excludes 0",
-                f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)",
-            )
+            fix = f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)"
+            if b.low < 0.0 < b.high:
+                fix += "; x of either sign: limit ops.absolute(x), and ops.flip(x < 0.0, quotient)"
+            raise self.outside(b, "a divisor whose range excludes 0", fix)
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
         return self.mul(a, self._new("reciprocal", b, low=1.0 / b.high, high=1.0 / b.low))
