@@ -65,14 +65,7 @@ class BoardSystem:
         """Simulate the complete system from pins to frames; write `files` into a folder."""
         raise NotImplementedError
 
-    def simulate_faults(
-        self,
-        name: str | None,
-        *,
-        faults: Sequence[str] | None,
-        jobs: int | None,
-        progress: Callable[[str], None] | None,
-    ) -> Any:
+    def simulate_faults(self, name: str | None, *, progress: Callable[[str], None] | None) -> Any:
         """Simulate faults of the sensors, each in a simulation of its own."""
         raise NotImplementedError
 

@@ -234,7 +234,7 @@ def _on_board(
                 found=", ".join(given),
                 fix="leave it out: faults are judged with the declared parameters",
             )
-        result: Result = board.simulate_faults(estimator, faults=None, jobs=None, progress=progress)
+        result: Result = board.simulate_faults(estimator, progress=progress)
         return result
     say = progress or (lambda text: None)
     log = settings.pop("log")

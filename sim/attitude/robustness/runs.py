@@ -1,9 +1,8 @@
-"""One log in every case through every filter: errors against the truth, as flat rows."""
+"""Every case of a log through every filter, as flat rows, and their summary."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,9 @@ from boresight.model.attitude.front.sensed import full_scale_params
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
-from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
-from boresight.sim.accuracy.peers import run_peer
-from boresight.sim.attitude.robustness.plan import Case, cases_of
+from boresight.sim.accuracy.figures import attitude_errors
+from boresight.sim.accuracy.peers import PEERS, run_peer
+from boresight.sim.attitude.robustness.variants import CASES, Case
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -25,126 +24,109 @@ from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
 
 #: Seconds after the start in which no error counts, for all filters alike.
 LEFT_OUT_S = 1.0
-Levels = dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Emitted, CompiledFloat]]
+#: The published filter that others are compared with, and its smallest error in a ratio [deg].
+RIVAL, SMALL_DEG = "vqf_online", 0.5
+
+Row = dict[str, Any]
+Levels = dict[tuple[Any, ...], tuple[Emitted, CompiledFloat]]
 
 
-@dataclass(frozen=True)
-class Suite:
-    """Name of a list of cases (`plan.cases_of`), estimators, and published filters."""
-
-    cases: str
-    estimators: Sequence[str]
-    peers: Sequence[str] = ()
-
-
-def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
-    """Run every filter on a log in every case.
-
-    Returns
-    -------
-    list of dict
-        One row per case, filter and level ("fixed", "float", "package"). A filter that cannot run
-        a case has the reason under ``refused`` in place of figures.
-    """
-    recorded = log if isinstance(log, NineAxis) else NineAxis.of(read_record(Path(log)))
-    levels: Levels = {}
-    rows: list[dict[str, Any]] = []
-    for case in cases_of(suite.cases):
-        changed = prepared(case, recorded)
-        head = {"log": recorded.name, "case": case.name, "group": case.group}
-        for name in suite.estimators:
-            rows += [head | row for row in _own(name, case, changed, levels)]
-        for name in suite.peers:
-            row: dict[str, Any] = {"filter": name, "level": "package"}
+def run_log(names: Sequence[str], log: Path | NineAxis) -> list[Row]:
+    """Return one row per case and filter; without figures, but ``refused``, if it cannot run it."""
+    recorded = log if isinstance(log, NineAxis) else NineAxis.of(read_record(log))
+    built, rows = Levels(), list[Row]()
+    for number, case in enumerate(CASES):
+        changed = case.change(recorded)
+        for name in names:
+            row: Row = {"log": recorded.name, "case": case.group, "number": number, "filter": name}
             try:
-                row |= figures_of(changed, run_peer(name, changed.record()))
-            except InputError as error:
+                if name in PEERS:
+                    row |= figures_of(changed, run_peer(name, changed.record()))
+                else:
+                    row |= _own(name, case, changed, built)
+            except InputError as error:  # made for another rate, for example
                 row["refused"] = str(error)
-            rows.append(head | row)
+            rows.append(row)
     return rows
 
 
-def _own(name: str, case: Case, log: NineAxis, levels: Levels) -> Iterator[dict[str, Any]]:
-    """Yield the rows of one estimator in fixed point and in float64."""
-    try:
-        estimator, (fixed, floating) = run_estimator(name, log, case.full_scale, levels)
-    except InputError as error:  # made for another rate, for example
-        yield {"filter": name, "level": "fixed", "refused": str(error)}
-        return
-    attitudes = [attitude_of(run.outputs) for run in (fixed, floating)]
-    errors = differences(estimator.outputs, fixed.outputs, floating.outputs)
-    yield {
-        "filter": name,
-        "level": "fixed",
-        **figures_of(log, attitudes[0]),
-        "good": all(e.good for e in errors) and not fixed.n_saturated,
-        "apart_deg": largest_turn_deg(*attitudes),
+def _own(name: str, case: Case, log: NineAxis, built: Levels) -> Row:
+    """Figures of one of our estimators in fixed point, and how far it is from float64."""
+    estimator, (fixed, floating) = run_estimator(name, case.full_scale, log, built)
+    q, q_float = (attitude_of(run.outputs) for run in (fixed, floating))
+    near = differences(estimator.outputs, fixed.outputs, floating.outputs)
+    return {
+        **figures_of(log, q),
+        "good": all(d.good for d in near) and not fixed.n_saturated,
+        "apart_deg": largest_turn_deg(q, q_float),
         "saturated": fixed.n_saturated,
     }
-    yield {"filter": name, "level": "float", **figures_of(log, attitudes[1])}
 
 
 def run_estimator(
-    name: str, log: NineAxis, full_scale: Sequence[str], levels: Levels
+    name: str, full_scale: str, log: NineAxis, built: Levels
 ) -> tuple[Estimator, list[Run]]:
-    """Run an estimator, made for the log's rates, in fixed point and in float64.
-
-    ``full_scale`` is that of `Case`. ``levels`` keeps what was built.
-
-    Raises
-    ------
-    InputError
-        The outputs are not an attitude, or the estimator cannot run at the log's rates.
-    """
+    """Run an estimator, made for the log's rates, in fixed point and in float64."""
     record = log.record()
-    rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
-    if (name, rates) not in levels:
-        estimator = estimator_of(name)
-        estimator = estimator.for_rates(dict(rates)) if rates else estimator
-        if not gives_attitude(estimator):
-            raise InputError.at(
-                name,
-                wanted="an estimator whose outputs are an attitude, qw qx qy qz",
-                found="another one",
-                fix="name another",
-            )
-        build = Build(estimator)
-        levels[name, rates] = Emitted(build), CompiledFloat(build)
-    both = levels[name, rates]
-    estimator = both[0].build.estimators[0]
-    largest = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
-    scales = full_scale_params(estimator.params, rate=largest.get("gyr"), force=largest.get("acc"))
+    rates = fitted(estimator_of(name), record).rates_hz
+    levels = built.get(key := (name, *sorted(rates.items())))
+    if levels is None:
+        build = Build(estimator_of(name).for_rates(rates) if rates else estimator_of(name))
+        levels = built[key] = Emitted(build), CompiledFloat(build)
+    estimator = levels[0].build.estimators[0]
+    largest = {key: float(np.abs(getattr(log, key)).max()) for key in ("gyr", "acc")}
+    rate, force = (largest[key] if key == full_scale else None for key in ("gyr", "acc"))
     inputs = feed(estimator, record).inputs
-    for level in both:
-        level.set_params(scales)
-    return estimator, [level.run_anew(inputs) for level in both]
+    for level in levels:
+        level.set_params(full_scale_params(estimator.params, rate=rate, force=force))
+    return estimator, [level.run_anew(inputs) for level in levels]
 
 
-def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
+def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float]:
     """Errors of attitudes (n, 4) against a log's truth [deg], without the first `LEFT_OUT_S`."""
-    counted = np.asarray(log.counts & (log.t >= log.t[0] + LEFT_OUT_S))
-    return dict(attitude_errors(q, log.attitude, counted))
+    return attitude_errors(q, log.attitude, log.counts & (log.t >= log.t[0] + LEFT_OUT_S))
 
 
-def prepared(case: Case, log: NineAxis) -> NineAxis:
-    """Return the log of a case.
-
-    Raises
-    ------
-    InputError
-        Less than two seconds of it count.
-    """
-    log = case.work(log)
-    if not (log.counts & np.isfinite(log.attitude).all(axis=1) & (log.t > log.t[0] + 2.0)).any():
-        raise InputError.at(
-            f"log {log.name!r}, {case.name}",
-            wanted="more than two seconds of motion with a reference attitude",
-            found="less",
-            fix="leave this log out",
-        )
-    return log
+def summary(rows: Sequence[Row]) -> Result:
+    """Return mean errors by group of cases and filter, ratios to `RIVAL`, and what is wrong."""
+    filters = list(dict.fromkeys(r["filter"] for r in rows))
+    rival = {(r["log"], r["number"]): r for r in rows if r["filter"] == RIVAL and "total" in r}
+    errors, ratios, failures = list[Row](), list[Row](), list[str]()
+    for group, judged in {c.group: c.judged for c in CASES}.items():
+        note = "" if judged == "total" else f" ({judged})"
+        errors.append({"case": group + note})
+        for name in filters:
+            own = [r for r in rows if (r["case"], r["filter"]) == (group, name) and judged in r]
+            errors[-1][name] = float(np.mean([r[judged] for r in own])) if own else None
+            pairs = [(r, b) for r in own if (b := rival.get((r["log"], r["number"])))]
+            if name == RIVAL or not pairs:
+                continue
+            worst = [(r[judged] / max(b[judged], SMALL_DEG), r["log"]) for r, b in pairs]
+            ratio, inclination = (
+                sum(r[figure] for r, _ in pairs) / sum(b[figure] for _, b in pairs)
+                for figure in (judged, "inclination")
+            )
+            row = {"filter": name, "case": group, "ratio": ratio, "of inclination": inclination}
+            ratios.append(row | dict(zip(("worst", "in"), max(worst), strict=True)))
+    for name in filters:
+        own = [r for r in rows if r["filter"] == name]
+        if bad := [r for r in own if not r.get("good", True)]:
+            far = max(bad, key=lambda r: r["apart_deg"])
+            failures.append(
+                f"{name}: fixed point is {far['apart_deg']:.6f} deg from float64 and saturates "
+                f"{far['saturated']} times in {far['log']}, {far['case']}"
+            )
+        if refused := [r["refused"] for r in own if "refused" in r]:
+            failures.append(f"{name}: {len(refused)} of {len(own)} runs failed: {refused[0]}")
+    tables = {
+        "Root mean square error without the first second, deg": errors,
+        f"Ratio to {RIVAL}": ratios,
+    }
+    data = {"errors_deg": errors, "against_rival": ratios, "rows": rows}
+    return Result(data, tables, failures=failures)
