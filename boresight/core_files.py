@@ -18,6 +18,7 @@ from boresight.gateware.boards.project import Design, prepared
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
+from boresight.gateware.synthesis.family import Router
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
@@ -45,9 +46,9 @@ ROUTED_CLOCK_HZ, SYSTEM_CLOCK_HZ = 100_000_000, 70_000_000
 
 def check_routable(targets: Sequence[str], alternative: str) -> None:
     """Raise InputError unless an open tool routes one of ``targets``, ToolMissing without it."""
-    routers = [TARGETS[name].family.router for name in targets if name in TARGETS]
-    if not any(routers):
-        routed = {other.device.name: None for other in TARGETS.values() if other.family.router}
+    routers = [r for name in targets if name in TARGETS and (r := TARGETS[name].family.router)]
+    if not routers:
+        routed = dict.fromkeys(t.device.name for t in TARGETS.values() if t.family.router)
         raise InputError.at(
             "route",
             wanted="a target that an open tool routes",
@@ -55,8 +56,7 @@ def check_routable(targets: Sequence[str], alternative: str) -> None:
             fix=f"choose {', '.join(routed)}, or {alternative} for area alone",
         )
     for router in routers:
-        if router is not None:
-            find_router(router)
+        find_router(router)
 
 
 def has_primitives(target: str) -> bool:
@@ -64,41 +64,31 @@ def has_primitives(target: str) -> bool:
     return target in TARGETS and TARGETS[target].family is SPARTAN6
 
 
-_PROJECT = (
-    *("README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"),
-    *("top.prj", "top.ucf", "top.v", "top.xst"),
-)
-
-
-def core_files(
-    names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False
-) -> list[str]:
+def core_files(names: Sequence[str], target: str) -> list[str]:
     """Names of the texts of these estimators' core (`core_texts`), and of the report."""
-    beside = integration_names(generic=not has_primitives(target), axi=axi)
-    out = ["core.v", "report.json", *REGISTER_FILES, *beside]
-    for name in names:
-        out += [f"firmware/{stem(name)}{end}" for end in (".c", ".h")]
-    return out
+    beside = integration_names(generic=not has_primitives(target), axi=True)
+    firmware = [f"firmware/{stem(name)}{end}" for name in names for end in (".c", ".h")]
+    return ["core.v", "report.json", *REGISTER_FILES, *beside, *firmware]
 
 
-def is_open(board: str | None) -> bool:
-    """Whether a board's part has an open router, which makes its bitstream."""
-    return board in BOARDS and TARGETS[BOARDS[board].target].family.router is not None
+def open_router(board: str | None) -> Router | None:
+    """The open router of a board's part, which makes its bitstream; None: ISE makes it."""
+    return TARGETS[BOARDS[board].target].family.router if board in BOARDS else None
 
 
 def project_folder(board: str) -> str:
     """Folder of a board's project."""
-    return f"{'board' if is_open(board) else 'ise'}-{board}"
+    return f"{'board' if open_router(board) else 'ise'}-{board}"
 
 
 def project_files(board: str, *, system: bool) -> list[str]:
     """Names of the files of a board's project; ``system``: complete system with register map."""
-    names: Sequence[str] = _PROJECT
-    if is_open(board):
-        router = TARGETS[BOARDS[board].target].family.router
-        assert router is not None
-        names = ("README.txt", "top.v", router.pins[1], router.bitstream)
-    names = (*names, *REGISTER_FILES) if system else names
+    if router := open_router(board):
+        names = ["README.txt", "top.v", router.pins[1], router.bitstream]
+    else:
+        names = ["README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"]
+        names += ["top.prj", "top.ucf", "top.v", "top.xst"]
+    names += REGISTER_FILES if system else []
     return [f"{project_folder(board)}/{name}" for name in names]
 
 
@@ -123,7 +113,7 @@ def write_project(
     InputError, ToolMissing, ClockMissed
         See `gateware.boards.bitstream.build_bitstream`.
     """
-    if not is_open(board):
+    if not open_router(board):
         write_ise_project(make, board, folder, clock_hz=clock_hz)
         return None
     project = prepared(make, board, clock_hz=clock_hz)
@@ -133,31 +123,18 @@ def write_project(
 
 
 def write_system(
-    folder: Path,
-    board: str,
-    core: Core,
-    *,
-    clock_hz: int,
-    seeds: int = 1,
-    progress: Callable[[str], None] = lambda text: None,
+    folder: Path, board: str, core: Core, *, clock_hz: int, **settings: Any
 ) -> tuple[Any, Routed | None]:
     """Write the project of a complete system, with its register map beside it."""
     system, description = board_system().design(core, clock_hz)
-    routed = write_project(
-        lambda _: system, board, folder, clock_hz=clock_hz, seeds=seeds, progress=progress
-    )
+    routed = write_project(lambda _: system, board, folder, clock_hz=clock_hz, **settings)
     for file, text in register_files(description).items():
         write_text(folder / file, text)
     return system, routed
 
 
 def core_texts(
-    build: Build,
-    records: Sequence[Recorded],
-    *,
-    area: Mapped | Routed | None = None,
-    target: str = TARGET_NAMES[0],
-    axi: bool = False,
+    build: Build, records: Sequence[Recorded], target: str, area: Mapped | Routed | None = None
 ) -> dict[str, str]:
     """Verilog, C, register map, texts and bench of a core, by file.
 
@@ -167,22 +144,20 @@ def core_texts(
         The core and its estimators.
     records : sequence of Recorded
         Records of every program for the bench (`sim.levels.vectors.recorded`).
-    area : Mapped or Routed, optional
-        Area and clock, for the README.
     target : str
         One of `TARGET_NAMES`.
-    axi : bool
-        With the core that has an AXI interface, too.
+    area : Mapped or Routed, optional
+        Area and clock, for the README.
     """
     core = build.core
     description = describe(core, {e.name: e.summary for e in build.estimators})
     primitives = has_primitives(target)
-    head = verilog_head(description, instances=primitives)
+    verilog = core.verilog(instances=primitives, identified=True)
     texts = {
-        "core.v": head + core.verilog(instances=primitives, identified=True),
+        "core.v": verilog_head(description, instances=primitives) + verilog,
         **register_files(description),
+        **integration_files(description, records, generic=not primitives, axi=True, area=area),
     }
-    texts |= integration_files(description, records, generic=not primitives, axi=axi, area=area)
     for part in core.parts:
         texts |= {f"firmware/{file}": text for file, text in emit_c(part.program).items()}
     return texts
@@ -213,9 +188,8 @@ def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> str:
     for file, text in texts.items():
         (folder / file).parent.mkdir(exist_ok=True)
         write_text(folder / file, text)
-    operations = sum(len(part.program.ops) for part in core.parts)
-    plural = "s" * (operations != 1)
-    return f"{operations} operation{plural}, microcode and C, all inputs  {seconds:.1f} s"
+    n = sum(len(part.program.ops) for part in core.parts)
+    return f"{n} operation{'s' * (n != 1)}, microcode and C, all inputs  {seconds:.1f} s"
 
 
 def write_text(file: Path, text: str) -> None:
@@ -227,7 +201,6 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The report of a core from those of its programs; of a single one, its own."""
     if len(reports) == 1:
         return reports[0]
-    depth = sum(rom_pieces(len(core.image.rom)))
     return {
         "core": core.name,
         "config": core.machine.name,
@@ -238,7 +211,7 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
         "microcode": {
             "words": len(core.image.rom),
-            "depth": depth,
+            "depth": sum(rom_pieces(len(core.image.rom))),
             "bits": core.machine.word_bits,
             "first_word": dict(zip(core.names, core.image.bases[: len(core.names)], strict=True)),
         },

@@ -11,7 +11,6 @@ compiled with. With several estimators a name has its estimator before it, as in
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from boresight.gateware.description import Description
@@ -74,7 +73,7 @@ def params_of_each(
         Values of an estimator that is not among ``names``; a bad file, name or value.
     """
     estimators = {e.name: e for e in map(find_estimator, names)}
-    only = next(iter(estimators)) if len(estimators) == 1 else ""
+    only = next(iter(estimators)) if len(estimators) == 1 else None
     estimators |= {e.name: e for e in map(find_estimator, besides)}
     values: dict[str, dict[str, float]] = {}
     for where, owner, some in _given(params, only, estimators):
@@ -91,23 +90,21 @@ def params_of_each(
 
 
 def _given(
-    params: Mapping[str, Any] | Sequence[str] | None, only: str, names: Iterable[str]
+    params: Mapping[str, Any] | Sequence[str] | None, only: str | None, names: Iterable[str]
 ) -> Iterator[tuple[str, str | None, Any]]:
     """Where values were given, the estimator that they belong to, and the values."""
-    if params is None:
-        return
     if isinstance(params, Mapping):
         items = {only: params} if only else params
         yield from (("parameters", name, values) for name, values in items.items())
         return
-    for text in params:
+    for text in params or ():
         if text.startswith("@"):
             for owner, some in _read(text[1:], names):
-                yield text[1:], owner or only or None, some
-            continue
-        ((name, value),) = numbers([text]).items()
-        owner, dot, rest = name.rpartition(".")
-        yield f"--param {name}", owner if dot else only or None, {rest: value}
+                yield text[1:], owner or only, some
+        else:
+            ((name, value),) = numbers([text]).items()
+            owner, dot, rest = name.rpartition(".")
+            yield f"--param {name}", owner if dot else only, {rest: value}
 
 
 def numbers(texts: Sequence[str], option: str = "--param") -> dict[str, float]:
@@ -124,16 +121,12 @@ def numbers(texts: Sequence[str], option: str = "--param") -> dict[str, float]:
         try:
             out[name] = float(number)
         except ValueError:
-            raise InputError.at(
-                option,
-                wanted="NAME=NUMBER",
-                found=repr(text),
-                fix=f"write for example {option} NAME=0.5",
-            ) from None
+            fix = f"write for example {option} NAME=0.5"
+            raise InputError.at(option, wanted="NAME=NUMBER", found=repr(text), fix=fix) from None
     return out
 
 
-def _read(path: str | Path, names: Iterable[str]) -> Iterator[tuple[str | None, dict[str, float]]]:
+def _read(path: str, names: Iterable[str]) -> Iterator[tuple[str | None, dict[str, float]]]:
     """Estimators (None if the file has none) and values of a parameter file."""
     data = read_json(path, "a parameter file")
     name, values = None, data
@@ -153,26 +146,19 @@ def _read(path: str | Path, names: Iterable[str]) -> Iterator[tuple[str | None, 
         return
     if isinstance(data, dict) and "parameters" in data:
         name, values = data.get("estimator"), data["parameters"]
-        if isinstance(values, dict) and any(isinstance(v, dict) for v in values.values()):
-            several = {n: v for n, v in values.items() if n in names} or values
-            for owner, some in several.items():
-                yield owner, _numbers(path, some)
-            return
-    yield name, _numbers(path, values, name)
-
-
-def _numbers(path: str | Path, values: Any, name: object = None) -> dict[str, float]:
-    """Values of an estimator by name; raises InputError for anything else."""
-    if not isinstance(values, dict) or not (name is None or isinstance(name, str)):
-        raise InputError.at(
-            str(path),
-            wanted="a JSON object with parameter values",
-            found=kind_of(values),
-            fix='write for example {"kp_pitch_per_s": 0.5}',
-        )
-    for key, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
+    groups = {name: values}
+    if isinstance(values, dict) and any(isinstance(v, dict) for v in values.values()):
+        groups = {n: v for n, v in values.items() if n in names} or values
+    for owner, some in groups.items():
+        if not isinstance(some, dict) or not (owner is None or isinstance(owner, str)):
             raise InputError.at(
-                f"{path}, {key}", wanted="a number", found=kind_of(value), fix="correct the file"
+                path,
+                wanted="a JSON object with parameter values",
+                found=kind_of(some),
+                fix='write for example {"kp_pitch_per_s": 0.5}',
             )
-    return values
+        for key, value in some.items():
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                where, found = f"{path}, {key}", kind_of(value)
+                raise InputError.at(where, wanted="a number", found=found, fix="correct the file")
+        yield owner, some

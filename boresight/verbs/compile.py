@@ -26,7 +26,7 @@ from boresight.core_files import (
     check_routable,
     core_files,
     core_texts,
-    is_open,
+    open_router,
     project_files,
     project_folder,
     together,
@@ -152,8 +152,8 @@ def compile(
     make = partial(Build, *estimators, word=word, params=chosen)
     build, choice = build_for(lambda name: make(config=name), config, target)
     _check_project(board, top)
-    _check_route(target, board, route=route or is_open(board), seeds=seeds, clock=clock)
-    expected = core_files(own, target=target, axi=True)
+    _check_route(target, board, route=route or bool(open_router(board)), seeds=seeds, clock=clock)
+    expected = core_files(own, target)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
@@ -172,7 +172,7 @@ def compile(
         elif synth:
             area = map_core(core, part)
         say(f"{', '.join(own)} for {build.config}: Verilog")
-        texts = core_texts(build, recorded(build), area=area, target=target, axi=True)
+        texts = core_texts(build, recorded(build), target, area)
         proven = write_core(folder, core, texts)
         system: Mapped | Routed | None = None
         if board is not None:
@@ -324,7 +324,7 @@ def _write_sensors(
 ) -> Mapped | Routed | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
     own = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
-    hz = clock_hz or (ROUTED_CLOCK_HZ if is_open(board) else SYSTEM_CLOCK_HZ)
+    hz = clock_hz or (ROUTED_CLOCK_HZ if open_router(board) else SYSTEM_CLOCK_HZ)
     core = board_system().core(
         build.estimators,
         config=build.config,

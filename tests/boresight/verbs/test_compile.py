@@ -21,7 +21,7 @@ def files(folder: str) -> set[str]:
 
 def test_all_files(here: Path, data, said) -> None:
     report = data("compile mine.py -o out")
-    assert files("out") == {*core_files(["mine"], axi=True)}
+    assert files("out") == {*core_files(["mine"], "xc6slx9")}
     assert json.loads(Path("out/report.json").read_text())["digest"] == report["digest"]
     assert report["timing"]["latency_cycles"]["predicted"] < report["timing"]["interval_cycles"]
     text = said("compile mine.py -o out -q")

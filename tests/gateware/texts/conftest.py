@@ -27,7 +27,7 @@ def _written(folder: Path, build: Build, target: str) -> tuple[Path, Build]:
     """24 records of each program, to be quick."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vectors, "_RECORDS", (24, 24))
-        texts = core_texts(build, vectors.recorded(build), target=target, axi=True)
+        texts = core_texts(build, vectors.recorded(build), target)
     write_core(folder, build.core, texts)
     return folder, build
 

@@ -30,7 +30,7 @@ def test_names(one: Design, several: Design) -> None:
     for (folder, build), target in ((one, "xc6slx9"), (several, "generic")):
         results = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
         names = [e.name for e in build.estimators]
-        assert results | {"report.json"} == set(core_files(names, target=target, axi=True))
+        assert results | {"report.json"} == set(core_files(names, target))
         text = (folder / "README.md").read_text()
         named = re.findall(r"`([\w/]+\.(?:v|h|core|json|vhd))`", text)
         assert len(named) > 6 and {n for n in named if not (folder / n).exists()} == {"report.json"}
