@@ -18,26 +18,9 @@ import numpy as np
 
 from boresight.model.errors import InputError, require
 from boresight.model.places import author_line, placed
-from boresight.model.units import GRAVITY, check_unit
+from boresight.model.units import GRAVITY as GRAVITY
+from boresight.model.units import check_unit
 from boresight.model.words.fixed import Format
-
-__all__ = [
-    "ATTITUDE",
-    "ATTITUDE_DEG",
-    "EXACT_UNITS",
-    "GRAVITY",
-    "MICRO_G",
-    "PERIODS",
-    "QUATERNION",
-    "SourceFormat",
-    "Input",
-    "Named",
-    "Output",
-    "Param",
-    "State",
-    "check_declared",
-    "check_flag",
-]
 
 #: Outputs that together are an attitude.
 QUATERNION = ("qw", "qx", "qy", "qz")

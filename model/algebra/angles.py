@@ -11,16 +11,6 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.quaternion import NO_ROTATION, NOT_UNIT, Matrix, Vector
 
-__all__ = [
-    "acos_ht",
-    "asin_ht",
-    "euler_ht",
-    "pitch_roll_heading_ht",
-    "roll_pitch_heading_ht",
-    "steep_angle_ht",
-    "unit_angle_ht",
-]
-
 
 def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
     """Angle of (x, y) in half turns, [-1, 1), with 1/sqrt(x^2 + y^2) = ``inverse`` known.

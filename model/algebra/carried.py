@@ -7,8 +7,6 @@ from typing import Any
 
 from boresight.model import ops
 
-__all__ = ["BELOW", "carried"]
-
 BELOW = 1.0 - 2.0**-31  #: largest word of a range up to one.
 
 

@@ -14,24 +14,6 @@ from boresight.model import ops
 from boresight.model.algebra.quaternion import Matrix, dot
 from boresight.model.estimator import State
 
-__all__ = [
-    "BELOW_ONE",
-    "NO_COVARIANCE",
-    "Symmetric",
-    "bounded_element",
-    "congruence",
-    "covariance_of",
-    "covariance_states",
-    "downdated",
-    "drifted",
-    "element_names",
-    "partly_turned",
-    "reduced",
-    "sheared",
-    "symmetric",
-    "updated_column",
-]
-
 Symmetric = list[list[Any]]
 
 #: Bound of scaled covariances: below one, so that words need no bit for the value one.

@@ -7,8 +7,6 @@ from typing import Any
 
 from boresight.model import ops
 
-__all__ = ["E2", "EARTH", "EQUATOR", "Site", "site"]
-
 EARTH = 7.292115e-5  #: rad/s
 EQUATOR = 6378137.0  #: m
 E2 = 6.69437999014e-3  #: eccentricity squared.

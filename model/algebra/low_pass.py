@@ -27,8 +27,6 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.words.rounded import PRECISE
 
-__all__ = ["LowPass", "Weights", "filtered", "gain_of"]
-
 #: Room for rounding in the declared ranges.
 _MARGIN = 1.001
 

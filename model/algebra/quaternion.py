@@ -12,29 +12,6 @@ from typing import Any
 
 from boresight.model import ops
 
-__all__ = [
-    "NOT_UNIT",
-    "NO_ROTATION",
-    "Matrix",
-    "Vector",
-    "conjugate_turn",
-    "cross",
-    "dot",
-    "increment",
-    "left_matrix",
-    "matrix",
-    "multiply",
-    "of_angles",
-    "of_half_angles",
-    "product",
-    "right_matrix",
-    "scaled_matrix",
-    "small_turn",
-    "times_vector",
-    "turn",
-    "vector_times",
-]
-
 Vector = Sequence[Any]
 Matrix = Sequence[Sequence[Any]]
 

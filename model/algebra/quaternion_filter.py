@@ -24,39 +24,6 @@ from boresight.model.algebra.quaternion import dot, increment, left_matrix, matr
 from boresight.model.errors import require
 from boresight.model.estimator import Param, State
 
-__all__ = [
-    "ALIGN_NOISE",
-    "ALIGN_P",
-    "FLOOR_NOISE",
-    "P0",
-    "P0_LIMIT",
-    "P0_MOST",
-    "QUATERNION_LIMIT",
-    "SCALE",
-    "TRACE_LIMIT",
-    "above_rounding",
-    "attitude_outputs",
-    "attitude_states",
-    "body_covariance",
-    "body_turned",
-    "correction_of",
-    "force_gate",
-    "gyro_params",
-    "initial_variance",
-    "is_full",
-    "moved",
-    "named_outputs",
-    "normalised",
-    "predicted_attitude",
-    "require_unclamped",
-    "restarted",
-    "squared_force",
-    "status_word",
-    "sum_of",
-    "update",
-    "update_along",
-]
-
 #: Quaternion before the first alignment: less than half a turn from common attitudes.
 START = (0.53770571, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.

@@ -14,8 +14,6 @@ from boresight.model import ops
 from boresight.model.algebra.covariance import BELOW_ONE, Symmetric, bounded_element, symmetric
 from boresight.model.algebra.quaternion import dot
 
-__all__ = ["MOVE_LIMIT", "Measured", "Update", "kept", "lowered", "updated"]
-
 MOVE_LIMIT = 128.0  #: largest innovation over its standard deviation.
 
 

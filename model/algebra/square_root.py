@@ -22,8 +22,6 @@ from boresight.model import ops
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.quaternion import Matrix, Vector, dot
 
-__all__ = ["Potter", "potter", "whitened"]
-
 
 def whitened(
     rows: Matrix, values: Vector, longest: float, reach: float

@@ -33,26 +33,6 @@ from boresight.model.algebra.quaternion import (
 )
 from boresight.model.declarations import Input, Output, Param, State
 
-__all__ = [
-    "AXES",
-    "INPUTS",
-    "NAVIGATION",
-    "OUTPUTS",
-    "STEP_FORCE",
-    "STEP_TURN",
-    "VELOCITY",
-    "Angles",
-    "Sample",
-    "ahead",
-    "angles",
-    "beyond",
-    "next_attitude",
-    "params",
-    "sampled",
-    "states",
-    "velocity",
-]
-
 AXES, NAVIGATION = "xyz", "enu"
 STEP_TURN = 2.0**-7  #: rad, full scale of an increment.
 MATRIX = 2.0**-9  #: largest element of the calibration matrices beside the diagonal.

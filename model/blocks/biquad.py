@@ -33,8 +33,6 @@ from boresight.model.errors import InputError, require
 from boresight.model.places import author_line
 from boresight.model.words.rounded import binary_exponent
 
-__all__ = ["Cascade"]
-
 #: b0, b1, b2, a1, a2.
 Section: TypeAlias = tuple[float, float, float, float, float]
 

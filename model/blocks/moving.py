@@ -16,8 +16,6 @@ from boresight.model.declarations import State
 from boresight.model.errors import require
 from boresight.model.places import author_line
 
-__all__ = ["MovingSum"]
-
 
 @dataclass(frozen=True)
 class MovingSum:

@@ -19,8 +19,6 @@ from boresight.model import ops
 from boresight.model.errors import require
 from boresight.model.places import author_line
 
-__all__ = ["interpolated"]
-
 #: Room for rounding in the result's range, as a share of it.
 _SLACK = 2e-8
 

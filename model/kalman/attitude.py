@@ -12,8 +12,6 @@ from boresight.model.algebra import quaternion
 from boresight.model.kalman.slopes import Slopes, is_const
 from boresight.model.lowering.trace import Scalar, Tracer
 
-__all__ = ["AttitudeView", "corrected"]
-
 
 class AttitudeView:
     """An attitude q, body to navigation, with its error e: C_true = (1 + [e x]) C.

@@ -16,8 +16,6 @@ from boresight.model.errors import InputError, require, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
 
-__all__ = ["AXES", "Attitude", "Measurement", "State", "axes_of", "grouped", "in_turn", "vector"]
-
 #: Last letters of the components of a vector.
 AXES = ("xyz", "enu", "ned")
 #: What `spread` spreads that is one number for each component.

@@ -14,8 +14,6 @@ from boresight.model.lowering.trace import Scalar
 from boresight.model.places import placed
 from boresight.model.step import Values
 
-__all__ = ["measurements_of"]
-
 
 def measurements_of(kalman: Filter, x: Any, u: Any, p: Any) -> list[Measurement]:
     """What ``measure`` returns of predicted states ``x``; z and h of a late one are those of then.

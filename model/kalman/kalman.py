@@ -22,8 +22,6 @@ from boresight.model.places import place_of_function, placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import check_arguments
 
-__all__ = ["Kalman"]
-
 #: Below one, so that the word spends no bit on one itself.
 _BELOW = 1.0 - 2.0**-17
 #: Share of its largest at which a variance grows no more.

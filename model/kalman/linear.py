@@ -16,8 +16,6 @@ from boresight.model.kalman.declared import Measurement, State
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.places import author_line, placed
 
-__all__ = ["linear"]
-
 #: Most predictions: a covariance may grow without end.
 _MOST = 20_000
 #: Largest standard deviation over that of the predictions: a variance is held at 3/4 of its bound.

@@ -9,8 +9,6 @@ from boresight.model import ops
 from boresight.model.lowering.expand import Expansion
 from boresight.model.lowering.trace import Condition, Expression, Scalar, Tracer
 
-__all__ = ["Intervals", "Slope", "Slopes", "chosen", "is_const", "product", "total"]
-
 #: Derivatives by the number of an error state; missing ones are zero.
 Slope = dict[int, Scalar]
 

@@ -26,8 +26,6 @@ from boresight.model.places import placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
 
-__all__ = ["Textbook", "TextbookRun"]
-
 #: Step of a difference, as a share of the largest standard deviation.
 _STEP = 2.0**-10
 #: Information that counts as none, as a share of that of the largest standard deviation.

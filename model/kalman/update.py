@@ -26,17 +26,6 @@ from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
 
-__all__ = [
-    "DITHER",
-    "SPREAD",
-    "Update",
-    "checked_measurements",
-    "errors_of",
-    "in_range",
-    "moved",
-    "noise_of",
-]
-
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
 #: Bound of an innovation over its standard deviation.

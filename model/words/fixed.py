@@ -24,21 +24,10 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.arrays import FloatArray, IntArray
+from boresight.model.arrays import FloatArray
+from boresight.model.arrays import IntArray as IntArray
 from boresight.model.errors import InputError
 from boresight.model.words.rounded import binary_exponent
-
-__all__ = [
-    "Arithmetic",
-    "Format",
-    "IntArray",
-    "WORDS",
-    "check_word",
-    "leading_sign_count",
-    "saturate",
-    "wrap",
-]
-
 
 #: Widths of words, bits.
 WORDS = range(18, 33)
