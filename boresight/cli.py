@@ -14,13 +14,13 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts import exceptions as bad
@@ -44,13 +44,9 @@ _LONGEST = 160
 class _Shown:
     """How a verb tells its result."""
 
-    json: Annotated[bool, Parameter(name="--json", help="Print the result as one JSON object.")] = (
-        False
-    )
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], help="Print no progress.")] = False
-    force: Annotated[
-        bool, Parameter(name="--force", help="Overwrite files that boresight did not write.")
-    ] = False
+    json: Annotated[bool, Parameter(help="Print the result as one JSON object.")] = False
+    quiet: Annotated[bool, Parameter(alias="-q", help="Print no progress.")] = False
+    force: Annotated[bool, Parameter(help="Overwrite files that boresight did not write.")] = False
 
 
 def app(*verbs: str) -> App:
@@ -64,38 +60,31 @@ def app(*verbs: str) -> App:
         default_parameter=_PLAIN,
     )
     for place, (name, summary) in enumerate(VERBS.items()):
-        function, examples = cast(Callable[..., Any], _stub), ""
+        function: Callable[..., Any] = _stub
+        epilogue = None
         if name in verbs:
             function = _command(name)
             text = import_module(f"boresight.verbs.{name}").__doc__ or ""
-            examples = "".join(f"| {line}\n" for line in text.splitlines()[2:])
-        epilogue = examples or None
-        whole.command(
-            function,
-            name=name,
-            help=summary,
-            help_epilogue=epilogue,
-            sort_key=place,
-            default_parameter=_PLAIN,
-        )
+            epilogue = "".join(f"| {line}\n" for line in text.splitlines()[2:])
+        shown: Any = {"help": summary, "help_epilogue": epilogue, "sort_key": place}
+        whole.command(function, name=name, default_parameter=_PLAIN, **shown)
     whole.register_install_completion_command(add_to_startup=True)
     return whole
 
 
-def _with_default(p: inspect.Parameter) -> inspect.Parameter:
-    """A parameter whose default is shown, if it says something."""
-    if p.default in (p.empty, None, "", ()) or isinstance(p.default, bool):
-        return p
-    return p.replace(annotation=Annotated[p.annotation, Parameter(show_default=_default)])
-
-
-def _default(value: Any) -> str:
-    """Text of a default."""
-    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-
 def _stub() -> None:
     """A verb that is listed, and not called."""
+
+
+def _with_default(p: inspect.Parameter) -> inspect.Parameter:
+    """A parameter whose default is shown, if it says something."""
+
+    def text(value: Any) -> str:
+        return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+    if p.default in (p.empty, None, "", ()) or isinstance(p.default, bool):
+        return p
+    return p.replace(annotation=Annotated[p.annotation, Parameter(show_default=text)])
 
 
 def _command(name: str) -> Callable[..., int]:
@@ -124,12 +113,8 @@ def _command(name: str) -> Callable[..., int]:
         _print(json.dumps(result.to_json()) if shown.json else str(result))
         return int(not getattr(result, "good", True))
 
-    more = [
-        inspect.Parameter(
-            group.__name__.lower(), inspect.Parameter.KEYWORD_ONLY, annotation=group, default=None
-        )
-        for group in groups
-    ]
+    kind: Any = {"kind": inspect.Parameter.KEYWORD_ONLY, "default": None}
+    more = [inspect.Parameter(g.__name__.lower(), annotation=g, **kind) for g in groups]
     parameters = [*map(_with_default, signature.parameters.values()), *more]
     vars(command)["__signature__"] = signature.replace(parameters=parameters)
     command.__annotations__ = {p.name: p.annotation for p in parameters}
@@ -154,21 +139,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def parse(words: Sequence[str]) -> tuple[Callable[..., Any], inspect.BoundArguments]:
     """The function of a command line and its arguments; errors of usage as `InputError`."""
-    verb = words[0] if words and words[0] in VERBS else ""
-    if words and not verb and words[0] not in ("--help", "-h", "--version", "--install-completion"):
-        raise _no_verb(words[0])
-    tokens = [*words] or ["--help"]
+    words = [*words] or ["--help"]
+    verb = words[0] if words[0] in VERBS else ""
+    if not verb and words[0] not in ("--help", "-h", "--version", "--install-completion"):
+        near = get_close_matches(words[0], VERBS, 1, 0.6)
+        fix = f"write {near[0]}" if near else "boresight --help says what each is for"
+        raise InputError.at("", wanted=f"a verb: {', '.join(VERBS)}", found=words[0], fix=fix)
     try:
-        function, bound, _ = app(verb).parse_args(tokens, print_error=False, exit_on_error=False)
+        function, bound, _ = app(verb).parse_args(words, print_error=False, exit_on_error=False)
     except CycloptsError as error:
         raise _usage(error, verb) from None
     return function, bound
-
-
-def _no_verb(word: str) -> InputError:
-    near = get_close_matches(word, VERBS, 1, 0.6)
-    fix = f"write {near[0]}" if near else "boresight --help says what each is for"
-    return InputError.at("", wanted=f"a verb: {', '.join(VERBS)}", found=word, fix=fix)
 
 
 def _usage(error: CycloptsError, verb: str) -> InputError:
@@ -190,31 +171,21 @@ def _usage(error: CycloptsError, verb: str) -> InputError:
         where = verb if where.isupper() else where
         return InputError.at(where, wanted=wanted, found="none", fix=fix)
     if isinstance(error, bad.CoercionError) and error.token is not None:
-        kinds = {int: "a whole number", float: "a number"}
-        wanted = next((text for kind, text in kinds.items() if _takes(argument, kind)), "a value")
+        kinds = {"int": "a whole number", "float": "a number"}
+        hint = "" if argument is None else str(argument.hint)
+        wanted = next((text for kind, text in kinds.items() if kind in hint), "a value")
         return InputError.at(where, wanted=wanted, found=repr(error.token.value), fix=fix)
     return InputError(f"{where}: {str(error).rstrip('.')}; {fix}")
-
-
-def _takes(argument: Any, kind: type) -> bool:
-    return argument is not None and kind.__name__ in str(argument.hint)
 
 
 def _terminable(stack: ExitStack) -> None:
     """Let SIGTERM end the work as Ctrl-C does, with clean-up and its own exit code."""
 
     def stop(number: int, frame: object) -> None:
-        raise _Terminated
+        raise KeyboardInterrupt("terminated")
 
-    try:
-        before = signal.signal(signal.SIGTERM, stop)
-    except ValueError:  # not the main thread
-        return
-    stack.callback(signal.signal, signal.SIGTERM, before)
-
-
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM."""
+    with suppress(ValueError):  # not the main thread
+        stack.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, stop))
 
 
 def _code_of(error: BaseException) -> int:
@@ -225,23 +196,17 @@ def _code_of(error: BaseException) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing to flush at exit
         return 141
     if isinstance(error, KeyboardInterrupt):
-        terminated = isinstance(error, _Terminated)
-        tell("terminated" if terminated else "interrupted")
-        return 143 if terminated else 130
+        tell(str(error) or "interrupted")
+        return 143 if str(error) else 130
     if isinstance(error, MemoryError):
-        tell("error: out of memory; use smaller inputs, or a computer with more memory")
-        return 1
-    if isinstance(error, InputError):
-        tell(f"error: {error}")
-        return 2
-    if isinstance(error, ToolMissing | ToolFailed):
-        tell(f"error: {str(error).splitlines()[0]}")
-        return 1
+        error = ToolFailed("out of memory; use smaller inputs, or a computer with more memory")
     if isinstance(error, OSError) and error.strerror:
         where = "a file" if error.filename is None else os.fsdecode(error.filename) or "''"
-        found = error.strerror.lower()
-        tell(f"error: {where}: wanted a path that can be used, found {found}; check the path")
-        return 2
+        wanted, found = "a path that can be used", error.strerror.lower()
+        error = InputError.at(where, wanted=wanted, found=found, fix="check the path")
+    if isinstance(error, InputError | ToolMissing | ToolFailed):
+        tell(f"error: {str(error).splitlines()[0]}")
+        return 2 if isinstance(error, InputError) else 1
     if os.environ.get(DEBUG):
         tell("".join(traceback.format_exception(error)).rstrip())
     last = traceback.extract_tb(error.__traceback__)[-1]

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from boresight.model.errors import InputError
 from boresight.sim.records.reading import kind_of, read_json
@@ -60,8 +60,7 @@ class Figure:
     falls: bool = False
 
 
-@dataclass(frozen=True)
-class _Found:
+class _Found(NamedTuple):
     """A figure of a result: its value, its unit, and the tolerance beside it."""
 
     figure: Figure
@@ -105,74 +104,53 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
         Results that cannot be compared.
     """
     old, new = _figures(before, judged), _figures(now, judged)
-    changes, notes = list[dict[str, Any]](), list[str]()
+    changes, rows, notes = list[dict[str, Any]](), list[dict[str, Any]](), list[str]()
     for name in dict.fromkeys((*old, *new)):
         a, b = old.get(name), new.get(name)
-        known = b or a
-        assert known is not None
-        before_value, now_value = (None if x is None else x.value for x in (a, b))
-        if before_value == now_value:
+        found = b or a
+        assert found is not None
+        was, value = (None if x is None else x.value for x in (a, b))
+        if was == value:
             continue
-        if known.figure.kind == "same":
-            if a is not None and b is not None:
-                raise InputError.at(
-                    str(file),
-                    wanted=f"an earlier result of the same {name}, {now_value}",
-                    found=str(before_value),
-                    fix="compare with one of the same, or write it anew with --json",
-                )
-        elif known.figure.kind == "identity":
-            was, is_now = (str(x)[:_SHOWN] for x in (before_value, now_value))
-            notes.append(f"{name} has changed: {was} to {is_now}")
-        else:
-            changes.append(_change(name, a, b))
+        if found.figure.kind == "identity":
+            notes.append(f"{name} has changed: {str(was)[:_SHOWN]} to {str(value)[:_SHOWN]}")
+        elif found.figure.kind != "same":
+            changes.append(_change(name, found, was, value))
+        elif a is not None and b is not None:
+            raise InputError.at(
+                str(file),
+                wanted=f"an earlier result of the same {name}, {value}",
+                found=str(was),
+                fix="compare with one of the same, or write it anew with --json",
+            )
     changes.sort(key=lambda c: (not c["worse"], -(c["share"] or 0.0)))
-    rows = [
-        {
-            "figure": change["figure"],
-            "before": change["before"],
-            "now": change["now"],
-            "unit": change["unit"] or None,
-            "change": None if change["share"] is None else f"{change['share']:+.1%}",
-            "": "WORSE" if change["worse"] else None,
-        }
-        for change in changes
-    ]
+    for change in changes:
+        row = {name: change[name] for name in ("figure", "before", "now")}
+        share = None if change["share"] is None else f"{change['share']:+.1%}"
+        worse = "WORSE" if change["worse"] else None
+        rows.append(row | {"unit": change["unit"] or None, "change": share, "": worse})
     equal = len({*old, *new}) - len(changes) - len(notes)
     summary = f"against {file}: {equal} figures equal, {len(changes)} changed"
-    worse = [c for c in changes if c["worse"]]
     failures = []
-    if worse:
-        first, more = worse[0], len(worse) - 1
-        change = f"{_text(first['before'])} -> {_text(first['now'])} {first['unit']}".rstrip()
-        others = f", and {more} more" if more else ""
-        failures = [f"worse than {file}: {first['figure']} {change}{others}"]
+    if more := sum(c["worse"] for c in changes):
+        first, others = changes[0], f", and {more - 1} more" if more > 1 else ""
+        text = f"{_text(first['before'])} -> {_text(first['now'])} {first['unit']}".rstrip()
+        failures = [f"worse than {file}: {first['figure']} {text}{others}"]
     data = {"file": str(file), "equal": equal, "changes": changes}
     return Result(data, {"changes": rows} if rows else {}, summary, notes, failures)
 
 
-def _change(name: str, a: _Found | None, b: _Found | None) -> dict[str, Any]:
+def _change(name: str, found: _Found, old: Number, new: Number) -> dict[str, Any]:
     """A figure that has changed; ``share`` is by how much of the earlier one it is worse."""
-    found = b or a
-    assert found is not None
-    old, new = (None if x is None else x.value for x in (a, b))
-    share, worse = None, b is None
+    kind, share, worse = found.figure.kind, None, new is None
     if isinstance(old, float) and isinstance(new, float):
         worsening = (new - old) * (-1 if found.figure.falls else 1)
         share = worsening / abs(old) if old else None
-        if found.figure.kind in SHARES:
-            worse = worsening > SHARES[found.figure.kind] * abs(old)
-        else:
-            worse = found.tolerance is not None and new > found.tolerance
-    return {
-        "figure": name,
-        "kind": found.figure.kind,
-        "unit": found.unit,
-        "before": old,
-        "now": new,
-        "share": share,
-        "worse": worse,
-    }
+        worse = found.tolerance is not None and new > found.tolerance
+        if kind in SHARES:
+            worse = worsening > SHARES[kind] * abs(old)
+    data = {"figure": name, "kind": kind, "unit": found.unit}
+    return {**data, "before": old, "now": new, "share": share, "worse": worse}
 
 
 def _text(value: Number) -> str:

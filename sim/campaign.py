@@ -20,7 +20,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
 from importlib import metadata
 from itertools import chain, islice
 from pathlib import Path
@@ -31,7 +30,7 @@ from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tolerances import tolerances, tolerances_now
 from boresight.model.tools.extras import optional
 from boresight.model.tools.failure import ToolFailed
-from boresight.sim.records.selection import Selection, selected, selection
+from boresight.sim.records.selection import selected, selection
 
 BATCH = 5  #: Tasks that one process runs before it returns their results.
 
@@ -61,35 +60,25 @@ def sources(*objects: object) -> str:
     It covers a user's file and the modules that it imports from the same folder or below it.
     """
     files = {
-        Path(path).resolve()
-        for module in list(sys.modules.values())
+        name: Path(path).resolve()
+        for name, module in [*sys.modules.items()]
         if (path := getattr(module, "__file__", None)) and path.endswith(".py")
     }
     names = {getattr(o, "__module__", None) or type(o).__module__ for o in objects}
-    modules = [sys.modules[name] for name in names if name in sys.modules]
-    own = {Path(m.__file__).resolve() for m in modules if m.__file__}
+    own = [files[name].parent for name in names if name in files]
     installed = [Path(sysconfig.get_path(name)) for name in ("purelib", "platlib", "stdlib")]
     texts = {
         hashlib.sha256(file.read_bytes()).hexdigest()
-        for file in files
-        if any(file.is_relative_to(o.parent) for o in own)
-        and not any(file.is_relative_to(folder) for folder in installed)
+        for file in {*files.values()}
+        if any(map(file.is_relative_to, own)) and not any(map(file.is_relative_to, installed))
     }
     return digest(metadata.version("boresight"), sorted(texts))
 
 
-@dataclass(frozen=True)
-class _Settings:
-    """Profiles, tolerances and log selection of the process that dispatches tasks."""
-
-    profiles: Sequence[str] | None
-    tolerances: Sequence[str]
-    rows: Selection
-
-    def run(self, work: Callable[..., Result], *arguments: object) -> Result:
-        """Run a task with these settings."""
-        with profiles(self.profiles), tolerances(self.tolerances), selected(self.rows):
-            return work(*arguments)
+def _run(settings: tuple[Any, ...], work: Callable[..., Result], *arguments: object) -> Result:
+    """Run a task with the profiles, tolerances and rows of the process that dispatches it."""
+    with profiles(settings[0]), tolerances(settings[1]), selected(settings[2]):
+        return work(*arguments)
 
 
 def dispatch(
@@ -117,23 +106,21 @@ def dispatch(
     ToolFailed
         A process ended before its task, for example because it was killed.
     """
-    run = _Settings(profiles_now(), tolerances_now(), selection()).run
+    settings = profiles_now(), tolerances_now(), selection()
     remaining = iter(tasks)
     first = list(islice(remaining, processes(jobs)))
     if executor is None and len(first) <= 1:
         for label, work, arguments in chain(first, remaining):
             yield label, work(*arguments)
         return
-    # Tasks of a pool are submitted as its processes become free; an executor takes all at once.
-    ahead = None if executor is not None else len(first)
-    remaining = chain(first, remaining)
+    remaining, futures = chain(first, remaining), dict[Future[Result], Label]()
     with _pool(len(first)) if executor is None else nullcontext(executor) as pool:
-        futures: dict[Future[Result], Label] = {}
         try:
             while True:
-                room = None if ahead is None else 2 * ahead - len(futures)
+                # A pool takes tasks as its processes become free; an executor all at once.
+                room = 2 * len(first) - len(futures) if executor is None else None
                 for label, work, arguments in islice(remaining, room):
-                    futures[pool.submit(run, work, *arguments)] = label
+                    futures[pool.submit(_run, settings, work, *arguments)] = label
                 if not futures:
                     return
                 for future in wait(futures, return_when=FIRST_COMPLETED).done:
@@ -332,9 +319,6 @@ def complete(
             done += len(keys)
             refused = sum(bool(journal.rows.get(key, {}).get("refused")) for key in tasks)
             seconds = (time.monotonic() - start) * (len(tasks) - done) / (done - known)
-            say(
-                f"{done} of {len(tasks)} runs"
-                + (f", {refused} refused" if refused else "")
-                + (f", about {duration(seconds)} left" if done < len(tasks) else "")
-            )
+            line = f"{done} of {len(tasks)} runs" + (f", {refused} refused" if refused else "")
+            say(line + (f", about {duration(seconds)} left" if done < len(tasks) else ""))
     return [journal.rows[key] for key in tasks]

