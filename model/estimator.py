@@ -81,6 +81,8 @@ class SecondForm:
         the process noise: where ``outputs`` differ and these do not, that is the cause.
     gates : sequence of str
         Accepted and rejected measurements, a line each.
+    covariances : (n, errors, errors), optional
+        Covariance after each update.
     """
 
     outputs: Mapping[str, FloatArray]
@@ -89,6 +91,7 @@ class SecondForm:
     time_steps: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     as_built: Callable[[], Mapping[str, FloatArray]] | None = None
     gates: Sequence[str] = ()
+    covariances: FloatArray | None = None
 
 
 #: Angle [deg] of a start that needs no warning.

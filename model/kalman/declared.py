@@ -86,19 +86,15 @@ class Attitude:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"attitude {self.name}")
-        _check_numbers(where, "sd", self.sd, 3, single=True)
-        if self.sd_max is not None:
-            _check_numbers(where, "sd_max", self.sd_max, 3, single=True)
-        _check_numbers(where, "initial", self.initial, 4)
+        for name, several in (("sd", (1, 3)), ("sd_max", (1, 3)), ("initial", (4,))):
+            given = getattr(self, name)
+            numbers = list(np.atleast_1d(given)) if given is not None else [0.0]
+            good = len(numbers) in several and all(isinstance(n, Real) for n in numbers)
+            require(good, where, f"{name} of {' or '.join(map(str, several))} numbers", given)
         _check_sd(where, self.sds, self.largest_sds)
-        norm = math.sqrt(math.fsum(c * c for c in self.initial))
-        if not abs(norm - 1.0) < 1e-6:
-            raise InputError.at(
-                where,
-                wanted="a unit quaternion w, x, y, z as initial",
-                found=repr(self.initial),
-                fix="divide it by its norm",
-            )
+        unit = abs(math.sqrt(math.fsum(c * c for c in self.initial)) - 1.0) < 1e-6
+        wanted = "a unit quaternion w, x, y, z as initial"
+        require(unit, where, wanted, self.initial, "divide it by its norm")
 
     @property
     def sds(self) -> tuple[float, ...]:
@@ -166,32 +162,21 @@ class Measurement:
     line: str = _LINE
 
     def __post_init__(self) -> None:
-        check_flag(placed(self.line, "measurement"), "wrap", self.wrap)
-        if self.gate is not None and not 0.0 < self.gate <= 32.0:
-            raise InputError.at(
-                placed(self.line, "measurement"),
-                wanted="a gate above 0 and at most 32 standard deviations",
-                found=repr(self.gate),
-                fix="3 to 5 is usual; leave it out to take every measurement",
-            )
-        if self.sd_max is not None and not 0.0 < self.sd_max < math.inf:
-            raise InputError.at(
-                placed(self.line, "measurement"),
-                wanted="sd_max above 0",
-                found=repr(self.sd_max),
-                fix="leave it out, and it follows from the intervals",
-            )
+        where = placed(self.line, "measurement")
+        check_flag(where, "wrap", self.wrap)
+        gate = self.gate is None or 0.0 < self.gate <= 32.0
+        wanted, fix = "a gate above 0 and at most 32 standard deviations", "3 to 5 is usual"
+        require(gate, where, wanted, self.gate, fix)
+        positive = self.sd_max is None or 0.0 < self.sd_max < math.inf
+        fix = "leave it out, and it follows from the intervals"
+        require(positive, where, "sd_max above 0", self.sd_max, fix)
         late = isinstance(self.delay, Real) and 0.0 <= self.delay < math.inf
-        where = placed(self.line, "measurement, delay")
-        require(late, where, "seconds, 0 or more", self.delay, "a prediction needs no measurement")
+        fix = "a prediction needs no measurement"
+        require(late, f"{where}, delay", "seconds, 0 or more", self.delay, fix)
         for name, slope in self.slope_max.items():
-            if not (0.0 < slope < math.inf and math.frexp(slope)[0] == 0.5):
-                raise InputError.at(
-                    placed(self.line, "measurement"),
-                    wanted="powers of two in slope_max",
-                    found=f"{slope!r} of {name}",
-                    fix="state the next larger one",
-                )
+            power = 0.0 < slope < math.inf and math.frexp(slope)[0] == 0.5
+            wanted = f"a power of two as slope_max of {name}"
+            require(power, where, wanted, slope, "state the next larger one")
 
 
 def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
@@ -322,16 +307,6 @@ def spread(
 
 def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
     return (float(value),) * 3 if isinstance(value, int | float) else tuple(value)
-
-
-def _check_numbers(where: str, name: str, value: Any, n: int, *, single: bool = False) -> None:
-    """Refuse anything but ``n`` numbers or, where a ``single`` one counts for all, one."""
-    if isinstance(value, tuple | list | np.ndarray):
-        good = len(value) == n and all(isinstance(number, Real) for number in value)
-    else:
-        good = single and isinstance(value, Real)
-    wanted = f"{name} of {n} numbers{' or one' if single else ''}"
-    require(good, where, wanted, value)
 
 
 def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:

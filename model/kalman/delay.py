@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
-from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.update import checked_measurements, in_range, moved
 from boresight.model.lowering.trace import Scalar
 from boresight.model.places import placed
 from boresight.model.step import Values
 
+if TYPE_CHECKING:
+    from boresight.model.kalman.kalman import Kalman
 
-def measurements_of(kalman: Filter, x: Any, u: Any, p: Any) -> list[Measurement]:
+
+def measurements_of(kalman: Kalman, x: Any, u: Any, p: Any) -> list[Measurement]:
     """What ``measure`` returns of predicted states ``x``; z and h of a late one are those of then.
 
     Raises
@@ -33,7 +35,7 @@ def measurements_of(kalman: Filter, x: Any, u: Any, p: Any) -> list[Measurement]
     return found
 
 
-def _earlier(kalman: Filter, x: Any, u: Any, p: Any, delay: float, line: str) -> Values:
+def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) -> Values:
     """States ``delay`` seconds ago; attitudes and memory are those of now.
 
     f with dt = -delay, if dt is an input. Otherwise by the middle of the interval, with the rate
@@ -72,7 +74,7 @@ def _earlier(kalman: Filter, x: Any, u: Any, p: Any, delay: float, line: str) ->
     return _seen(kalman, x, ago(ago(now, 0.5 * (delay + 1.0 / rate)), delay))
 
 
-def _seen(kalman: Filter, x: Any, values: dict[str, Any]) -> Values:
+def _seen(kalman: Kalman, x: Any, values: dict[str, Any]) -> Values:
     """The view ``x`` with other values of the scalar states."""
     scalars = [s for s in kalman.estimated if not isinstance(s, Attitude)]
     return Values("state", {**vars(x), **grouped(scalars, Values("state", values))})

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,6 @@ from boresight.model.step import check_arguments
 _BELOW = 1.0 - 2.0**-17
 #: Share of its largest at which a variance grows no more.
 _HELD = 0.75
-#: What an author may leave out, so that it is not missed under another name.
-_WRITTEN = {"measure", "memory", "noise", "shown"}
 
 
 class Kalman(Estimator):
@@ -77,7 +76,6 @@ class Kalman(Estimator):
         #: States as declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
-        self._check_options()
         if self.dither:
             self.memory += (declarations.State(DITHER, -1.0, 1.0, "ht", line=self._line),)
         #: Of each error state: its name, place and largest standard deviation.
@@ -143,32 +141,19 @@ class Kalman(Estimator):
         return next((s.unit for s in scalars if s.name == name), "rad")
 
     def _check_estimated(self) -> None:
-        for s in self.estimated:
-            if not isinstance(s, State | Attitude):
-                raise InputError.at(
-                    placed(getattr(s, "line", self._line), f"state {getattr(s, 'name', s)}"),
-                    wanted="a state with a standard deviation, boresight.kalman.State(..., sd=0.5)",
-                    found=f"a {type(s).__module__.split('.')[0]} {type(s).__name__} without one",
-                    fix="give it one, or move it to memory if it is not estimated",
-                )
-        if not self.estimated:
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}"),
-                wanted="states to be estimated",
-                found="none",
-                fix='declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)',
-            )
-
-    def _check_options(self) -> None:
-        """Refuse a floor of another kind."""
+        """Refuse states without standard deviations, and options of another kind."""
         where = placed(self._line, f"estimator {self.name}")
-        require(
-            isinstance(self.floor, int | float) and 0.0 <= self.floor < 1.0,
-            f"{where}, floor",
-            "a share from 0 to 1",
-            self.floor,
-            "leave it out, and it is a last bit of a word of 32",
-        )
+        fix = "give it one, boresight.kalman.State(..., sd=0.5), or move it to memory"
+        for s in self.estimated:
+            place = placed(getattr(s, "line", self._line), f"state {getattr(s, 'name', s)}")
+            found = f"{type(s).__module__.split('.')[0]} {type(s).__name__}"
+            wanted = "a state with a standard deviation"
+            require(isinstance(s, State | Attitude), place, wanted, found, fix)
+        fix = 'declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)'
+        require(bool(self.estimated), where, "states to be estimated", self.estimated, fix)
+        share = isinstance(self.floor, int | float) and 0.0 <= self.floor < 1.0
+        fix = "leave it out, and it is a last bit of a word of 32"
+        require(share, f"{where}, floor", "a share from 0 to 1", self.floor, fix)
         for name in ("prior", "dither"):
             check_flag(where, name, getattr(self, name))
 
@@ -209,9 +194,8 @@ class Kalman(Estimator):
     # -- what follows ---------------------------------------------------------------------------
 
     def check_declarations(self) -> None:
-        """See `Estimator`; that there is a method ``measure``, and no nearly known name."""
+        """See `Estimator`; that there is a method ``measure``."""
         super().check_declarations()
-        self._check_spelling()
         for name in ("f", "measure", "noise", "shown"):
             method = getattr(self, name)
             where = placed(place_of_function(method), f"{name} of {self.name}")
@@ -224,19 +208,6 @@ class Kalman(Estimator):
                 fix="write it: it returns a list of Measurement(z, h, r)",
             )
 
-    def _check_spelling(self) -> None:
-        """Refuse a name that is nearly one of `_WRITTEN`, unless that one is written, too."""
-        classes = [c for c in type(self).__mro__ if c not in Kalman.__mro__]
-        written = {name for c in classes for name in vars(c)}
-        for name in sorted(name for name in written if not hasattr(Kalman, name)):
-            for near in get_close_matches(name, _WRITTEN - written, 1, 0.8):
-                raise InputError.at(
-                    placed(self._line, f"estimator {self.name}"),
-                    wanted=f"names that are used, as {near}",
-                    found=name,
-                    fix=f"call it {near}, or otherwise if it is something else",
-                )
-
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: predict, then correct."""
         if any(isinstance(v, Scalar) for v in vars(x).values()):
@@ -245,37 +216,25 @@ class Kalman(Estimator):
 
     def _evaluated(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update of numbers or arrays: the record, in float64."""
-        trace = self._trace
-        leaves = {
-            (kind, d.name): getattr(values, d.name)
-            for kind, declared, values in (
-                ("input", self.inputs, u),
-                ("param", self.params, p),
-                ("state", self.states, x),
-            )
-            for d in declared
-        }
+        trace, kinds = self._trace, (("input", u), ("param", p), ("state", x))
+        leaves = {(kind, name): v for kind, values in kinds for name, v in vars(values).items()}
         results = evaluate(trace, leaves)
         after = {e.data[1]: results[next_e.number] for e, _, next_e in trace.states}
         return after, {name: results[e.number] for name, e in trace.outputs.items()}
 
-    @property
+    @cached_property
     def _trace(self) -> Trace:
-        trace: Trace | None = self.__dict__.get("_recorded")
-        if trace is None:
-            trace = self.__dict__["_recorded"] = self.trace()
-        return trace
+        return self.trace()
 
     def textbook(
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
     ) -> SecondForm | None:
         """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
-        run = Textbook(self).run(inputs, params)
 
-        def as_built() -> dict[str, FloatArray]:
+        def as_built() -> Mapping[str, FloatArray]:
             return Textbook(self, floor=True).run(inputs, params).outputs
 
-        return SecondForm(run.outputs, run.remarks, run.faults, run.time_steps, as_built, run.gates)
+        return replace(Textbook(self).run(inputs, params), as_built=as_built)
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]

@@ -8,23 +8,25 @@ methods and the definition of an attitude's error.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from boresight.model import ops
 from boresight.model.arrays import FloatArray
+from boresight.model.estimator import SecondForm
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.delay import measurements_of
-from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals
 from boresight.model.kalman.update import moved, noise_of
 from boresight.model.lowering.trace import Expression, Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
+
+if TYPE_CHECKING:
+    from boresight.model.kalman.kalman import Kalman
 
 #: Step of a difference, as a share of the largest standard deviation.
 _STEP = 2.0**-10
@@ -40,62 +42,26 @@ _GROWN = 1e6
 _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
 
 
-@dataclass(frozen=True)
-class TextbookRun:
-    """Result of a textbook's filter.
-
-    Attributes
-    ----------
-    outputs : dict of str to (n,)
-        As the estimator's.
-    covariances : (n, errors, errors)
-        P after each update.
-    remarks : list of str
-        States that no measurement shows, that have no noise or less than the floor adds, or whose
-        variance is held; measurements that are never valid.
-    faults : list of (str, str)
-        Measurements whose gate nothing passes, and those that are taken without a new sample; each
-        with its kind.
-    time_steps : dict of str to (float, float)
-        Of a model without an input ``dt``: derivative of a state by its rate, and the root of the
-        squares of all derivatives by this rate, s.
-    gates : list of str
-        Of each measurement with a gate: how many it accepted and rejected.
-    """
-
-    outputs: dict[str, FloatArray]
-    covariances: FloatArray
-    remarks: list[str]
-    faults: list[tuple[str, str]]
-    time_steps: dict[str, tuple[float, ...]]
-    gates: list[str]
-
-
 def _inputs_of(*values: Any) -> set[str]:
     """Names of the inputs that recorded values read."""
-    stack, seen = list(values), set[int]()
-    names = set()
-    while stack:
-        value = stack.pop()
-        if not isinstance(value, Expression) or value.number in seen:
-            continue
-        seen.add(value.number)
-        stack += value.args
-        if value.kind == "leaf" and value.data[0] == "input":
-            names.add(value.data[1])
-    return names
+    found = {v.number: v for v in values if isinstance(v, Expression)}
+    queue = [*found.values()]
+    for value in queue:
+        queue += [arg for arg in value.args if arg.number not in found]
+        found |= {arg.number: arg for arg in value.args}
+    leaves = [v.data for v in found.values() if v.kind == "leaf"]
+    return {name for kind, name, *_ in leaves if kind == "input"}
 
 
-def _rates_of(kalman: Filter) -> list[tuple[int, int]]:
+def _rates_of(kalman: Kalman) -> list[tuple[int, int]]:
     """Pairs of error states of which the second has the unit of the first one's rate."""
     units = {s.name: s.unit for s in kalman.estimated if not isinstance(s, Attitude)}
-    pairs = []
-    for i, a in enumerate(kalman.errors):
-        for j, b in enumerate(kalman.errors):
-            of, by = units.get(a, ""), units.get(b, "")
-            if of and by in (f"{of}/s", f"{of}^2") and by.startswith(of) and "/s" in by:
-                pairs.append((i, j))
-    return pairs
+    known = [(i, units[name]) for i, name in enumerate(kalman.errors) if units.get(name)]
+    return [(i, j) for i, of in known for j, by in known if by == f"{of}/s" or _per_s2(of, by)]
+
+
+def _per_s2(of: str, by: str) -> bool:
+    return by == f"{of}^2" and "/s" in by
 
 
 class _Function:
@@ -105,7 +71,7 @@ class _Function:
     component itself is varied.
     """
 
-    def __init__(self, kalman: Filter, record: Any) -> None:
+    def __init__(self, kalman: Kalman, record: Any) -> None:
         tracer = Tracer(kalman.name)
 
         def leaves(kind: str, declared: Any) -> dict[str, Scalar]:
@@ -135,41 +101,42 @@ class Textbook:
 
     Parameters
     ----------
-    kalman : Filter
+    kalman : Kalman
     floor : bool
         Whether it has the noise that ``floor`` adds for the rounding of P, too.
     """
 
-    def __init__(self, kalman: Filter, *, floor: bool = False) -> None:
+    def __init__(self, kalman: Kalman, *, floor: bool = False) -> None:
         self.kalman, self.floor = kalman, floor
         self.measurements: list[Measurement] = []
         self._next = _Function(kalman, self._motion)
         self._noise = _Function(kalman, self._variances)
         self._measurement = _Function(kalman, self._measured)
         self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
+        self._begin()
+
+    def _begin(self) -> None:
+        measurements, errors = len(self.measurements), len(self.kalman.errors)
         #: Of each measurement: updates in which it was valid, and in which it was taken.
-        self._valid = np.zeros((2, len(self.measurements)), dtype=int)
+        self._valid = np.zeros((2, measurements), dtype=int)
         #: Of each measurement, updates in which it was taken without a new sample.
-        self._repeated = np.zeros(len(self.measurements), dtype=int)
+        self._repeated = np.zeros(measurements, dtype=int)
         #: Of each error state, updates in which its variance was near its largest, and its process
         #: noise in all updates.
-        self._held = np.zeros(len(kalman.largest_sd), dtype=int)
-        self._noise_sum = np.zeros(len(kalman.largest_sd))
+        self._held, self._noise_sum = np.zeros(errors, dtype=int), np.zeros(errors)
         #: Derivatives of states by their rates, and of all that the rate moves (a speed along a
         #: heading moves two) the root of their squares; in all updates.
-        self._rates = {pair: np.zeros(2) for pair in _rates_of(kalman)}
-        self._observability = _Observability(np.array(kalman.largest_sd))
+        self._rates = {pair: np.zeros(2) for pair in _rates_of(self.kalman)}
+        self._observability = _Observability(np.array(self.kalman.largest_sd))
 
     # -- what the author wrote, as functions ----------------------------------------------------
 
     def _motion(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
         k = self.kalman
-        before = {s.name: getattr(x, s.name) for s in k.states}
-        return moved(k, k.f(x, u, p), before)
+        return moved(k, k.f(x, u, p), {s.name: getattr(x, s.name) for s in k.states})
 
     def _variances(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        k = self.kalman
-        noise = noise_of(k, k.noise(x, u, p), Intervals(tracer))
+        noise = noise_of(self.kalman, self.kalman.noise(x, u, p), Intervals(tracer))
         return {f"{i} {j}": v for (i, j), v in noise.items()}
 
     def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -178,8 +145,7 @@ class Textbook:
         self._read = [_inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
         out: dict[str, Any] = {}
         for n, m in enumerate(self.measurements):
-            valid = True if m.valid is None else m.valid
-            out[f"valid {n}"] = ops.where(valid, 1.0, 0.0) if m.valid is not None else 1.0
+            out[f"valid {n}"] = 1.0 if m.valid is None else ops.where(m.valid, 1.0, 0.0)
             out |= {f"excess {n}": m.h - m.z, f"r {n}": m.r}
         return out
 
@@ -192,8 +158,8 @@ class Textbook:
 
     # -- the filter -----------------------------------------------------------------------------
 
-    def run(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> TextbookRun:
-        """Run it.
+    def run(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> SecondForm:
+        """Run it, and tell what the run shows of the model.
 
         Parameters
         ----------
@@ -201,9 +167,7 @@ class Textbook:
             In their units.
         """
         k = self.kalman
-        self._valid[:] = self._repeated[:] = self._held[:] = self._noise_sum[:] = 0
-        self._rates = {pair: np.zeros(2) for pair in self._rates}
-        self._observability = _Observability(np.array(k.largest_sd))
+        self._begin()
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.empty((len(k.errors),) * 2)
         for name, (i, j) in k.covariance_states.items():
@@ -229,13 +193,13 @@ class Textbook:
             f"{k.errors[i]} by {k.errors[j]}": tuple(total / len(inputs))
             for (i, j), total in self._rates.items()
         }
-        return TextbookRun(
+        return SecondForm(
             outputs,
-            np.array(covariances),
             self._remarks(len(inputs)),
             self._faults(inputs),
             {} if any(i.name == "dt" for i in k.inputs) else steps,
-            self._gates(len(inputs)),
+            gates=self._gates(len(inputs)),
+            covariances=np.array(covariances),
         )
 
     def _gates(self, updates: int) -> list[str]:
@@ -469,7 +433,7 @@ class _Observability:
         return out
 
 
-def _moved_by(kalman: Filter, x: Mapping[str, Any], change: FloatArray) -> dict[str, Any]:
+def _moved_by(kalman: Kalman, x: Mapping[str, Any], change: FloatArray) -> dict[str, Any]:
     """States moved by errors (errors,) or (errors, rows)."""
     out = dict(x)
     for s in kalman.estimated:

@@ -7,10 +7,10 @@ update the line of its `Measurement`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest
 from boresight.model.kalman.attitude import AttitudeView, corrected
 from boresight.model.kalman.declared import NEXT, Attitude, Measurement, axes_of, grouped, spread
-from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
+
+if TYPE_CHECKING:
+    from boresight.model.kalman.kalman import Kalman
 
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
@@ -47,7 +49,7 @@ INDEFINITE = "rounding or nonlinearity make P indefinite"
 class Update:
     """Records one update of ``kalman``: `results` has the next states and the outputs."""
 
-    def __init__(self, kalman: Filter, x: Any, u: Any, p: Any) -> None:
+    def __init__(self, kalman: Kalman, x: Any, u: Any, p: Any) -> None:
         self.kalman, self.u, self.p = kalman, Values("input", grouped(kalman.inputs, u)), p
         leaf = getattr(x, kalman.states[0].name)
         self.tracer = leaf.tracer
@@ -199,9 +201,7 @@ class Update:
 
     def _row_product(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
         """Row i of F times column j; terms of other states, and noise, only if it is not held."""
-        coupling = added
-        for m in sorted(self.rows[i]):
-            coupling = coupling + product(self.rows[i][m], column[m])
+        coupling = _dot(self.rows[i], column, added)
         result: Scalar = product(self.diagonal[i], column[i])
         if not is_const(coupling, 0.0):
             if self.random is not None:  # within half of the last bit of a word of 32
@@ -232,19 +232,7 @@ class Update:
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
         """An element of P within what standard deviations allow."""
-        low = 0.0 if i == j else -sd[i] * sd[j]
-        bounded: Scalar = ops.bounded(
-            value, low, sd[i] * sd[j], "standard deviations", unless=INDEFINITE
-        )
-        return bounded
-
-    def _dot(self, row: Mapping[int, Scalar], column: Callable[[int], Any]) -> Scalar:
-        """Sum of products."""
-        out: Any = 0.0
-        for m in sorted(row):
-            out = out + product(row[m], column(m))
-        total: Scalar = self.tracer.lift(out)
-        return total
+        return _claimed(value, 0.0 if i == j else -sd[i] * sd[j], sd[i] * sd[j])
 
     # -- correction -----------------------------------------------------------------------------
 
@@ -279,26 +267,20 @@ class Update:
                 placed(m.line, "measurement"),
                 wanted="a variance above 0" if row else "h that depends on a state",
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
-                fix="compute h from x, or leave out what no state changes"
-                if not row
-                else "raise the least value of its parameters"
-                if low < high
-                else "give that of its noise",
+                fix="raise the least value of its parameters" if row else "compute h from x",
             )
         row = self._limited_row(m, row)
         innovation = self._innovation(m)
         spread = self._spread(m, row)
         # |h L| <= sqrt(h P h), by Cauchy and Schwarz.
-        dots = [self._within(self._dot(row, g.__getitem__), spread) for g in self.gains]
-        full_column = [
-            self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
-        ]
+        dots = [self._within(_dot(row, g), spread) for g in self.gains]
+        full_column = [_dot(row, [self.cov[j, i] for j in self.range]) for i in self.range]
         column = self._reduced_column(full_column, row, dots, spread)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
-        variance = self._dot(row, (full_column if dots else column).__getitem__)
+        variance = _dot(row, full_column if dots else column)
         variance = self._subtracted(variance, [a * a for a in dots]) + m.r
         if dots or not _is_unit(row):  # else its interval is as good
-            variance = ops.bounded(variance, low, spread * spread + high, SPREAD, unless=INDEFINITE)
+            variance = _claimed(variance, low, spread * spread + high, SPREAD)
         pairs = zip(dots, self.moves, strict=True)
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
@@ -316,10 +298,8 @@ class Update:
         else:
             self.accepted = self.accepted + (1.0 if valid is None else ops.where(valid, 1.0, 0.0))
         self.nis = self.nis + (move * move if valid is None else ops.where(valid, move * move, 0.0))
-        bounds = zip(gains, self.bounds, strict=True)
-        self.gains.append(
-            [ops.bounded(g, -sd, sd, "root of a variance", unless=INDEFINITE) for g, sd in bounds]
-        )
+        pairs = zip(gains, self.bounds, strict=True)
+        self.gains.append([_claimed(g, -sd, sd, "root of a variance") for g, sd in pairs])
         self.moves.append(move)
         self.conditions.append(valid)
 
@@ -333,12 +313,11 @@ class Update:
         return value
 
     def _innovation(self, m: Measurement) -> Any:
-        nu = m.z - m.h
         try:
-            return ops.wrap_ht(nu) if m.wrap else nu
+            return ops.wrap_ht(m.z - m.h) if m.wrap else m.z - m.h
         except InputError as error:  # of another unit: no line of the author is running
-            where = {"where": placed(m.line, "measurement, wrap")}
-            raise InputError.at(**{**error.parts, **where}) from None
+            where = placed(m.line, "measurement, wrap")
+            raise InputError.at(**{**error.parts, "where": where}) from None
 
     def _exceeds_gate(self, gate: float, innovation: Any, variance: Any) -> Any:
         """nu^2 > gate^2 s: known before the root of s."""
@@ -357,7 +336,7 @@ class Update:
         for value, sd, *g in zip(column, self.bounds, *self.gains, strict=True):
             bound = spread * sd
             value = self._subtracted(value, [a * b for a, b in zip(g, dots, strict=True)])
-            out.append(ops.bounded(value, -bound, bound, "standard deviations", unless=INDEFINITE))
+            out.append(_claimed(value, -bound, bound))
         return out
 
     def _reduced_element(self, i: int, j: int) -> Any:
@@ -376,13 +355,10 @@ class Update:
         """The derivatives of h, none larger than the author says."""
         k = self.kalman
         slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
-        limits = {k.errors.index(name): limit for name, limit in slope_max.items()}
-        return {
-            i: ops.saturated(h, limits[i])
-            if self.intervals.size(h) > limits.get(i, math.inf)
-            else h
-            for i, h in row.items()
-        }
+        for i, limit in ((k.errors.index(name), limit) for name, limit in slope_max.items()):
+            if i in row and self.intervals.size(row[i]) > limit:
+                row[i] = ops.saturated(row[i], limit)
+        return row
 
     def _spread(self, m: Measurement, row: Slope) -> float:
         """Largest standard deviation of h, without the noise."""
@@ -405,7 +381,7 @@ class Update:
         """A value within a standard deviation, where its interval is wider."""
         if self.intervals.size(value) <= spread * (1.0 + 1e-9):
             return value
-        return ops.bounded(value, -spread, spread, "standard deviations", unless=INDEFINITE)
+        return _claimed(value, -spread, spread)
 
     def _move(self, s: Any) -> None:
         """The sum of all corrections of one state."""
@@ -487,6 +463,16 @@ class Update:
         return spread(given, {name: (name,) for name in names}, where, "values", "output")
 
 
+def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
+    """Sum of products, and of what comes first."""
+    return sum((product(row[m], column[m]) for m in sorted(row)), first)
+
+
+def _claimed(value: Any, low: float, high: float, reason: str = "standard deviations") -> Scalar:
+    """A value within bounds that hold unless P is indefinite."""
+    return ops.bounded(value, low, high, reason, unless=INDEFINITE)  # type: ignore[no-any-return]
+
+
 def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
     """States in an order in which each changes before the states of its row do.
 
@@ -510,7 +496,7 @@ def _is_unit(row: Slope) -> bool:
     return [is_const(h, 1.0) for h in row.values()] == [True]
 
 
-def moved(kalman: Filter, after: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
+def moved(kalman: Kalman, after: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
     """What replaces each state and memory; of an attitude the turn, by the names of its errors.
 
     Raises
@@ -529,7 +515,7 @@ def moved(kalman: Filter, after: Mapping[str, Any], before: Mapping[str, Any]) -
 
 
 def noise_of(
-    kalman: Filter, noise: Mapping[Any, Any], intervals: Intervals
+    kalman: Kalman, noise: Mapping[Any, Any], intervals: Intervals
 ) -> dict[tuple[int, int], Any]:
     """Variances and covariances of the process noise, by the numbers of two error states.
 
@@ -559,7 +545,7 @@ def noise_of(
     return out
 
 
-def errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
+def errors_of(kalman: Kalman, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
     """Two names of error states; InputError of anything else."""
     if len({*pair}) != 2 or not {*pair} <= {*kalman.errors}:
         raise InputError.at(
@@ -571,7 +557,7 @@ def errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, .
     return pair
 
 
-def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
+def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
     """What ``measure`` returned; angles in half turns wrap, arc tangents in rad or degrees too.
 
     Raises
