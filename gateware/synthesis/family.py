@@ -1,16 +1,47 @@
-"""Description of a family of FPGAs: its synthesis, cells, registers, router and parts."""
+"""What describes a family of FPGAs: its synthesis, cells, registers, router and parts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any
 
-from boresight.gateware.synthesis.device import Device
+from boresight.gateware.synthesis.registers import Absorption, FlipFlop, absorb
 
-#: Command of yosys. The scheduler never reads a register in the cycle in which it is written, and
-#: the bank of results that is written is not read: these memories need no logic for the old word.
-NO_RW_CHECK: Final = "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
+
+@dataclass(frozen=True, kw_only=True)
+class Device:
+    """One FPGA part.
+
+    Attributes
+    ----------
+    name : str
+        Part name without grade or package, lower case.
+    resources : mapping
+        How many of a primitive are on the die, and its name in texts. Keys are ``lut``, ``ff``,
+        ``dsp``, that of ``memory``, and more of the family's own.
+    grades : tuple of int
+        Speed grades with delays, slow first.
+    memory : str
+        Key of the block RAM.
+    """
+
+    name: str
+    resources: Mapping[str, tuple[int, str]]
+    grades: tuple[int, ...]
+    memory: str = "ram"
+
+    def capacity(self, key: str) -> int:
+        """Return how many of the resource ``key`` the part holds."""
+        return self.resources[key][0]
+
+    def unit(self, key: str) -> str:
+        """Return the name of the resource ``key``."""
+        return self.resources[key][1]
+
+    def percent(self, key: str, used: float) -> float:
+        """Return ``used`` as a percentage of the resource ``key``, 0.01 steps."""
+        return round(100.0 * used / self.capacity(key), 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,9 +108,10 @@ class Router:
     extra : str
         Extra of this package that installs it.
     options : tuple of str
-        Further options than those of the part.
+        Options for the part and a package, with ``{name}`` and ``{size}`` of the part (what follows
+        the first dash) and ``{grade}``; further ones.
     grades : mapping
-        Speed grade -> its name in the options of a part, if that is not its number.
+        Speed grade -> its name in the options, if that is not its number.
     untimed : set of str
         Types of cells that the program has no delays of: with these it gives no clock.
     pins, placed : (str, str)
@@ -114,8 +146,8 @@ class Family:
         Command of yosys that maps to its cells, without ``-top``.
     cells : mapping
         Type of a cell -> its use of the part's resources, by their keys.
-    flip_flop : tuple
-        Type, parameters, clock, input and output of a flip-flop without enable.
+    flip_flops : tuple of FlipFlop
+        The first one replaces ports; all can move into registers.
     drivers : mapping
         ``clk`` or ``0`` -> type, parameters and output of the cell that drives it in a core that is
         routed without pins; what is not there the router drives. None: nothing drives it.
@@ -130,8 +162,12 @@ class Family:
         What these clocks are.
     router : Router, optional
         None: area, and on Spartan-6 an estimate of the clock.
-    absorb : callable
-        Moves flip-flops into registers of multipliers and memories: ``absorb(netlist, top)``.
+    registers : tuple of Absorption
+        Registers of multipliers and memories, in the order of their use.
+    constants : mapping
+        Type of a cell that drives a constant -> its output, and "0" or "1".
+    opens : mapping
+        Type of a cell -> parameter, value and input: with this value nothing is to drive the input.
     estimate : callable
         Estimates the clock where there is no router: ``estimate(netlist, top, grade)``.
     """
@@ -141,16 +177,28 @@ class Family:
     synthesis: str
     cells: Mapping[str, Mapping[str, float]]
     devices: tuple[Device, ...]
-    flip_flop: tuple[str, Mapping[str, str], str, str, str] = ("", {}, "", "", "")
+    flip_flops: tuple[FlipFlop, ...] = ()
     drivers: Mapping[str, tuple[str, Mapping[str, str], str] | None] = field(default_factory=dict)
     memory_shapes: Mapping[tuple[int, int], float] = field(default_factory=dict)
     clocks: Mapping[tuple[int, int], float] = field(default_factory=dict)
     clocks_source: str = ""
     router: Router | None = None
-    absorb: Callable[[dict[str, Any], str], int] = field(default=lambda netlist, top: 0)
+    registers: tuple[Absorption, ...] = ()
+    constants: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    opens: Mapping[str, tuple[str, str, str]] = field(default_factory=dict)
     estimate: Callable[[Mapping[str, Any], str, int], ClockEstimate | None] = field(
         default=lambda netlist, top, grade: None
     )
+
+    def absorb(self, netlist: dict[str, Any], top: str) -> int:
+        """Move flip-flops into registers of multipliers and memories; return how many."""
+        module = netlist["modules"][top]
+        for cell in module["cells"].values():
+            parameter, value, port = self.opens.get(cell["type"], ("", "", ""))
+            if port and cell["parameters"][parameter] == value:
+                cell["connections"].pop(port, None)
+                cell["port_directions"].pop(port, None)
+        return absorb(module, self.flip_flops, self.registers, self.constants)
 
 
 @dataclass(frozen=True)

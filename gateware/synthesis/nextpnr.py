@@ -93,10 +93,11 @@ def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
     """Options of the router for a target, without files."""
     router = target.family.router
     assert router is not None
-    grade = router.grades.get(target.grade, target.grade)
-    part = (option.format(grade=grade) for option in target.device.options)
+    name, grade = target.device.name, router.grades.get(target.grade, target.grade)
+    size = name.partition("-")[2]
+    part = (o.format(name=name.upper(), size=size, grade=grade) for o in router.options)
     wanted = ("--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
-    return (*part, *router.options, *wanted)
+    return (*part, *wanted)
 
 
 def place_and_route(

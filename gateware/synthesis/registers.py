@@ -8,33 +8,52 @@ register does. The netlist before and after computes the same in every cycle.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final
 
 Json = dict[str, Any]
 Bit = int | str
 
+_TIED: Final = ("0", "1", "x")
+
 
 @dataclass(frozen=True, kw_only=True)
 class FlipFlop:
-    """A flip-flop of a netlist, in terms of any family.
+    """A type of flip-flop: its ports, and parameters of one that has no enable.
 
     Attributes
     ----------
-    clock, d, q : int or str
-        Nets.
-    enable : tuple of net and bool
-        Clock enable, and whether 1 enables.
-    plain : bool
-        Rising edge, no set or reset, starts at 0.
+    kind, clock, d, q : str
+        Type; ports.
+    enable, reset : str
+        Ports; empty: there is none. With the parameter ``CEMUX``, the enable is 1 or inverted.
+    plain : mapping
+        Parameters of one with a rising edge that starts at 0; what is not set is so.
     """
 
-    clock: Bit
-    d: Bit
-    q: Bit
-    enable: tuple[Bit, bool]
-    plain: bool
+    kind: str
+    clock: str = "CLK"
+    d: str = "D"
+    q: str = "Q"
+    enable: str = ""
+    reset: str = ""
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    plain: Mapping[str, str] = field(default_factory=dict)
+
+    def enabled(self, cell: Json) -> tuple[Bit, bool]:
+        """Net of the enable of a cell, and whether 1 enables."""
+        mux = cell["parameters"].get("CEMUX", "CE").strip()
+        if mux == "1" or not self.enable:
+            return "1", True
+        return cell["connections"][self.enable][0], mux == "CE"
+
+    def is_plain(self, cell: Json) -> bool:
+        """Whether a cell has a rising edge, no set or reset, and starts at 0."""
+        reset, parameters = cell["connections"].get(self.reset, ["0"]), cell["parameters"]
+        return reset == ["0"] and all(parameters.get(k, v) == v for k, v in self.plain.items())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,16 +66,18 @@ class Absorption:
         Type of the cell.
     pins : tuple of str
         Starts of the names of its pins; the rest is a number.
-    output : bool
-        Whether it is behind outputs; else in front of inputs.
-    applies : callable
-        Whether a cell with these parameters has the register, and does not use it yet.
-    parameters : mapping
-        Parameters that make it use it.
+    register : (str, str, str)
+        Parameter that makes the cell use it, and its values without and with it.
     clock : str
         Port of its clock.
     enables : tuple of str
         Ports of its enable.
+    output : bool
+        Whether it is behind outputs; else in front of inputs.
+    applies : callable
+        Whether a cell with these parameters has the register.
+    parameters : mapping
+        Further parameters of a cell that uses it.
     agrees : str
         Port that must carry the same enable; empty: ``enables``, if the cell uses them already.
     wires : mapping
@@ -67,64 +88,58 @@ class Absorption:
 
     cell: str
     pins: tuple[str, ...]
-    output: bool
-    applies: Callable[[Json], bool]
-    parameters: Mapping[str, str]
+    register: tuple[str, str, str]
     clock: str
     enables: tuple[str, ...]
+    output: bool = False
+    applies: Callable[[Json], bool] = lambda parameters: True
+    parameters: Mapping[str, str] = field(default_factory=dict)
     agrees: str = ""
     wires: Mapping[str, str] = field(default_factory=dict)
     idle: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Reading:
-    """How a family's netlist is read.
-
-    Attributes
-    ----------
-    flip_flop : callable
-        A cell as `FlipFlop`, None if it is none.
-    table : callable
-        A cell as inputs, table and output of a look-up table, None if it is none.
-    constants : mapping
-        Type of a cell that drives a constant -> its output, and "0" or "1".
-    """
-
-    flip_flop: Callable[[Json], FlipFlop | None]
-    table: Callable[[Json], tuple[tuple[Bit, ...], int, Bit] | None] = lambda cell: None
-    constants: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-
-
-def absorb(netlist: Json, top: str, reading: Reading, rules: tuple[Absorption, ...]) -> int:
+def absorb(
+    module: Json,
+    flip_flops: Sequence[FlipFlop],
+    rules: Sequence[Absorption],
+    constants: Mapping[str, tuple[str, str]],
+) -> int:
     """Use the registers of ``rules``, in their order, and remove flip-flops that are not left over.
 
     Parameters
     ----------
-    netlist : dict
-        Flat netlist as yosys writes it; changed in place.
+    module : dict
+        Flat module of a netlist as yosys writes it; changed in place.
+    flip_flops : sequence of FlipFlop
+        Types that can move.
+    constants : mapping
+        Type of a cell that drives a constant -> its output, and "0" or "1".
 
     Returns
     -------
     int
         Flip-flops less.
     """
-    cells = netlist["modules"][top]["cells"]
-    nets = {
-        cell["connections"][output][0]: value
-        for cell in cells.values()
-        for output, value in (reading.constants.get(cell["type"], ("", "")),)
-        if output
-    }
+    cells, kinds = module["cells"], {f.kind: f for f in flip_flops}
+    nets: dict[Bit, Bit] = {}
+    for cell in cells.values():
+        if cell["type"] in constants:
+            port, value = constants[cell["type"]]
+            nets[cell["connections"][port][0]] = value
     _exchange(cells, nets)
-    work = _Netlist(netlist["modules"][top], reading)
-    before = len(work.flip_flops)
+    before = sum(cell["type"] in kinds for cell in cells.values())
+    work = _Nets(module, kinds)
     for rule in rules:
-        for name in [n for n, cell in work.cells.items() if cell["type"] == rule.cell]:
-            work.apply(rule, name, work.cells[name])
-    work.sweep()
+        for name in [name for name, cell in cells.items() if cell["type"] == rule.cell]:
+            if _apply(work, rule, cells[name]):
+                work = _Nets(module, kinds)
+    while idle := work.idle:
+        for name in idle:
+            del cells[name]
+        work = _Nets(module, kinds)
     _exchange(cells, {value: net for net, value in nets.items()})
-    return before - len(work.flip_flops)
+    return before - sum(cell["type"] in kinds for cell in cells.values())
 
 
 def _exchange(cells: Mapping[str, Json], bits: Mapping[Bit, Bit]) -> None:
@@ -135,130 +150,106 @@ def _exchange(cells: Mapping[str, Json], bits: Mapping[Bit, Bit]) -> None:
                 cell["connections"][port] = [bits.get(bit, bit) for bit in old]
 
 
-_TIED: Final = ("0", "1", "x")
+class _Nets:
+    """What drives and loads each net; ("", "") loads what leaves the module."""
 
-
-class _Netlist:
-    """Cells by name, with what drives and loads each net."""
-
-    def __init__(self, module: Json, reading: Reading) -> None:
-        self.cells: dict[str, Json] = module["cells"]
-        self.flip_flops: dict[str, FlipFlop] = {}
+    def __init__(self, module: Json, kinds: Mapping[str, FlipFlop]) -> None:
+        self.cells, self.kinds = module["cells"], kinds
         self.driver: dict[Bit, str] = {}
-        self.loads: dict[Bit, set[tuple[str, str]]] = {}
-        self.tables: dict[Bit, tuple[tuple[Bit, ...], int]] = {}
-        leaving = {
-            bit
-            for port in module["ports"].values()
-            if port["direction"] != "input"
-            for bit in port["bits"]
-        }
-        for bit in leaving:
-            self.loads.setdefault(bit, set()).add(("", ""))
+        self.loads: dict[Bit, set[tuple[str, str]]] = defaultdict(set)
+        for port in module["ports"].values():
+            if port["direction"] != "input":
+                for bit in port["bits"]:
+                    self.loads[bit].add(("", ""))
         for name, cell in self.cells.items():
-            if (flip_flop := reading.flip_flop(cell)) is not None:
-                self.flip_flops[name] = flip_flop
-            if (table := reading.table(cell)) is not None:
-                inputs, content, output = table
-                self.tables[output] = (inputs, content)
             for port, bits in cell["connections"].items():
                 for bit in bits:
                     if cell["port_directions"][port] == "output":
                         self.driver[bit] = name
-                    elif bit not in _TIED:
-                        self.loads.setdefault(bit, set()).add((name, port))
-        self.outputs = {table: output for output, table in self.tables.items()}
+                    else:
+                        self.loads[bit].add((name, port))
 
-    def enables(self, flip_flop: FlipFlop) -> Bit | None:
-        """Net that is 1 where the flip-flop is enabled; None if the netlist has no such net."""
-        net, high = flip_flop.enable
-        if high or net in _TIED:
-            return net if high else {"0": "1", "1": "0"}.get(str(net))
-        if net not in self.tables:
-            return None
-        inputs, content = self.tables[net]
-        return self.outputs.get((inputs, content ^ (1 << (1 << len(inputs))) - 1))
+    @property
+    def idle(self) -> list[str]:
+        """Flip-flops that nothing reads."""
+        found = ((name, self.kinds.get(cell["type"])) for name, cell in self.cells.items())
+        return [n for n, f in found if f and not self.loads[self.cells[n]["connections"][f.q][0]]]
 
-    def apply(self, rule: Absorption, name: str, cell: Json) -> None:
-        """Use a register of a cell, if the flip-flops allow it."""
-        parameters, wires = cell["parameters"], cell["connections"]
-        reset = {bit for port in rule.idle for bit in wires.get(port, ())} - {"0", "x"}
-        if reset or not rule.applies(parameters):
-            return
-        moved = {
-            (port, k): neighbour
-            for port in wires
-            if port.rstrip("0123456789") in rule.pins
-            for k, bit in enumerate(wires[port])
-            if (neighbour := self._flip_flop_at(rule, bit)) != ""
-        }
-        if not moved or None in moved.values():
-            return
-        chosen = [self.flip_flops[flip_flop] for flip_flop in moved.values() if flip_flop]
-        clocks = {flip_flop.clock for flip_flop in chosen}
-        enables = {self.enables(flip_flop) for flip_flop in chosen}
-        at_hand = {*wires.get(rule.clock, ())} - {"0", "x"}
-        enabled = {bit for port in rule.enables for bit in wires.get(port, ())} - {"0", "x"}
-        if len(clocks) != 1 or len(enables) != 1:
-            return
-        (clock,), (enable,) = clocks, enables
-        if enable is None:
-            return
-        if not at_hand <= {clock} or (rule.agrees and wires[rule.agrees] != [enable]):
-            return
-        if not rule.agrees and not enabled <= {enable}:
-            return
-        for (port, k), flip_flop_name in moved.items():
-            if flip_flop_name:
-                self._move(rule, name, port, k, flip_flop_name)
-        parameters.update(rule.parameters)
-        added = {rule.clock: clock, **dict.fromkeys(rule.enables, enable), **rule.wires}
-        for port, net in added.items():
-            wires[port] = [net]
-            cell["port_directions"][port] = "input"
-            if net not in _TIED:
-                self.loads.setdefault(net, set()).add((name, port))
-
-    def _flip_flop_at(self, rule: Absorption, bit: Bit) -> str | None:
+    def flip_flop(self, rule: Absorption, bit: Bit) -> str | None:
         """Name of the flip-flop at a pin; "" if the pin needs none, None if it cannot have it."""
         if rule.output:
-            loads = self.loads.get(bit, set())
-            if not loads:
+            if not (loads := self.loads[bit]):
                 return ""
-            ((name, _), *other_loads) = loads
-            fits = not other_loads and name in self.flip_flops and self.flip_flops[name].d == bit
+            ((name, port), *others) = loads
         else:
             if bit in ("0", "x"):
                 return ""
-            name = self.driver.get(bit, "")
-            fits = name in self.flip_flops
-        return name if fits and self.flip_flops[name].plain else None
+            name, port, others = self.driver.get(bit, ""), None, []
+        kind = self.kinds.get(self.cells[name]["type"]) if name else None
+        if kind is None or others or port not in (None, kind.d):
+            return None
+        return name if kind.is_plain(self.cells[name]) else None
 
-    def _move(self, rule: Absorption, name: str, port: str, k: int, flip_flop_name: str) -> None:
-        flip_flop, bits = self.flip_flops[flip_flop_name], self.cells[name]["connections"][port]
-        before = bits[k]
-        if rule.output:
-            self.loads.pop(before)
-            bits[k] = flip_flop.q
-            self.driver[flip_flop.q] = name
-            self._remove(flip_flop_name)
-        else:
-            bits[k] = flip_flop.d
-            if before not in bits:
-                self.loads[before].discard((name, port))
-            if flip_flop.d not in _TIED:
-                self.loads.setdefault(flip_flop.d, set()).add((name, port))
+    def enables(self, name: str) -> Bit | None:
+        """Net that is 1 where a flip-flop is enabled; None if the netlist has no such net."""
+        net, high = self.kinds[self.cells[name]["type"]].enabled(self.cells[name])
+        if high or net in _TIED:
+            return net if high else {"0": "1", "1": "0"}.get(str(net))
+        inputs, content = self._tables.get(net, ((), 0))
+        wanted = inputs, content ^ 0xFFFF
+        return next((z for z, table in reversed(self._tables.items()) if table == wanted), None)
 
-    def _remove(self, name: str) -> None:
-        for port, bits in self.cells.pop(name)["connections"].items():
-            for bit in bits:
-                self.loads.get(bit, set()).discard((name, port))
-        del self.flip_flops[name]
+    @cached_property
+    def _tables(self) -> dict[Bit, tuple[Sequence[Any], int]]:
+        """Inputs and content of look-up tables, by their output."""
+        return {
+            cell["connections"]["Z"][0]: (
+                [cell["connections"].get(port, ["0"]) for port in "ABCD"],
+                int(cell["parameters"]["INIT"], 2),
+            )
+            for cell in self.cells.values()
+            if cell["type"] == "LUT4"
+        }
 
-    def sweep(self) -> None:
-        """Remove flip-flops that nothing reads any more."""
-        idle = [n for n, f in self.flip_flops.items() if not self.loads.get(f.q)]
-        for name in idle:
-            self._remove(name)
-        if idle:
-            self.sweep()
+
+def _apply(nets: _Nets, rule: Absorption, cell: Json) -> bool:
+    """Use a register of a cell, if the flip-flops allow it; return whether it does."""
+    parameters, wires = cell["parameters"], cell["connections"]
+    register, unused, used = rule.register
+
+    def live(*ports: str) -> set[Bit]:
+        return {bit for port in ports for bit in wires.get(port, ())} - {"0", "x"}
+
+    if live(*rule.idle) or parameters.get(register, unused) != unused:
+        return False
+    if not rule.applies(parameters):
+        return False
+    moved = {
+        (port, k): name
+        for port in wires
+        if port.rstrip("0123456789") in rule.pins
+        for k, bit in enumerate(wires[port])
+        if (name := nets.flip_flop(rule, bit)) != ""
+    }
+    chosen = {name for name in moved.values() if name}
+    if not chosen or None in moved.values():
+        return False
+    types = {name: nets.kinds[nets.cells[name]["type"]] for name in chosen}
+    clocks = {nets.cells[name]["connections"][f.clock][0] for name, f in types.items()}
+    enables = {nets.enables(name) for name in chosen}
+    if len(clocks) != 1 or len(enables) != 1 or None in enables or live(rule.clock) - clocks:
+        return False
+    if wires[rule.agrees] != [*enables] if rule.agrees else live(*rule.enables) - enables:
+        return False
+    for (port, k), name in moved.items():
+        assert name is not None
+        beside = nets.cells[name]["connections"]
+        wires[port][k] = beside[types[name].q if rule.output else types[name].d][0]
+    for name in chosen if rule.output else ():
+        del nets.cells[name]
+    parameters.update({register: used, **rule.parameters})
+    added = {**dict.fromkeys(rule.enables, [*enables]), **{k: [v] for k, v in rule.wires.items()}}
+    for port, net in {rule.clock: [*clocks], **added}.items():
+        wires[port] = net
+        cell["port_directions"][port] = "input"
+    return True

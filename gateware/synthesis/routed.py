@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Any, Final, NamedTuple
 
-from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.family import ClockEstimate, Family, Target
+from boresight.gateware.synthesis.family import ClockEstimate, Device, Family, Target
 from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import Synthesis, SynthesisError, synthesise
@@ -288,7 +287,7 @@ def enclosed(
     out = copy.deepcopy(netlist)
     module = out["modules"][top]
     cells, ports = module["cells"], module["ports"]
-    kind, parameters, c, d, q = family.flip_flop
+    beside, *_ = family.flip_flops
     (clock_net,) = ports[clock]["bits"]
     used = (
         bit
@@ -316,10 +315,10 @@ def enclosed(
             if not isinstance(net, int):
                 continue
             entering = port["direction"] == "input"
-            inputs = {c: clock_net, d: before if entering else net}
-            output = {q: net if entering else next(fresh)}
+            inputs = {beside.clock: clock_net, beside.d: before if entering else net}
+            output = {beside.q: net if entering else next(fresh)}
             before = net if entering else before
-            cells[f"$port${name}${number}"] = _cell(kind, parameters, inputs, output)
+            cells[f"$port${name}${number}"] = _cell(beside.kind, beside.parameters, inputs, output)
         del ports[name]
     return out
 

@@ -1,31 +1,485 @@
-"""Every target: a part of a family at a speed grade, by its name."""
+"""The families of FPGAs as data, and every target: a part at a speed grade, by its name.
+
+Counts of cells are those of nextpnr's database; of Spartan-6 of Xilinx DS160, and of ISE's map
+reports for xc6slx9; of Artix-7 and Cyclone V E, which no router of PyPI has, of their overviews
+(Xilinx DS180, Intel CV-51001).
+"""
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Final
 
-from boresight.gateware.synthesis.area_alone import ARTIX7, CYCLONE5
-from boresight.gateware.synthesis.ecp5.family import ECP5
-from boresight.gateware.synthesis.family import Family, Target
-from boresight.gateware.synthesis.gowin.family import GW2A, GW5A
-from boresight.gateware.synthesis.ice40.family import ICE40
-from boresight.gateware.synthesis.nexus.family import NEXUS
-from boresight.gateware.synthesis.spartan6.family import SPARTAN6
+from boresight.gateware.synthesis.family import Device, Family, Router, Target
+from boresight.gateware.synthesis.registers import Absorption, FlipFlop
+from boresight.gateware.synthesis.spartan6.timing import estimate_clock
 
-#: Families with parts of their own.
-FAMILIES: Final[tuple[Family, ...]] = (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, GW5A, ARTIX7, CYCLONE5)
-
-
-def _targets() -> dict[str, Target]:
-    """Name the parts; the slowest grade has no number in its name."""
-    out = {}
-    for family in FAMILIES:
-        for device in family.devices:
-            for k, grade in enumerate(device.grades):
-                name = f"{device.name}-{grade}" if k else device.name
-                out[name] = Target(name, family, device, grade)
-    return out
+#: Words and bits that a block RAM of 18 Kbit can have.
+_BLOCK_18K: Final = {(512 << k, bits): 1.0 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
+#: Command of yosys. The scheduler never reads a register in the cycle in which it is written, and
+#: the bank of results that is written is not read: these memories need no logic for the old word.
+_NO_RW_CHECK: Final = "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
 
 
-#: Targets by name.
-TARGETS: Final[dict[str, Target]] = _targets()
+def _parts(
+    grades: tuple[int, ...],
+    lut: str,
+    dsp: str,
+    ram: str,
+    sizes: Mapping[str, tuple[int, ...]],
+    memory: str = "ram",
+    **more: str,
+) -> tuple[Device, ...]:
+    """Parts by name, small first, with the number of each unit; flip-flops follow tables."""
+    units = {"lut": lut, "ff": "flip-flop", "dsp": dsp, memory: ram, **more}.items()
+    return tuple(
+        Device(
+            name=name,
+            resources={key: (n, unit) for (key, unit), n in zip(units, numbers, strict=True)},
+            grades=grades,
+            memory=memory,
+        )
+        for name, numbers in sizes.items()
+    )
+
+
+def _each(use: Mapping[str, float], *names: str) -> dict[str, Mapping[str, float]]:
+    """Types of cells with the same use of resources."""
+    return dict.fromkeys(names, use)
+
+
+def _spartan6(slices: int, lut_ram: int, dsp: int, ram: int) -> tuple[int, ...]:
+    """Slices of four LUT6 and eight flip-flops each, every other one with a carry chain."""
+    return 4 * slices, 8 * slices, dsp, ram, lut_ram, slices // 2, 16
+
+
+#: No open tool routes it: its clock is an estimate. No latches, and no flip-flops on the falling
+#: edge of the clock.
+SPARTAN6: Final = Family(
+    name="spartan6",
+    title="Xilinx Spartan-6",
+    synthesis="synth_xilinx -family xc6s -flatten -noiopad",
+    cells={
+        **_each({"lut": 1}, *(f"LUT{inputs}" for inputs in (1, 2, 3, 4, 5, 6, "6_2"))),
+        **_each({"lut": 1}, "INV"),  # one that is left feeds no LUT: it takes one
+        **_each({"lut": 1, "lut_ram": 1}, "SRL16E", "SRLC16E", "SRLC32E"),
+        **_each({"lut": 1, "lut_ram": 1}, "RAM16X1S", "RAM32X1S", "RAM64X1S"),
+        **_each({"lut": 2, "lut_ram": 2}, "RAM128X1S", "RAM16X1D", "RAM32X1D", "RAM64X1D"),
+        **_each({"lut": 4, "lut_ram": 4}, "RAM256X1S", "RAM128X1D", "RAM32M", "RAM64M"),
+        **_each({"ff": 1}, "FDRE", "FDSE", "FDCE", "FDPE"),
+        **_each({}, "MUXF7", "MUXF8", "GND", "VCC"),
+        "CARRY4": {"carry4": 1},
+        "DSP48A1": {"dsp": 1},
+        "RAMB16BWER": {"ramb16": 1},
+        "RAMB8BWER": {"ramb16": 0.5},
+        "BUFG": {"bufg": 1},
+    },
+    devices=_parts(
+        (2, 3),
+        "LUT6",
+        "DSP48A1",
+        "RAMB16, block RAM of 18 Kbit",
+        {
+            "xc6slx4": _spartan6(600, 1200, 8, 12),
+            "xc6slx9": _spartan6(1430, 1440, 16, 32),
+            "xc6slx16": _spartan6(2278, 2176, 32, 32),
+            "xc6slx25": _spartan6(3758, 3664, 38, 52),
+            "xc6slx45": _spartan6(6822, 6408, 58, 116),
+        },
+        memory="ramb16",
+        lut_ram="LUT6 used as memory or shift register",
+        carry4="CARRY4",
+        bufg="BUFG",
+    ),
+    # RAMB16 and its halves.
+    memory_shapes=_BLOCK_18K | {(words // 2, bits): 0.5 for words, bits in _BLOCK_18K},
+    estimate=estimate_clock,
+)
+
+
+def _ecp5_memory(ports: str, *, wide: bool) -> Absorption:
+    """The output registers of DP16KD: 36 bits are written by A and read by B, on both outputs."""
+    return Absorption(
+        cell="DP16KD",
+        pins=tuple(f"DO{port}" for port in ports),
+        register=(f"REGMODE_{ports[-1]}", "NOREG", "OUTREG"),
+        parameters={f"REGMODE_{port}": "OUTREG" for port in ports},
+        clock=f"CLK{ports[-1]}",
+        enables=tuple(f"OCE{port}" for port in ports),
+        agrees=f"CE{ports[-1]}",
+        output=True,
+        applies=lambda p: (int(p.get("DATA_WIDTH_B", "10010"), 2) == 36) == wide,
+    )
+
+
+def _ecp5_multiplier(pins: str, register: str, *, output: bool = False) -> Absorption:
+    """A register of MULT18X18D."""
+    return Absorption(
+        cell="MULT18X18D",
+        pins=(pins,),
+        register=(f"{register}_CLK", "NONE", "CLK0"),
+        parameters={f"{register}_CE": "CE0", f"{register}_RST": "RST0", "GSR": "DISABLED"},
+        clock="CLK0",
+        enables=("CE0",),
+        output=output,
+        wires={"RST0": "0"},
+    )
+
+
+#: LUT4 and slices of two; CCU2C is two of their LUTs, PFUMX and L6MUX21 are beside them. What the
+#: tool says of a part is all that can be used: of the 85k's 83,640 and so on.
+ECP5: Final = Family(
+    name="ecp5",
+    title="Lattice ECP5",
+    # A word leaves the block RAM after 5.8 ns, so memories of up to 64 words may become tables. A
+    # reset that waits for the enable would be the enable, late as it is, and one more table on the
+    # way to LSR: such resets become logic in front of the data. A net takes about 1 ns as routed;
+    # with this instead of synth_ecp5's 0.3 ns abc9 makes fewer levels.
+    synthesis=_NO_RW_CHECK + "synth_ecp5 -run :map_ram; "
+    "setattr -unset ram_style t:$mem_v2 r:SIZE<=64 %i; synth_ecp5 -run map_ram:map_ffs; "
+    "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:map_luts; "
+    "techmap -map +/lattice/latches_map.v; abc9 -W 1000; clean; synth_ecp5 -run map_cells:",
+    cells={
+        "LUT4": {"lut": 1},
+        "CCU2C": {"lut": 2},
+        "TRELLIS_DPR16X4": {"lut": 6},
+        "TRELLIS_FF": {"ff": 1},
+        "MULT18X18D": {"dsp": 1},
+        "DP16KD": {"ram": 1},
+        **_each({}, "PFUMX", "L6MUX21", "EHXPLLL", "DCCA", "TRELLIS_IO", "SGSR"),
+    },
+    flip_flops=(
+        FlipFlop(
+            kind="TRELLIS_FF",
+            d="DI",
+            enable="CE",
+            reset="LSR",
+            parameters={"CEMUX": "1 ", "GSR": "DISABLED"},
+            plain={"LSRMUX": "LSR", "REGSET": "RESET", "CLKMUX": "CLK"},
+        ),
+    ),
+    devices=_parts(
+        (6, 7, 8),
+        "LUT4",
+        "MULT18X18D",
+        "DP16KD, block RAM of 18 Kbit",
+        {
+            "ecp5-25k": (24288, 24288, 28, 56),
+            "ecp5-45k": (43848, 43848, 72, 108),
+            "ecp5-85k": (83640, 83640, 156, 208),
+        },
+    ),
+    memory_shapes=_BLOCK_18K,
+    # docs/targets.md#measured has the commands.
+    clocks={
+        **{(1, 7): 79.4, (1, 9): 129.5, (1, 10): 132.4, (1, 12): 147.1},
+        **{(2, 9): 104.4, (2, 10): 115.7},
+    },
+    clocks_source="clocks of four filters routed on ecp5-25k, speed 6, 1 to 5 seeds",
+    router=Router(
+        program="nextpnr-ecp5",
+        extra="ecp5",
+        options=("--{size}", "--package", "CABGA381", "--speed", "{grade}", "--tmg-ripup"),
+        pins=("--lpf", "top.lpf"),
+        placed=("--textcfg", "top.config"),
+        packer=("ecppack", "--compress"),
+        bitstream="top.bit",
+    ),
+    registers=(
+        _ecp5_memory("AB", wide=True),
+        _ecp5_memory("A", wide=False),
+        _ecp5_memory("B", wide=False),
+        _ecp5_multiplier("A", "REG_INPUTA"),
+        _ecp5_multiplier("B", "REG_INPUTB"),
+        _ecp5_multiplier("P", "REG_OUTPUT", output=True),
+    ),
+)
+
+#: Yosys itself uses the registers of its multipliers.
+ICE40: Final = Family(
+    name="ice40",
+    title="Lattice iCE40 UltraPlus",
+    synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ice40 -device u -dsp",
+    cells={
+        "SB_LUT4": {"lut": 1},
+        **_each(
+            {"ff": 1},
+            *(
+                f"SB_DFF{edge}{enable}{reset}"
+                for edge in ("", "N")
+                for enable in ("", "E")
+                for reset in ("", "SR", "R", "SS", "S")
+            ),
+        ),
+        "SB_MAC16": {"dsp": 1},
+        "SB_RAM40_4K": {"ram": 1},
+        "SB_SPRAM256KA": {"spram": 1},
+        **_each({}, "SB_CARRY", "SB_IO", "SB_GB_IO", "SB_PLL40_PAD"),
+    },
+    flip_flops=(FlipFlop(kind="SB_DFF", clock="C"),),
+    devices=_parts(
+        (1,),
+        "LUT4",
+        "SB_MAC16",
+        "SB_RAM40_4K, block RAM of 4 Kbit",
+        {"ice40-up5k": (5280, 5280, 8, 30, 4)},
+        spram="SB_SPRAM256KA",
+    ),
+    memory_shapes={(256 << k, 16 >> k): 1 for k in range(4)},
+    router=Router(
+        program="nextpnr-ice40",
+        extra="ice40",
+        options=("--{size}", "--package", "sg48"),
+        pins=("--pcf", "top.pcf"),
+        placed=("--asc", "top.asc"),
+        packer=("icepack",),
+        bitstream="top.bin",
+    ),
+)
+
+
+def _nexus_multiplier(pins: str, register: str, suffix: str) -> Absorption:
+    """A register of MULT18X18; ``suffix``: of its enable and reset."""
+    return Absorption(
+        cell="MULT18X18",
+        pins=(pins,),
+        register=(register, "BYPASS", "REGISTER"),
+        clock="CLK",
+        enables=(f"CE{suffix}",),
+        output=suffix == "OUT",
+        idle=(f"RST{suffix}",),
+    )
+
+
+#: CrossLink-NX and Certus-NX. WIDEFN9 is two LUT4 and a multiplexer, CCU2 two and a carry, DPR16X4
+#: four and the two of its write port. The output registers of memories stay unused: what enables
+#: them neither yosys nor nextpnr says.
+NEXUS: Final = Family(
+    name="nexus",
+    title="Lattice Nexus",
+    # Multipliers are mapped before synth_nexus: its pass that uses their registers (yosys 0.70,
+    # lattice_dsp_nexus) connected an operand of one of a core's four to 0.
+    synthesis="proc; wreduce t:$mul; techmap -map +/mul2dsp.v -D DSP_A_MAXWIDTH=18 "
+    "-D DSP_B_MAXWIDTH=18 -D DSP_NAME=$__NX_MUL18X18 t:$mul; "
+    "techmap -map +/lattice/dsp_map_nexus.v t:$__NX_MUL18X18; "
+    + _NO_RW_CHECK
+    + "synth_nexus -noiopad",
+    cells={
+        **_each({"lut": 1}, "LUT4", "INV"),
+        **_each({"lut": 2}, "WIDEFN9", "CCU2"),
+        "DPR16X4": {"lut": 6},
+        **_each({"ff": 1}, *(f"FD1P3{kind}X" for kind in "BDIJ")),
+        **_each({"dsp": 0.5}, "MULT9X9", "MULTPREADD9X9"),
+        **_each({"dsp": 1}, "MULT18X18", "MULTPREADD18X18", "MULTADDSUB18X18"),
+        **_each({"dsp": 2}, "MULT18X36", "MULTADDSUB9X9WIDE"),
+        **_each({"dsp": 4}, "MULT36X36", "MULTADDSUB36X36"),
+        **_each({"ram": 1}, "DP16K", "PDP16K", "PDPSC16K"),
+        **_each({}, "VHI", "VLO"),
+    },
+    flip_flops=(
+        FlipFlop(
+            kind="FD1P3IX", clock="CK", enable="SP", reset="CD", parameters={"GSR": "DISABLED"}
+        ),
+    ),
+    drivers={"clk": ("DCC", {}, "CLKO"), "0": ("VLO", {}, "Z")},
+    devices=_parts(
+        (7, 8, 9),
+        "LUT4",
+        "MULT18X18",
+        "EBR, block RAM of 18 Kbit",
+        {
+            "lifcl-17": (13824, 13824, 24, 24),
+            "lifcl-40": (32256, 32256, 56, 84),
+            "lfd2nx-40": (32256, 32256, 56, 84),
+        },
+    ),
+    memory_shapes=_BLOCK_18K,
+    # docs/targets.md#measured has the commands.
+    clocks={(1, 7): 110.4, (1, 9): 154.8},
+    clocks_source="clocks of four filters routed on lifcl-17, speed 7, 3 seeds",
+    # With --tmg-ripup and a clock that is not reached the router did not end (135 rounds).
+    router=Router(
+        program="nextpnr-nexus", extra="nexus", options=("--device", "{name}-{grade}BG256C")
+    ),
+    registers=(
+        _nexus_multiplier("A", "REGINPUTA", "A"),
+        _nexus_multiplier("B", "REGINPUTB", "B"),
+        _nexus_multiplier("Z", "REGOUTPUT", "OUT"),
+    ),
+    constants={"VLO": ("Z", "0"), "VHI": ("Z", "1")},
+    # The input of the first cell of a carry chain comes from the chain beside it, so that nextpnr
+    # takes no driver there; the cell does not read it. abc9 ties what is open to 0
+    # (github.com/YosysHQ/yosys/issues/5639).
+    opens={"CCU2": ("INIT1", "0x00AA", "CIN")},
+)
+
+
+def _gowin_memory(cell: str, port: str, register: str, mode: str) -> tuple[Absorption, ...]:
+    """The output register of a port of a memory of 18 Kbit, without and with parity."""
+    rule = Absorption(
+        cell=cell,
+        pins=(f"DO{port}",),
+        register=(mode, "0", "1"),
+        clock=f"CLK{register}",
+        enables=(f"OCE{port}",),
+        agrees=f"CE{register}",
+        output=True,
+        idle=(f"RESET{register}",),
+    )
+    return rule, replace(rule, cell=f"{cell.removesuffix('B')}X9{'B' * cell.endswith('B')}")
+
+
+def _gowin_multiplier(cell: str, pins: str, register: str) -> Absorption:
+    """A register of a multiplier; all of one have one enable."""
+    return Absorption(
+        cell=cell,
+        pins=(pins,),
+        register=(register, "0", "1"),
+        clock="CLK",
+        enables=("CE",),
+        output=pins == "DOUT",
+        idle=("RESET",),
+    )
+
+
+_GOWIN: Final[dict[str, Any]] = {
+    # nextpnr takes no clock from a pin without its place, and routes its oscillator's clock as any
+    # net, so the clock of a core without pins has no source: an ideal one.
+    "drivers": {"clk": None},
+    "memory_shapes": _BLOCK_18K,
+}
+_GOWIN_CELLS: Final = {
+    **_each({"lut": 1}, "ALU", *(f"LUT{inputs}" for inputs in range(1, 5))),
+    **_each({"ff": 1}, *(f"DFF{kind}{e}" for kind in ("", "R", "S", "C", "P") for e in ("", "E"))),
+    **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("SP", "pROM") for x in ("", "X9"))),
+    **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("DP", "SDP") for x in ("B", "X9B"))),
+    **_each({}, "GND", "VCC", *(f"MUX2_LUT{inputs}" for inputs in range(5, 9))),
+}
+
+GW2A: Final = Family(
+    name="gw2a",
+    title="Gowin GW2A",
+    synthesis=_NO_RW_CHECK + "synth_gowin -family gw2a -noiopads -nolutram",
+    cells={
+        **_GOWIN_CELLS,
+        "MULT9X9": {"dsp": 0.5},
+        "MULT18X18": {"dsp": 1},
+        "MULT36X36": {"dsp": 4},
+    },
+    flip_flops=(FlipFlop(kind="DFF"), FlipFlop(kind="DFFE", enable="CE")),
+    devices=_parts(
+        (7, 8, 9), "LUT4", "MULT18X18", "BSRAM of 18 Kbit", {"gw2a-18": (20736, 15552, 48, 46)}
+    ),
+    router=Router(
+        program="nextpnr-himbaechel-gowin",
+        extra="gowin",
+        options=("--device", "GW2A-LV18PG256{grade}", "--vopt", "family=GW2A-18C"),
+        grades={7: "C7/I6", 8: "C8/I7", 9: "C9/I8"},
+        untimed=frozenset({"MULT9X9", "MULT18X18", "MULT36X36"}),
+    ),
+    registers=(
+        *_gowin_memory("SP", "", "", "READ_MODE"),
+        *_gowin_memory("SDPB", "", "B", "READ_MODE"),
+        *_gowin_memory("DPB", "A", "A", "READ_MODE0"),
+        *_gowin_memory("DPB", "B", "B", "READ_MODE1"),
+        *(
+            _gowin_multiplier(cell, pins, register)
+            for cell in ("MULT9X9", "MULT18X18", "MULT36X36")
+            for pins, register in (("A", "AREG"), ("B", "BREG"), ("DOUT", "OUT_REG"))
+        ),
+    ),
+    constants={"GND": ("G", "0"), "VCC": ("V", "1")},
+    **_GOWIN,
+)
+#: yosys 0.70 maps no multiplier to MULT12X12 or MULTALU27X18: tables multiply.
+GW5A: Final = Family(
+    name="gw5a",
+    title="Gowin GW5A",
+    synthesis=_NO_RW_CHECK + "synth_gowin -family gw5a -noiopads -nolutram",
+    cells=_GOWIN_CELLS,
+    flip_flops=(FlipFlop(kind="DFFRE"),),
+    devices=_parts(
+        (1, 2), "LUT4", "MULTALU27X18", "BSRAM of 18 Kbit", {"gw5a-25": (23040, 23040, 28, 56)}
+    ),
+    router=Router(
+        program="nextpnr-himbaechel-gowin",
+        extra="gowin",
+        options=("--device", "GW5A-LV25MG121N{grade}", "--vopt", "family=GW5A-25A"),
+        grades={1: "C1/I0", 2: "C2/I1"},
+    ),
+    **_GOWIN,
+)
+
+ARTIX7: Final = Family(
+    name="artix7",
+    title="Xilinx Artix-7",
+    synthesis=_NO_RW_CHECK + "synth_xilinx -family xc7 -flatten -noiopad -noclkbuf",
+    cells={
+        **_each({"lut": 1}, "INV", "SRL16E", "SRLC32E", *(f"LUT{n}" for n in range(1, 7))),
+        **_each({"lut": 2}, "RAM32X1D", "RAM64X1D"),
+        **_each({"lut": 4}, "RAM32M", "RAM64M", "RAM128X1D"),
+        **_each({}, "CARRY4", "MUXF7", "MUXF8"),
+        **_each({"ff": 1}, "FDRE", "FDSE", "FDCE", "FDPE"),
+        "DSP48E1": {"dsp": 1},
+        "RAMB18E1": {"ram": 0.5},
+        "RAMB36E1": {"ram": 1},
+    },
+    devices=_parts(
+        (1,),
+        "LUT6",
+        "DSP48E1",
+        "RAMB36E1, block RAM of 36 Kbit",
+        {
+            "artix7-12t": (8000, 16000, 40, 20),
+            "artix7-15t": (10400, 20800, 45, 25),
+            "artix7-25t": (14600, 29200, 80, 45),
+            "artix7-35t": (20800, 41600, 90, 50),
+            "artix7-50t": (32600, 65200, 120, 75),
+            "artix7-75t": (47200, 94400, 180, 105),
+            "artix7-100t": (63400, 126800, 240, 135),
+            "artix7-200t": (134600, 269200, 740, 365),
+        },
+    ),
+    memory_shapes=dict.fromkeys(_BLOCK_18K, 0.5),
+)
+#: Two tables of up to 5 inputs fit into an ALM, as far as they share inputs; one of 6. A DSP block
+#: has three multipliers of 9 bits, two of 18 or one of 27.
+CYCLONE5: Final = Family(
+    name="cyclone5",
+    title="Intel Cyclone V",
+    synthesis=_NO_RW_CHECK + "synth_intel_alm -noiopad -noclkbuf -nolutram",
+    cells={
+        **_each({"lut": 0.5}, *(f"MISTRAL_ALUT{inputs}" for inputs in range(2, 6))),
+        **_each({"lut": 0.5}, "MISTRAL_NOT", "MISTRAL_ALUT_ARITH"),
+        "MISTRAL_ALUT6": {"lut": 1},
+        "MISTRAL_FF": {"ff": 1},
+        "MISTRAL_MUL9X9": {"dsp": 1 / 3},
+        "MISTRAL_MUL18X18": {"dsp": 0.5},
+        "MISTRAL_MUL27X27": {"dsp": 1},
+        "MISTRAL_M10K": {"ram": 1},
+    },
+    devices=_parts(
+        (8,),
+        "ALM",
+        "variable-precision DSP block",
+        "M10K",
+        {
+            "cyclone5-a2": (9430, 37720, 25, 176),
+            "cyclone5-a4": (18480, 73920, 66, 308),
+            "cyclone5-a5": (29080, 116320, 150, 446),
+            "cyclone5-a7": (56480, 225920, 156, 686),
+            "cyclone5-a9": (113560, 454240, 342, 1220),
+        },
+    ),
+    memory_shapes={(256 << k, bits): 1 for k, bits in enumerate((40, 20, 10, 5, 2, 1))},
+)
+
+#: Targets by name; the slowest grade has no number in its name.
+TARGETS: Final = {
+    target.name: target
+    for family in (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, GW5A, ARTIX7, CYCLONE5)
+    for device in family.devices
+    for k, grade in enumerate(device.grades)
+    for target in [Target(f"{device.name}-{grade}" if k else device.name, family, device, grade)]
+}

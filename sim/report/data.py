@@ -12,9 +12,9 @@ import numpy as np
 
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.device import Device
+from boresight.gateware.synthesis.family import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.synthesis.spartan6.family import XC6SLX9
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.words.program import Kind, Program
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.results import CheckResult
@@ -56,7 +56,7 @@ def report_data(
     *checks: CheckResult,
     area: Mapped | Routed | None = None,
     grade: int = 2,
-    device: Device = XC6SLX9,
+    device: Device = TARGETS["xc6slx9"].device,
 ) -> dict[str, Any]:
     """Build the report of a core's program at hand.
 

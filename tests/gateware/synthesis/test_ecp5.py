@@ -5,9 +5,8 @@ import copy
 import pytest
 
 from boresight.gateware.engine.leading import LeadingSignCount
-from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.routed import netlist_for
-from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.targets import ECP5, TARGETS
 from boresight.gateware.synthesis.yosys import synthesise
 from boresight.gateware.verilog import to_verilog
 from boresight.model.words.fixed import Arithmetic

@@ -6,10 +6,9 @@ import json
 import pytest
 
 from boresight.gateware.synthesis import routed as module
-from boresight.gateware.synthesis.gowin.family import GW2A
 from boresight.gateware.synthesis.nextpnr import command, find_program
 from boresight.gateware.synthesis.routed import Mapped, enclosed
-from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.targets import GW2A, TARGETS
 from boresight.gateware.synthesis.yosys import synthesise
 from boresight.model.errors import InputError
 from boresight.verbs.compile import compile, figures_of

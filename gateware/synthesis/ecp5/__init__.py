@@ -1,1 +1,0 @@
-"""Lattice ECP5, placed and routed by nextpnr."""

@@ -1,1 +1,0 @@
-"""Gowin GW2A and GW5A, placed and routed by nextpnr."""

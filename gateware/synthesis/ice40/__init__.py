@@ -1,1 +1,0 @@
-"""Lattice iCE40 UltraPlus, placed and routed by nextpnr."""

@@ -1,1 +1,0 @@
-"""Lattice CrossLink-NX and Certus-NX, placed and routed by nextpnr."""
