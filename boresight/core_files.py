@@ -21,8 +21,7 @@ from boresight.gateware.microcode.image import rom_pieces
 from boresight.gateware.synthesis.family import Router
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.synthesis.spartan6.family import SPARTAN6
-from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
 from boresight.gateware.texts.bench import Recorded
 from boresight.gateware.texts.core import (
     REGISTER_FILES,

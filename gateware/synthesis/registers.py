@@ -129,15 +129,14 @@ def absorb(
             nets[cell["connections"][port][0]] = value
     _exchange(cells, nets)
     before = sum(cell["type"] in kinds for cell in cells.values())
-    work = _Nets(module, kinds)
     for rule in rules:
-        for name in [name for name, cell in cells.items() if cell["type"] == rule.cell]:
-            if _apply(work, rule, cells[name]):
-                work = _Nets(module, kinds)
-    while idle := work.idle:
+        if such := [cell for cell in cells.values() if cell["type"] == rule.cell]:
+            work = _Nets(module, kinds)
+            for cell in such:
+                _apply(work, rule, cell)
+    while idle := _Nets(module, kinds).idle:
         for name in idle:
             del cells[name]
-        work = _Nets(module, kinds)
     _exchange(cells, {value: net for net, value in nets.items()})
     return before - sum(cell["type"] in kinds for cell in cells.values())
 
@@ -185,7 +184,7 @@ class _Nets:
             if bit in ("0", "x"):
                 return ""
             name, port, others = self.driver.get(bit, ""), None, []
-        kind = self.kinds.get(self.cells[name]["type"]) if name else None
+        kind = self.kinds.get(self.cells.get(name, {"type": ""})["type"])
         if kind is None or others or port not in (None, kind.d):
             return None
         return name if kind.is_plain(self.cells[name]) else None
@@ -212,8 +211,8 @@ class _Nets:
         }
 
 
-def _apply(nets: _Nets, rule: Absorption, cell: Json) -> bool:
-    """Use a register of a cell, if the flip-flops allow it; return whether it does."""
+def _apply(nets: _Nets, rule: Absorption, cell: Json) -> None:
+    """Use a register of a cell, if the flip-flops allow it."""
     parameters, wires = cell["parameters"], cell["connections"]
     register, unused, used = rule.register
 
@@ -221,9 +220,9 @@ def _apply(nets: _Nets, rule: Absorption, cell: Json) -> bool:
         return {bit for port in ports for bit in wires.get(port, ())} - {"0", "x"}
 
     if live(*rule.idle) or parameters.get(register, unused) != unused:
-        return False
+        return
     if not rule.applies(parameters):
-        return False
+        return
     moved = {
         (port, k): name
         for port in wires
@@ -233,14 +232,14 @@ def _apply(nets: _Nets, rule: Absorption, cell: Json) -> bool:
     }
     chosen = {name for name in moved.values() if name}
     if not chosen or None in moved.values():
-        return False
+        return
     types = {name: nets.kinds[nets.cells[name]["type"]] for name in chosen}
     clocks = {nets.cells[name]["connections"][f.clock][0] for name, f in types.items()}
     enables = {nets.enables(name) for name in chosen}
     if len(clocks) != 1 or len(enables) != 1 or None in enables or live(rule.clock) - clocks:
-        return False
+        return
     if wires[rule.agrees] != [*enables] if rule.agrees else live(*rule.enables) - enables:
-        return False
+        return
     for (port, k), name in moved.items():
         assert name is not None
         beside = nets.cells[name]["connections"]
@@ -252,4 +251,3 @@ def _apply(nets: _Nets, rule: Absorption, cell: Json) -> bool:
     for port, net in {rule.clock: [*clocks], **added}.items():
         wires[port] = net
         cell["port_directions"][port] = "input"
-    return True
