@@ -3,13 +3,9 @@
 ============ ==================================================================
 module       contents
 ============ ==================================================================
-targets      every target: a part of a family at a speed grade
+targets      the families as data, and every target: a part at a speed grade
 family       description of a family: synthesis, cells, registers, router, parts
-device       a part: how many of each resource
-spartan6/    the families, a folder each (``docs/targets.md``)
-ecp5/, ice40/
-nexus/, gowin/
-area_alone   families that no router has
+spartan6/    the estimate of a clock
 yosys        Verilog to the netlist of a family
 registers    flip-flops move into multipliers and memories
 nextpnr      placed, routed, timed

@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from boresight.gateware.synthesis.family import ClockEstimate, Device, Family, Target
 from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.yosys import Synthesis, SynthesisError, synthesise
+from boresight.gateware.synthesis.yosys import SynthesisError, synthesise
 from boresight.model.errors import InputError
 
 #: Default clock that the router works towards: higher than any core reaches, MHz.
@@ -30,8 +30,6 @@ class Mapped:
         As yosys writes it, flip-flops in the registers of multipliers and memories.
     used : mapping
         Resources used, by the keys of the target's.
-    inside : int
-        Flip-flops that are registers of multipliers and memories.
     version, command : str
         Of yosys.
     clock : ClockEstimate, optional
@@ -41,7 +39,6 @@ class Mapped:
     target: Target
     netlist: dict[str, Any]
     used: Mapping[str, float]
-    inside: int
     version: str
     command: str
     clock: ClockEstimate | None = None
@@ -140,27 +137,10 @@ class Routed:
         return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
 
 
-class FamilyNetlist(NamedTuple):
-    """A netlist of a family, and the flip-flops that are registers of multipliers and memories."""
-
-    synthesis: Synthesis
-    inside: int
-
-
-def netlist_of(verilog: str | Mapping[str, str], top: str, family: Family) -> FamilyNetlist:
-    """Synthesise for a family, and use the registers of its multipliers and memories.
-
-    Raises
-    ------
-    ToolMissing, SynthesisError
-        Yosys is not installed, or rejected the design.
-    """
-    synthesis = synthesise(verilog, top=top, command=family.synthesis)
-    return FamilyNetlist(synthesis, family.absorb(synthesis.netlist, top))
-
-
 def netlist_for(verilog: str | Mapping[str, str], top: str, target: Target) -> Mapped:
-    """The netlist for a target (`netlist_of`), the resources that it uses, a clock estimate.
+    """Synthesise for a target: its netlist, the resources that it uses, a clock estimate.
+
+    Flip-flops move into the registers of multipliers and memories.
 
     Raises
     ------
@@ -170,8 +150,9 @@ def netlist_for(verilog: str | Mapping[str, str], top: str, target: Target) -> M
         The part is too small.
     """
     family = target.family
-    synthesis, inside = netlist_of(verilog, top, family)
+    synthesis = synthesise(verilog, top=top, command=family.synthesis)
     netlist = synthesis.netlist
+    family.absorb(netlist, top)
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
     for kind, number in types.items():
@@ -186,7 +167,6 @@ def netlist_for(verilog: str | Mapping[str, str], top: str, target: Target) -> M
         target=target,
         netlist=netlist,
         used=used,
-        inside=inside,
         version=synthesis.version,
         command=synthesis.command,
         clock=family.estimate(netlist, top, target.grade),

@@ -138,30 +138,6 @@ def _version(program: str) -> str:
     return lines[-1].strip() if run.returncode == 0 and lines else ""
 
 
-def cell_library(name: str) -> str:
-    """Return a file of yosys' own library of cells, e.g. ``xilinx/cells_sim.v``.
-
-    Raises
-    ------
-    ToolMissing
-        Yosys is not installed, or comes without its library.
-    """
-    tool = find_tool()
-    if tool.name == "yosys":
-        share = Path(shutil.which(tool.argv[0]) or "").resolve().parent.parent / "share" / "yosys"
-    else:
-        package = importlib.util.find_spec(tool.name.replace("-", "_"))
-        assert package is not None and package.origin is not None
-        share = Path(package.origin).parent / "share"
-    try:
-        return (share / name).read_text(encoding="utf-8")
-    except OSError:
-        raise ToolMissing(
-            f"yosys' library of cells ({name}) not found in {share}: run 'pip install pyosys' in "
-            "this Python environment"
-        ) from None
-
-
 def run_tool(
     tool: Tool,
     arguments: Iterable[str],

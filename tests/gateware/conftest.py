@@ -1,7 +1,6 @@
 """Shared by the gateware tests: simulation of a component, proof of its primitives."""
 
 import os
-import re
 import subprocess
 from collections.abc import Callable
 
@@ -9,20 +8,17 @@ import pytest
 from amaranth.hdl import ClockDomain, Module
 from amaranth.lib import wiring
 
-from boresight.gateware.synthesis.yosys import cell_library, find_tool
+from boresight.gateware.synthesis.yosys import find_tool
 from boresight.gateware.verilog import to_verilog
 from boresight.model.tools.folders import yosys_environment
 from tests.support.bench import run_bench
 from tests.support.clock import pause
 
-#: Simulation models of the primitives in use, out of the synthesis tool's library.
-PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
-
 SCRIPT = """
-read_verilog models.v gold.v
+read_verilog +/xilinx/cells_sim.v gold.v
 prep -flatten -top gold
 design -stash gold
-read_verilog models.v gate.v
+read_verilog +/xilinx/cells_sim.v gate.v
 prep -flatten -top gate
 design -stash gate
 design -copy-from gold -as gold gold
@@ -60,9 +56,6 @@ def proves_equal(tmp_path) -> Callable:
     The primitives mean what the models of the synthesis tool's library say. Multipliers must have
     become common to both sides (at most ``multipliers`` are left); their outputs are then free.
     """
-    text = cell_library("xilinx/cells_sim.v")
-    models = [re.search(rf"(?ms)^module {name} ?\(.*?^endmodule", text) for name in PRIMITIVES]
-    (tmp_path / "models.v").write_text("\n".join(model[0] for model in models if model))
 
     def prove(gold: wiring.Component, gate: wiring.Component, multipliers: int = 0) -> bool:
         (tmp_path / "gold.v").write_text(to_verilog(gold, "gold", instances=False))
