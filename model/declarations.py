@@ -8,9 +8,7 @@ word read as an unsigned number; ``flags`` and ``bits`` are words whose bits are
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
-from keyword import iskeyword
 from numbers import Real
 from typing import Any, Protocol
 
@@ -297,39 +295,6 @@ class Named(Protocol):
     @property
     def name(self) -> str:
         """Its name."""
-
-
-#: Declarations with a source location.
-_DECLARED = (Input, Param, State, Output)
-
-
-def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
-    """Refuse names that are not identifiers or occur twice in one group.
-
-    Parameters
-    ----------
-    where : str
-        Estimator, for the message.
-    groups : (kind, declarations)
-        Of one kind each: "input", "parameter", ...
-
-    Raises
-    ------
-    InputError
-        A name is not an identifier, or occurs twice.
-    """
-    for kind, declared in groups:
-        names = set()
-        for declaration in declared:
-            location = placed(declaration.line if isinstance(declaration, _DECLARED) else "", where)
-            name = declaration.name
-            wanted = f"{kind} names of letters, digits and _, no words of Python"
-            valid = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
-            require(valid, location, wanted, name, "rename it")
-            if name in names:
-                wanted, found = f"each {kind} once", f"{name} twice"
-                raise InputError.at(location, wanted=wanted, found=found, fix="rename one")
-            names.add(name)
 
 
 def _checked(declaration: Any, kind: str) -> str:

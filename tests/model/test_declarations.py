@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.declarations import Input, Output, Param, State, check_declared
+from boresight.model.declarations import Input, Output, Param, State
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 
@@ -74,18 +74,3 @@ def test_numbers_of_numpy_are_numbers() -> None:
     assert repr(state) == repr(State("s", -0.5, 1, "m", initial=0.25, line=state.line))
     with pytest.raises(InputError, match=r"excludes 0, found s in \[-0.5, 1\]; divide by ops"):
         Reciprocal(state).compile()
-
-
-def test_names_are_identifiers_and_of_one_group_each_its_own() -> None:
-    same = (Output("a"), Output("b"))
-    check_declared("estimator e", ("input", (Input("a", 0.0, 1.0),)), ("output", same))
-    with pytest.raises(
-        InputError,
-        match=r"^test_declarations\.py, line \d+, estimator e: wanted each output once, found a tw",
-    ):
-        check_declared("estimator e", ("output", (*same, Output("a"))))
-    for name in ("", "1a", "a-b"):
-        with pytest.raises(
-            InputError, match=f", estimator e: wanted output names of letters, .*, found '{name}'; "
-        ):
-            check_declared("estimator e", ("output", (*same, Output(name))))

@@ -27,8 +27,8 @@ class Leaky(Estimator):
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"inputs": 2 * Leaky.inputs}, "estimator leaky: wanted each input once, found u twice"),
-        ({"outputs": ()}, "estimator leaky: wanted an output, found none"),
+        ({"inputs": 2 * Leaky.inputs}, "estimator leaky: wanted each input once, found 'u'"),
+        ({"outputs": ()}, "estimator leaky: wanted an output, found ()"),
         ({"urgent": 3}, "estimator leaky: wanted urgent of 0 to 2, found 3"),
         (
             {"inputs": Input("u", 0.0, 1.0)},
@@ -45,11 +45,11 @@ class Leaky(Estimator):
         ({"states": (State("a b", 0.0, 1.0),)}, "estimator leaky: wanted state names of letters"),
         (
             {"inputs": (Input("f", 0.0, 1.0, "", valid_of="z"),)},
-            "estimator leaky, input f: wanted valid_of names of inputs, found z; choose inputs",
+            "estimator leaky, input f: wanted valid_of names of inputs, found 'z'; choose inputs",
         ),
         (
             {"inputs": (*Leaky.inputs, Input("f", 0.0, 1.0, "", valid_of=("v", "f")))},
-            "estimator leaky, input f: wanted valid_of names of inputs, found f; choose u, v",
+            "estimator leaky, input f: wanted valid_of names of inputs, found 'f'; choose u, v",
         ),
     ],
 )
