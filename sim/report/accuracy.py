@@ -60,20 +60,9 @@ class _Bins:
         self._sum[bins] += np.add.reduceat(np.where(finite, x, 0.0), cuts)
         self._rows[bins] += np.add.reduceat(finite.astype(np.float64), cuts)
 
-    @property
-    def first(self) -> list[float | None]:
-        """First value of each run."""
-        return _numbers(self._first)
-
-    @property
-    def low(self) -> list[float | None]:
-        """Least value of each run."""
-        return _numbers(self._low)
-
-    @property
-    def high(self) -> list[float | None]:
-        """Greatest value of each run."""
-        return _numbers(self._high)
+    def values(self, kind: str) -> list[float | None]:
+        """The ``first``, ``low`` (least) or ``high`` (greatest) value of each run."""
+        return _numbers(getattr(self, f"_{kind}"))
 
     def mean(self, unit: str) -> list[float | None]:
         """Mean of each run; of words, and of angles that pass half a turn, the first value."""
@@ -238,19 +227,17 @@ class _Rows:
     def against_truth(self) -> list[dict[str, Any]]:
         """Fixed point and float64 against truth, output by output."""
         return [
-            {**fixed.to_json(), "float_max": floating.to_json()["max"],
-             "float_rms": floating.to_json()["rms"]}
+            {**fixed.to_json(), **{f"float_{n}": floating.to_json()[n] for n in ("max", "rms")}}
             for fixed, floating in zip(*(x.result() for x in self._truths), strict=True)
-        ]  # fmt: skip
+        ]
 
     def rmse(self) -> dict[str, Any]:
         """Root mean square angles of both against the record's attitude; None without any."""
-        keys = ("rmse_deg", "float_rmse_deg")
-        if not self._angles[0].samples:
-            return dict.fromkeys(keys)
         return {
             key: {name: _number(x) for name, x in angles.result().items()}
-            for key, angles in zip(keys, self._angles, strict=True)
+            if angles.samples
+            else None
+            for key, angles in zip(("rmse_deg", "float_rmse_deg"), self._angles, strict=True)
         }
 
     def series(self) -> dict[str, Any]:
@@ -271,19 +258,18 @@ class _Rows:
             return {
                 "unit": unit,
                 "fixed": None if fixed is None else fixed.mean(unit),
-                **({} if band is None else {"low": band.low, "high": band.high}),
+                **({} if band is None else {end: band.values(end) for end in ("low", "high")}),
                 "truth": None if truth is None else truth.mean(unit),
-                "error": bins["error", name].high,
-                "tolerance": None
-                if not d.tolerance
-                else (180.0 if d.unit == "ht" else 1.0) * d.tolerance,
+                "error": bins["error", name].values("high"),
+                "tolerance": (180.0 if d.unit == "ht" else 1.0) * (d.tolerance or 0.0) or None,
                 "beyond_from": None if first is None else _number(self.times[first]),
             }
 
-        attitude = {name: bins["log", name].high for name in _ANGLE_CURVES if ("log", name) in bins}
+        known = [name for name in _ANGLE_CURVES if ("log", name) in bins]
+        attitude = {name: bins["log", name].values("high") for name in known}
         return {
             "samples_per_point": size,
-            "t": bins["t", ""].first,
+            "t": bins["t", ""].values("first"),
             "outputs": {d.output: curve(d) for d in self.check.accuracy.differences},
             "vs_log_deg": attitude or None,
         }
@@ -295,12 +281,11 @@ _ANGLE_CURVES = ("heading", "inclination")
 
 def _divergence(check: CheckResult, times: Mapping[int, float]) -> dict[str, Any] | None:
     """The first sample in which an output is beyond its tolerance, and the first wrong value."""
-    beyond = [
-        (d.first_beyond, d.output) for d in check.accuracy.differences if d.first_beyond is not None
-    ]
-    if not beyond:
+    beyond = [(d.first_beyond, d.output) for d in check.accuracy.differences if not d.good]
+    steps = [first for first, _ in beyond if first is not None]
+    if not steps:
         return None
-    step = min(beyond)[0]
+    step = min(steps)
     return {
         "sample": step,
         "t": _number(times[step]),
