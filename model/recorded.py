@@ -25,7 +25,7 @@ Leaves = Mapping[tuple[str, str], FloatArray]
 
 #: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
 #: arrays; one by one as many as have about this number of expressions together, within limits.
-_ROWS, _EXPRESSIONS, _SCALAR_ROWS = 997, 40_000, (24, 401)
+_ROWS, _EXPRESSIONS, _FEWEST, _MOST = 997, 40_000, 24, 401
 #: Share of a value up to which the two may differ without a second look.
 _EQUAL = 1e-9
 #: The second look: number of rows, how often each is computed, and the share by which each argument
@@ -87,88 +87,65 @@ def check_recorded(
         The step raises, cannot be recorded, or its record computes something else. Differences
         that rounding explains, and infinite values, count as equal.
     """
-    with np.errstate(all="ignore"):
-        _Comparison(estimator, sample(estimator, inputs, params)).refuse_differences()
+    leaves, trace = sample(estimator, inputs, params), estimator.record()
+    results = [
+        *((f"output {name}", e) for name, e in trace.outputs.items()),
+        *((f"state {s.data[1]}", e) for s, _, e in trace.states),
+    ]
 
+    def recorded(leaves: Leaves, noise: Callable[[Any], Any] | None = None) -> FloatArray:
+        """Results (results, rows) of the record."""
+        values, rows = evaluate(trace, leaves, noise), len(next(iter(leaves.values())))
+        return np.stack([np.broadcast_to(values[e.number], rows) for _, e in results])
 
-class _Comparison:
-    """One update of an estimator on rows of its leaves, in numpy and as recorded."""
-
-    def __init__(self, estimator: Estimator, leaves: Leaves) -> None:
-        self.estimator, self.leaves = estimator, leaves
-        self.trace = estimator.record()
-        self.results = [
-            *((f"output {name}", e) for name, e in self.trace.outputs.items()),
-            *((f"state {s.data[1]}", e) for s, _, e in self.trace.states),
-        ]
-        self.rows = len(next(iter(leaves.values())))
-        self.expected = self._recorded(leaves, self.rows)
-
-    def refuse_differences(self) -> None:
-        """Raise InputError where the two differ."""
-        array_results = self._array_results()
-        count = _EXPRESSIONS * (1 if array_results is not None else 4) // len(self.trace.needed)
-        rows = range(min(self.rows, max(_SCALAR_ROWS[0], min(count, _SCALAR_ROWS[1]))))
-        scalar_results = np.stack([self._scalar_results(row) for row in rows], axis=1)
-        for computed in (scalar_results, *([] if array_results is None else [array_results])):
-            error = _difference(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
-            for row in np.argsort(-error, kind="stable")[:_SUSPECTS]:
-                if error[row] > _EQUAL:
-                    self._recheck(int(row))
-
-    def _recheck(self, row: int) -> None:
+    def recheck(row: int) -> None:
         """Raise InputError unless rounding explains the difference in a row."""
-        computed, expected = self._scalar_results(row), self.expected[:, row]
-        draw = np.random.default_rng(row)
-        noisy = self._recorded(
-            {name: np.full(_TIMES, values[row]) for name, values in self.leaves.items()},
-            _TIMES,
+        of_row, draw = {n: values[row] for n, values in leaves.items()}, np.random.default_rng(row)
+        computed, wanted = _stepped(estimator, of_row, ()), expected[:, row]
+        noisy = recorded(
+            {name: np.full(_TIMES, value) for name, value in of_row.items()},
             lambda x: x * (1.0 + _NOISE * draw.uniform(-1.0, 1.0, _TIMES)),
         )
-        spread = np.max(np.abs(noisy - expected[:, None]), axis=1)
-        mismatch = (_difference(computed, expected) > _EQUAL) & (
-            np.abs(computed - expected) > 2.0 * spread
-        )
-        for k in np.flatnonzero(mismatch):
-            name, expression = self.results[k]
-            line = expression.line or place_of_function(self.estimator.step)
+        spread = 2.0 * np.max(np.abs(noisy - wanted[:, None]), axis=1)
+        far = (_difference(computed, wanted) > _EQUAL) & (np.abs(computed - wanted) > spread)
+        for k in np.flatnonzero(far).tolist():
+            name, e = results[k]
             raise InputError.at(
-                placed(line, f"{name} of {self.estimator.name}"),
+                placed(e.line or place_of_function(estimator.step), f"{name} of {estimator.name}"),
                 wanted=f"what step computes in numpy, {computed[k]:.6g}",
-                found=f"{expected[k]:.6g} as recorded",
+                found=f"{wanted[k]:.6g} as recorded",
                 fix="compute it with + - * /, comparisons and boresight.ops alone: Python's is, "
                 "isinstance and the like are not recorded",
             )
 
-    def _recorded(
-        self, leaves: Leaves, rows: int, noise: Callable[[Any], Any] | None = None
-    ) -> FloatArray:
-        """Results (results, rows) of the record."""
-        values = evaluate(self.trace, leaves, noise)
-        return np.stack([np.broadcast_to(values[e.number], rows) for _, e in self.results])
-
-    def _scalar_results(self, row: int) -> FloatArray:
-        """Results (results,) of the step on one row."""
-        return self._step({name: values[row] for name, values in self.leaves.items()}, ())
-
-    def _array_results(self) -> FloatArray | None:
-        """Results (results, rows) of the step on arrays; None if it takes none."""
+    with np.errstate(all="ignore"):
+        expected = recorded(leaves)
         try:
-            return self._step(self.leaves, (self.rows,))
-        except (InputError, ValueError, TypeError):
-            return None
+            arrays = [_stepped(estimator, leaves, expected.shape[1:])]
+        except (InputError, ValueError, TypeError):  # the step takes none
+            arrays = []
+        count = _EXPRESSIONS * (1 if arrays else 4) // len(trace.needed)
+        rows = [
+            {name: values[row] for name, values in leaves.items()}
+            for row in range(min(expected.shape[1], max(_FEWEST, min(count, _MOST))))
+        ]
+        scalars = [_stepped(estimator, row, ()) for row in rows]
+        for computed in (np.stack(scalars, axis=1), *arrays):
+            error = _difference(computed, expected[:, : computed.shape[1]]).max(axis=0)
+            for row in np.argsort(-error, kind="stable")[:_SUSPECTS]:
+                if error[row] > _EQUAL:
+                    recheck(int(row))
 
-    def _step(self, leaves: Mapping[tuple[str, str], Any], shape: tuple[int, ...]) -> FloatArray:
-        x, u, p = (
-            Values(kind, {name: v for (of, name), v in leaves.items() if of == kind[:5]})
-            for kind in ("state", "input", "parameter")
-        )
-        after, out = self.estimator.checked_step(x, u, p, arrays=bool(shape))
-        results = [*(out[o.name] for o in self.estimator.outputs)]
-        results += [after[s.name] for s in self.estimator.states]
-        if not shape:
-            return np.array([float(r) for r in results])
-        return np.stack([np.broadcast_to(np.asarray(r, np.float64), shape) for r in results])
+
+def _stepped(estimator: Estimator, leaves: Mapping[Any, Any], shape: tuple[int, ...]) -> FloatArray:
+    """Results of the step: (results,) of one row, (results, rows) of arrays."""
+    x, u, p = (
+        Values(kind, {name: v for (of, name), v in leaves.items() if of == kind[:5]})
+        for kind in ("state", "input", "parameter")
+    )
+    after, out = estimator.checked_step(x, u, p, arrays=bool(shape))
+    results = [out[o.name] for o in estimator.outputs] + [after[s.name] for s in estimator.states]
+    return np.stack([np.broadcast_to(np.asarray(r, np.float64), shape) for r in results])
 
 
 def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
