@@ -212,12 +212,14 @@ def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
     raise InputError.at(where, wanted=wanted, found=found, fix=fix) from cause
 
 
-#: Modules that users' files imported from their own folder, by name: file and SHA-256.
-_helpers: dict[str, tuple[Path, str]] = {}
+#: Modules that users' files imported from their own folder, and that folder with its content.
+_helpers: set[str] = set()
+_folder: bytes = b""
 
 
 def _module(path: Path, kind: str) -> ModuleType:
-    """Import a file; once, until it or a module that it imports from its folder changes."""
+    """Import a file; once, until it or a module in its folder changes."""
+    global _folder
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -228,9 +230,17 @@ def _module(path: Path, kind: str) -> ModuleType:
             fix="check the path",
         ) from None
     file = path.resolve()
-    name = f"_boresight_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
-    if name in sys.modules and all(map(_is_current, vars(sys.modules[name])["__helpers__"])):
+    modules = sorted(f for f in file.parent.glob("*.py") if f.is_file() and os.access(f, os.R_OK))
+    folder = b"".join(str(f).encode() + hashlib.sha256(f.read_bytes()).digest() for f in modules)
+    digest = hashlib.sha256(str(file).encode() + content + folder)
+    name = f"_boresight_{digest.hexdigest()[:16]}"
+    if name in sys.modules:
         return sys.modules[name]
+    if folder != _folder:  # helpers of another folder, or of another state of it
+        for helper in _helpers:
+            sys.modules.pop(helper, None)
+        _folder = folder
+        _helpers.clear()
     with _imports_from(file.parent):
         spec = importlib.util.spec_from_file_location(name, file)
         assert spec is not None and spec.loader is not None
@@ -239,30 +249,20 @@ def _module(path: Path, kind: str) -> ModuleType:
         try:
             # No .pyc: two texts of the same second and length would share it.
             exec(compile(content, file, "exec", dont_inherit=True), module.__dict__)
-        except InputError:
-            del sys.modules[name]
-            raise
         except (Exception, SystemExit) as error:
             del sys.modules[name]
+            if isinstance(error, InputError):
+                raise
             line, text = _error_line(error, file, path), _error_text(error)
             of_kalman = re.search(r"State\.__init__\(\) .* '(sd|sd_max)'$", text)
             fix = "take State from boresight.kalman, which has it" if of_kalman else "correct it"
             raise InputError.at(line, wanted="a file that imports", found=text, fix=fix) from error
-    vars(module)["__helpers__"] = [*_helpers.values()]
     return module
 
 
 @contextmanager
 def _imports_from(folder: Path) -> Iterator[None]:
-    """Let imports find the modules in a user's folder in their current state.
-
-    Helper modules of other folders, and changed ones, are removed from `sys.modules`.
-    """
-    for name, helper in [*_helpers.items()]:
-        if helper[0].parent != folder or not _is_current(helper):
-            del _helpers[name]
-            sys.modules.pop(name, None)
-    # No .pyc: it would serve for another text of the same second and length.
+    """Let imports find the modules in a user's folder, without .pyc files."""
     writes_no_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     before = {*sys.modules}
     path_entries = [entry for entry in sys.path if entry != str(folder)]
@@ -276,17 +276,7 @@ def _imports_from(folder: Path) -> Iterator[None]:
         for name in {*sys.modules} - before:
             file = Path(getattr(sys.modules[name], "__file__", None) or "")
             if file.parent == folder and not name.startswith("_boresight_"):
-                _helpers[name] = (file, _digest(file))
-
-
-def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
-def _is_current(helper: tuple[Path, str]) -> bool:
-    """Whether a helper's file is as it was imported."""
-    file, digest = helper
-    return file.is_file() and _digest(file) == digest
+                _helpers.add(name)
 
 
 def _error_text(error: BaseException) -> str:
