@@ -153,7 +153,7 @@ class Interpreter:
 
 
 class _Text:
-    """Python that computes an update, for plain integers and arrays of them: a `walk.Domain`."""
+    """Python that computes an update, of plain integers or arrays: a domain of `walk.total`."""
 
     def __init__(self, program: Program, arrays: bool) -> None:
         arith = program.arithmetic

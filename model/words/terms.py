@@ -26,8 +26,8 @@ __all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
 
 Condition = walk.Condition[int]
 
-#: Levels of a term that `Terms.text` shows.
-_DEPTH = 3
+#: Which parts of a term are terms, if not all.
+_PARTS = {"sign": (0,), "index": (0,), "table": (2,), "amount": (2,), "term": (0,)}
 
 
 class Refuted(Exception):
@@ -35,7 +35,7 @@ class Refuted(Exception):
 
 
 class Terms:
-    """Numbers of terms, a `walk.Domain`; the same term always has the same number.
+    """Numbers of terms, the domain of `walk.total`; the same term always has the same number.
 
     Parameters
     ----------
@@ -133,33 +133,14 @@ class Terms:
                 return cast(int, word)
         return None
 
-    def text(self, number: int, depth: int = _DEPTH) -> str:
-        """A term in words, down to a depth, for messages."""
+    def text(self, number: int, depth: int = 3) -> str:
+        """A term, down to a depth, for messages."""
         kind, *parts = self._terms[number]
-        if kind in ("symbol", "word"):
-            return str(parts[0])
-        if depth == 0:
-            return "..."
-        if kind == "term":
-            shifted, negate, take = parts
-            return self._signed(shifted, negate, take, depth)
-        if kind == "table":
-            block, coefficient, index = parts
-            return f"table({block}, {coefficient}, {self.text(index, depth - 1)})"
-        if kind == "amount":
-            shift, scale, count = parts
-            return f"{shift} - {scale} {self.text(count, depth - 1)}"
-        if kind in ("sign", "index"):
-            return f"{kind}{'+quarter' * parts[1]}({self.text(parts[0], depth - 1)})"
-        return f"{kind}({', '.join(self.text(n, depth - (kind != 'total')) for n in parts)})"
-
-    def _signed(self, shifted: int, negate: Condition, take: Condition, depth: int) -> str:
-        text = self.text(shifted, depth)
-        for name, (bit, flag), default in (("minus if", negate, NEVER), ("only if", take, ALWAYS)):
-            if (bit, flag) != default:
-                condition = "" if flag is None else self.text(flag, depth - 1)
-                text += f" {name} {'not ' * (bit and flag is not None)}{condition or bit}"
-        return text
+        if kind in ("symbol", "word") or not depth:
+            return str(parts[0]) if depth else "..."
+        of = _PARTS.get(kind, range(len(parts)))
+        shown = (self.text(x, depth - 1) if k in of else str(x) for k, x in enumerate(parts))
+        return f"{kind}({', '.join(shown)})"
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ symbolic words.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import Any, TypeVar
 
-from boresight.model.words.program import Negate, Op, Scale, When
+from boresight.model.words.program import Negate, Op, When
 
 W = TypeVar("W")
 #: (bit, flag): the bit, exclusive-or the flag where there is one.
@@ -24,41 +24,7 @@ _NEGATE |= {Negate.IF: (False, True), Negate.UNLESS: (True, True)}
 _WHEN = {When.ALWAYS: (True, False), When.IF: (False, True), When.UNLESS: (True, True)}
 
 
-class Domain(Protocol[W]):
-    """Steps of an operation."""
-
-    def fraction(self, word: W) -> W:
-        """Bits of the word below the segment index."""
-
-    def sign(self, word: W, *, quarter: bool) -> W:
-        """Sign bit of the word, or of the word plus a quarter of the range."""
-
-    def count(self, word: W) -> W:
-        """Normalisation count of the word."""
-
-    def index(self, word: W, *, quarter: bool) -> W:
-        """Segment index of the word, or of the word plus a quarter of the range."""
-
-    def coefficient(self, block: int, coefficient: int, index: W) -> W:
-        """Word of the table memory."""
-
-    def product(self, a: W, b: W) -> W:
-        """Product of two words."""
-
-    def amount(self, shift: int, scale: Scale, count: W | None) -> W:
-        """Right shift of a product: ``shift`` less a part of the count, not below 0."""
-
-    def shifted(self, product: W, amount: W) -> W:
-        """``floor(product / 2^amount)``."""
-
-    def total(self, total: W | None, shifted: W, negate: Condition[W], take: Condition[W]) -> W:
-        """A sum (None: the rounding half alone) and one term more.
-
-        The term is subtracted under the condition ``negate`` and takes part under ``take``.
-        """
-
-
-def total(op: Op, words: Callable[[int], W], domain: Domain[W]) -> W:
+def total(op: Op, words: Callable[[int], W], domain: Any) -> W:
     """Sum of an operation: ``2^(G-1) + sum_k sign_k * floor(a_k * b_k / 2^s_k)``.
 
     Parameters
@@ -66,7 +32,14 @@ def total(op: Op, words: Callable[[int], W], domain: Domain[W]) -> W:
     op : Op
     words : callable
         Word of a value, by its number.
-    domain : Domain
+    domain : object
+        Its methods are ``fraction(word)``, the bits below the segment index; ``sign``, ``index``
+        of a word, or with ``quarter`` of the word plus a quarter of the range; the normalisation
+        ``count(word)``; ``coefficient(block, coefficient, index)`` of the table memory;
+        ``product``; ``amount(shift, scale, count)``, the shift less a part of the count, not below
+        0; ``shifted(product, amount)``; ``total(sum or None, shifted, negate, take)``, the sum
+        (None: the rounding half) and a term that is subtracted under ``negate`` and takes part
+        under ``take``.
     """
     flag = None if op.flag is None else domain.sign(words(op.flag), quarter=op.flag_quarter)
     count = None if op.norm is None else domain.count(words(op.norm))
