@@ -23,8 +23,9 @@ from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.quaternion import of_half_angles
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
+from boresight.model.attitude.table import params_of
 from boresight.model.declarations import GRAVITY
-from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimator import Estimator, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 SEC_LIMIT = 64.0  #: largest 1/cos(theta); reached at |theta| = 89.1 deg.
@@ -54,76 +55,44 @@ def _cross(a: tuple[Any, Any, Any], b: tuple[Any, Any, Any]) -> tuple[Any, Any, 
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def _gain(name: str, default: float, high: float, unit: str, meaning: str) -> Param:
-    return Param(name, default, 0.0, high, unit, meaning)
-
-
 class Complementary(Estimator):
     """Euler-angle complementary filter with consistent kinematics."""
 
     name = "complementary"
     summary = "Euler-angle complementary filter (Ma Long 2014), consistent z-x'-y'' kinematics"
     inputs = INPUTS
-    params = (
-        _gain(
-            "kp_pitch_per_s",
-            0.4,
-            32.0,
-            "1/s",
-            "pitch: small trusts the gyro, large the accelerometer; corner frequency kp/(2 pi) Hz",
-        ),
-        _gain("kp_roll_per_s", 0.4, 32.0, "1/s", "roll: as kp_pitch_per_s"),
-        _gain(
-            "kp_heading_per_s",
-            0.15,
-            32.0,
-            "1/s",
-            "heading: small trusts the gyro, large the magnetometer",
-        ),
-        _gain("ki_pitch_per_s2", 3e-4, 1.0, "1/s^2", "pitch: how fast the gyro's bias is learnt"),
-        _gain("ki_roll_per_s2", 3e-4, 1.0, "1/s^2", "roll: as ki_pitch_per_s2"),
-        _gain("ki_heading_per_s2", 4e-3, 1.0, "1/s^2", "heading: as ki_pitch_per_s2"),
-        Param(
-            "declination_ht",
-            0.0,
-            -1.0,
-            0.999,
-            "ht",
-            "magnetic declination, east positive; 0 gives magnetic heading",
-        ),
-        _gain(
-            "acc_min_sq",
-            4.0,
-            8e4,
-            "(m/s^2)^2",
-            "squared specific force below which the accelerometer is not used",
-        ),
-        _gain(
-            "acc_max_sq",
-            8e4,
-            8e4,
-            "(m/s^2)^2",
-            "squared specific force above which the "
-            "accelerometer is not used; the default leaves the gate open",
-        ),
-        _gain("mag_min_sq", 9.0, 4e3, "uT^2", "squared level field below which there is no sample"),
-        _gain(
-            "mag_gate",
-            0.4,
-            3.9,
-            "",
-            "relative deviation of the squared field from its slow "
-            "mean beyond which the sample is not used",
-        ),
-        _gain("mag_rate_per_s", 0.1, 15.0, "1/s", "how fast that mean follows"),
-        _gain(
-            "gyro_max_sq",
-            1180.0,
-            4800.0,
-            "(rad/s)^2",
-            "squared rate from which on the gyro counts as saturated: a little less than its full "
-            "scale",
-        ),
+    params = params_of(
+        """
+        kp_pitch_per_s 0.4 0 32 1/s
+            pitch: small trusts the gyro, large the accelerometer; corner frequency kp/(2 pi) Hz
+        kp_roll_per_s 0.4 0 32 1/s
+            roll: as kp_pitch_per_s
+        kp_heading_per_s 0.15 0 32 1/s
+            heading: small trusts the gyro, large the magnetometer
+        ki_pitch_per_s2 0.0003 0 1 1/s^2
+            pitch: how fast the gyro's bias is learnt
+        ki_roll_per_s2 0.0003 0 1 1/s^2
+            roll: as ki_pitch_per_s2
+        ki_heading_per_s2 0.004 0 1 1/s^2
+            heading: as ki_pitch_per_s2
+        declination_ht 0 -1 0.999 ht
+            magnetic declination, east positive; 0 gives magnetic heading
+        acc_min_sq 4 0 80000 (m/s^2)^2
+            squared specific force below which the accelerometer is not used
+        acc_max_sq 80000 0 80000 (m/s^2)^2
+            squared specific force above which the accelerometer is not used; the default leaves
+            the gate open
+        mag_min_sq 9 0 4000 uT^2
+            squared level field below which there is no sample
+        mag_gate 0.4 0 3.9 -
+            relative deviation of the squared field from its slow mean beyond which the sample
+            is not used
+        mag_rate_per_s 0.1 0 15 1/s
+            how fast that mean follows
+        gyro_max_sq 1180 0 4800 (rad/s)^2
+            squared rate from which on the gyro counts as saturated: a little less than its full
+            scale
+        """
     )
     states = (
         State("heading_ht", -1.0, 1.0, "ht"),

@@ -68,8 +68,9 @@ from boresight.model.algebra.quaternion_filter import (
     update,
     update_along,
 )
+from boresight.model.attitude.table import params_of
 from boresight.model.declarations import GRAVITY
-from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimator import Estimator, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 BIAS_UNIT = 16.0  #: s; the bias state of the covariance is bias times this.
@@ -102,73 +103,30 @@ class EkfBias(Estimator):
     params = (
         SCALE,
         dataclasses.replace(P0, default=0.05),
-        Param(
-            "bias_p0_sd",
-            3.5e-3,
-            1e-5,
-            0.25,
-            "rad/s",
-            "initial standard deviation of the "
-            "gyro's bias; times 16 times scale it counts as at most 0.5",
+        *params_of(
+            """
+            bias_p0_sd 0.0035 1e-05 0.25 rad/s
+                initial standard deviation of the gyro's bias; times 16 times scale it counts as at
+                most 0.5
+            gyro_density 0.0035 1e-05 1 rad/sqrt(s)
+                gyro white noise: small trusts the gyro, large the measurements
+            bias_density 0.0001 1e-08 0.1 rad/s/sqrt(s)
+                random walk of the gyro's bias: small keeps it, large lets it wander
+            acc_sd 0.35 0.002 8 g
+                noise of a specific force sample at rest: small trusts it, large the gyro
+            acc_sd_per_g 0.4 0 8 -
+                growth of that noise with | |f|^2/g^2 - 1 |, which counts as at most 0.5
+            mag_sd 0.4 0.002 8 -
+                noise of a field sample, relative to the field: small trusts it, large the gyro
+            mag_gate 0.2 0.01 3.9 -
+                relative deviation of the squared field from its reference beyond which a sample is
+                not used
+            mag_rate_per_s 0.15 0 15 1/s
+                how fast the reference of the field (strength and dip) follows
+            mag_min_sq 4 0.01 4000 uT^2
+                squared field below which there is no sample
+            """
         ),
-        Param(
-            "gyro_density",
-            0.0035,
-            1e-5,
-            1.0,
-            "rad/sqrt(s)",
-            "gyro white noise: small trusts the gyro, large the measurements",
-        ),
-        Param(
-            "bias_density",
-            1e-4,
-            1e-8,
-            0.1,
-            "rad/s/sqrt(s)",
-            "random walk of the gyro's bias: small keeps it, large lets it wander",
-        ),
-        Param(
-            "acc_sd",
-            0.35,
-            2e-3,
-            8.0,
-            "g",
-            "noise of a specific force sample at rest: small trusts it, large the gyro",
-        ),
-        Param(
-            "acc_sd_per_g",
-            0.4,
-            0.0,
-            8.0,
-            "",
-            "growth of that noise with | |f|^2/g^2 - 1 |, which counts as at most 0.5",
-        ),
-        Param(
-            "mag_sd",
-            0.4,
-            2e-3,
-            8.0,
-            "",
-            "noise of a field sample, relative to the field: small trusts it, large the gyro",
-        ),
-        Param(
-            "mag_gate",
-            0.2,
-            0.01,
-            3.9,
-            "",
-            "relative deviation of the squared field from its "
-            "reference beyond which a sample is not used",
-        ),
-        Param(
-            "mag_rate_per_s",
-            0.15,
-            0.0,
-            15.0,
-            "1/s",
-            "how fast the reference of the field (strength and dip) follows",
-        ),
-        Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared field below which there is no sample"),
     )
     states = (
         *attitude_states(),

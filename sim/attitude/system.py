@@ -17,6 +17,7 @@ from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
+from boresight.sim.attitude.board.build import REAL
 from boresight.sim.attitude.board.faults import (
     FAULTS,
     fault_board,
@@ -24,7 +25,6 @@ from boresight.sim.attitude.board.faults import (
     faults_result,
     trial_log,
 )
-from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.calibration.files import calibrate
 from boresight.sim.attitude.host.monitor import monitor
 from boresight.sim.attitude.host.simulation import (
@@ -61,7 +61,7 @@ class AttitudeBoard(BoardSystem):
         return system_core(estimators, config=config, word=word, clock_hz=clock_hz, params=params)
 
     def design(self, core: Core, clock_hz: int) -> tuple[AttitudeSystem, Description]:
-        system = system_design(core)(clock_hz)
+        system = system_design(core, clock_hz)
         return system, system.map()
 
     def simulate(

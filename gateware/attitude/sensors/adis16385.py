@@ -11,24 +11,28 @@ from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.sensors.adis16385_device import (
+    ALARM_MASK,
     CHECKED,
+    COMM_FAILURE,
     CONFIG_FRAMES,
     EVENTS,
     FIRST,
     FIRST_RUN,
     FLAGS,
     FRACTION,
+    FULL_SCALE,
     HOST,
+    IDENTITY,
     LAST,
     RANGE_SHIFTS,
     RUN_FRAMES,
+    SETTINGS,
     STEPS,
     TEMPERATURE,
     TEST,
     TEST_BITS,
     TEST_BYTE,
     WORDS,
-    Settings,
     Timing,
     read,
     write,
@@ -65,9 +69,9 @@ class Adis16385(wiring.Component):
     during which the check of MSC_CTRL fails and samples are dropped. A new start loses what was
     written, if it was not saved in the device's flash.
 
-    DIAG_STAT: bits of ``alarm_mask`` raise the alarm, and the sample is used. Bits of
-    ``invalid_mask`` drop it; by default the one for a frame with a wrong number of clocks, after
-    which the registers read are unknown (a sibling part's bit).
+    DIAG_STAT: bits of `ALARM_MASK` raise the alarm, and the sample is used. The one for a frame
+    with a wrong number of clocks (a sibling part's bit), after which the registers read are
+    unknown, drops it.
 
     Waits are counted in ticks of ``tick_cycles`` from ``time``, in the time-out of ``2**D`` ticks
     with the decimation exponent D of SMPL_PRD (bits 11:8, up to 12; inferred from a sibling part).
@@ -80,8 +84,8 @@ class Adis16385(wiring.Component):
         Clock of domain ``sync``, Hz.
     timing : Timing
         Times of the device.
-    settings : Settings
-        Words of the device, and limits of the checks.
+    bad_limit : int, 1 to 16
+        Bad samples in a row that lead to a new start.
 
     Members
     -------
@@ -121,10 +125,10 @@ class Adis16385(wiring.Component):
     FLAGS: Final = FLAGS
 
     def __init__(
-        self, *, clock_hz: float, timing: Timing | None = None, settings: Settings | None = None
+        self, *, clock_hz: float, timing: Timing | None = None, bad_limit: int = 4
     ) -> None:
         timing = timing or Timing()
-        self.settings = settings = settings or Settings()
+        self.bad_limit = bad_limit
         self.spi = SpiController(
             half_cycles=max(3, cycles_for(clock_hz=clock_hz, seconds=0.5 / timing.sclk_hz)),
             stall_cycles=cycles_for(clock_hz=clock_hz, seconds=timing.stall_s),
@@ -153,9 +157,7 @@ class Adis16385(wiring.Component):
                 "time": In(32),
                 "enable": In(1, init=1),
                 "restart": In(1),
-                "msc_ctrl": In(16, init=settings.msc_ctrl),
-                "smpl_prd": In(16, init=settings.smpl_prd),
-                "sens_avg": In(16, init=settings.sens_avg),
+                **{name: In(16, init=word) for name, word in SETTINGS.items()},
                 "command": In(stream.Signature(16)),
                 "sample": Out(1),
                 "index": In(range(len(WORDS))),
@@ -185,58 +187,19 @@ class Adis16385(wiring.Component):
     @property
     def burst_cycles(self) -> int:
         """Clock cycles from a data-ready edge at the pin to ``sample``."""
-        return (
-            _SYNCHRONISER
-            + 1
-            + (RUN_FRAMES - 1) * self.spi.frame_cycles
-            + self.spi.answer_latency
-            + _JUDGE
-        )
+        frames = (RUN_FRAMES - 1) * self.spi.frame_cycles + self.spi.answer_latency
+        return _SYNCHRONISER + 1 + frames + _JUDGE
 
     @property
     def hold_cycles(self) -> int:
         """Clock cycles for which a sample's words, stamp and number stay, from ``sample`` on."""
         return self.spi.stall_cycles - _JUDGE
 
-    def check_cycles(self, period: int) -> int:
-        """Maximum clock cycles until a fault that spoils replies has spoilt a check.
-
-        With a sample each ``period`` cycles. For a fault in one of the `CHECKED` registers alone,
-        as many periods more as there are others.
-        """
-        return period + self.burst_cycles
-
     @property
     def start_cycles(self) -> int:
         """Maximum clock cycles from a restart without a self-test to ``flags.running``."""
-        return (
-            (self.reset_ticks + self.startup_ticks + 2) * self.tick_cycles
-            + (CONFIG_FRAMES + 1) * self.spi.frame_cycles
-            + 8
-        )
-
-    def timeout_cycles(self, decimation: int = 0) -> int:
-        """Maximum clock cycles without a data-ready edge until it counts as missing."""
-        return ((self.timeout_ticks + 1) * self.tick_cycles << decimation) + 1
-
-    def detection_cycles(self, decimation: int = 0) -> int:
-        """Maximum clock cycles from a good sample to a restart after ``bad_limit`` missing ones.
-
-        See `check_cycles` for faults that spoil replies.
-        """
-        return self.burst_cycles + self.settings.bad_limit * self.timeout_cycles(decimation) + 8
-
-    def recovery_cycles(self, period: int, decimation: int = 0) -> int:
-        """Maximum clock cycles from the end of a fault to the next good sample.
-
-        Of a device that brings one each ``period`` cycles: a start that has just begun in vain is
-        given up, the next one succeeds.
-        """
-        detection = (
-            self.settings.bad_limit * max(self.timeout_cycles(decimation), period)
-            + self.burst_cycles
-        )
-        return 2 * self.start_cycles + detection + (len(CHECKED) + 1) * period + self.burst_cycles
+        ticks = self.reset_ticks + self.startup_ticks + 2
+        return ticks * self.tick_cycles + (CONFIG_FRAMES + 1) * self.spi.frame_cycles + 8
 
     def elaborate(self, platform: Any) -> Module:
         """Pins, frames, buffer, judgement, and four states."""
@@ -260,7 +223,7 @@ class Adis16385(wiring.Component):
         # and what it should be is known long before it comes.
         expected = Signal.like(r.known)
         m.d.sync += [
-            expected.eq(Mux(r.which == 0, self.settings.identity, r.known)),
+            expected.eq(Mux(r.which == 0, IDENTITY, r.known)),
             r.answered.eq(spi.o_valid & r.spi_turn & ~r.start_over),
             r.storing.eq(spi.o_valid & r.spi_turn & r.stores),
             r.judging.eq(spi.o_valid & r.spi_turn & r.checks & ~r.start_over),
@@ -293,7 +256,7 @@ class Adis16385(wiring.Component):
 
     def _buffer(self, m: Module, r: _Registers) -> None:
         """Words of the sample, and their own checks."""
-        spi, settings = self.spi, self.settings
+        spi = self.spi
         m.submodules.buffer = buffer = memory.Memory(
             shape=16 + FRACTION, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
         )
@@ -325,13 +288,12 @@ class Adis16385(wiring.Component):
             for bit in range(16):
                 with m.If(r.testing if bit in TEST_BITS else 1):
                     m.d.sync += self.diag_stat[bit].eq(spi.o_data[bit])
-        limits = (settings.gyro_limit, settings.accel_limit)
-        full = ~r.place.all() & _at_full_scale(spi.o_data, r.place >= 3, limits)
+        full = ~r.place.all() & _at_full_scale(spi.o_data, r.place >= 3, FULL_SCALE)
         with m.If(writer.en):
             m.d.sync += [
                 r.over.eq(~is_temperature & (r.over | full)),
-                r.alarm.eq((spi.o_data & settings.alarm_mask).any()),
-                r.invalid.eq((spi.o_data & settings.invalid_mask).any()),
+                r.alarm.eq((spi.o_data & ALARM_MASK).any()),
+                r.invalid.eq((spi.o_data & COMM_FAILURE).any()),
             ]
 
     def _wait(self, m: Module, r: _Registers) -> None:
@@ -501,13 +463,10 @@ class _Registers:
     """Registers of the reader, and signals between its parts."""
 
     def __init__(self, reader: Adis16385) -> None:
-        settings = reader.settings
         self.step = Signal(5, init=FIRST)
         self.checking = Signal(range(len(CHECKED)))  # with this sample
         #: Settings written to the device.
-        self.used = {
-            name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
-        }
+        self.used = {name: Signal(16, name=f"{name}_used") for name in SETTINGS}
         # Of the frame whose reply comes.
         self.command = Signal(8)
         self.writes = Signal()
@@ -541,8 +500,8 @@ class _Registers:
         self.ticks = Signal.like(self.timer, init=reader.timeout_ticks)  # to wait in this state
         self.expired = Signal()
         self.start_over = Signal()
-        self.chances = Signal(range(settings.bad_limit), init=settings.bad_limit - 1)
-        self.final = Signal(init=settings.bad_limit == 1)  # no chances are left
+        self.chances = Signal(range(reader.bad_limit), init=reader.bad_limit - 1)
+        self.final = Signal(init=reader.bad_limit == 1)  # no chances are left
         self.edges = Signal(16)
 
     def wait(self) -> list[Any]:

@@ -1,4 +1,4 @@
-"""Registers, times and settings of the ADIS16385; frames, flags and events of its reader.
+"""Registers and times of the ADIS16385; frames, flags and events of its reader.
 
 Addresses, identity and word formats are the maker's (register map of the iSensor evaluation
 software); the meaning of the bits of DIAG_STAT, MSC_CTRL, SMPL_PRD and SENS_AVG is a sibling
@@ -161,34 +161,13 @@ class Timing:
     timeout_periods: float = 4.0
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Words of the device, and limits of the reader's checks.
-
-    Parameters
-    ----------
-    bad_limit : int, 1 to 16
-        Bad samples in a row that lead to a new start.
-    identity : int
-        PROD_ID.
-    msc_ctrl, smpl_prd, sens_avg : int
-        Settings while the members of the same names are not driven: data-ready on DIO1, active
-        high; 1024 samples/s; +-300 deg/s and a filter of 2**2 taps per stage.
-    gyro_limit, accel_limit : int
-        Full scale, counts: a magnitude from there on is over-range.
-    alarm_mask, invalid_mask : int
-        Bits of DIAG_STAT.
-    """
-
-    bad_limit: int = 4
-    identity: int = IDENTITY
-    msc_ctrl: int = 0x0006
-    smpl_prd: int = 0x0001
-    sens_avg: int = 0x0402
-    gyro_limit: int = 24_000
-    accel_limit: int = 20_000
-    alarm_mask: int = 0xFF7F
-    invalid_mask: int = COMM_FAILURE
+#: Settings while the reader's members of the same names are not driven: data-ready on DIO1, active
+#: high; 1024 samples/s; +-300 deg/s and a filter of 2**2 taps per stage.
+SETTINGS: Final = {"msc_ctrl": 0x0006, "smpl_prd": 0x0001, "sens_avg": 0x0402}
+#: Full scale of gyro and accelerometer, counts: a magnitude from there on is over-range.
+FULL_SCALE: Final = (24_000, 20_000)
+#: Bits of DIAG_STAT that raise the alarm.
+ALARM_MASK: Final = 0xFF7F
 
 
 #: Flag: meaning. In the order of their bits.

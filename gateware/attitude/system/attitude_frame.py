@@ -33,22 +33,24 @@ from boresight.gateware.attitude.system.interface import FRAME_FLAGS, HEADER
 
 #: Bits of a word.
 WORD = 32
-#: Fraction bits of quaternion and status by the filter's number, for the usual four filters.
-FORMATS = {0: (29, 23), 1: (31, 27), 2: (31, 26), 3: (31, 24)}
-
 #: The filter's outputs in the order of the frame and of the result memory.
 OUTPUTS = ("pitch", "roll", "heading", "qw", "qx", "qy", "qz", "status")
 #: Names of a frame's words.
 WORDS = ("header", "stamp", *OUTPUTS)
+#: The angles alone: of a filter whose other fraction bits are not known.
+ANGLES = dict.fromkeys(OUTPUTS[:3], 31)
+#: Fraction bits of the outputs by the filter's number, for the usual four filters.
+FORMATS = {
+    number: ANGLES | dict.fromkeys(("qw", "qx", "qy", "qz"), q) | {"status": status}
+    for number, (q, status) in enumerate(((29, 23), (31, 27), (31, 26), (31, 24)))
+}
 #: Fields of the header by name; those from bit 16 on are the flags.
-_HEADER = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
-_FLAGS = _HEADER["filter"].bit
-_DEGREES = 180.0 / (1 << WORD - 1)  #: of a word's last bit
+FIELDS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
 
 
-def filter_of(flags: int) -> int:
-    """Number of the filter in the header's upper half."""
-    return _HEADER["filter"].of(flags << _FLAGS)
+def filter_of(header: int) -> int:
+    """Number of the filter in a header."""
+    return FIELDS["filter"].of(header)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,91 +88,55 @@ def sensed_of(words: Sequence[int]) -> Sensed:
 
 @dataclass(frozen=True, kw_only=True)
 class Update:
-    """One update: its number, the header's upper half, its stamp, and what it was computed from."""
+    """One update: its number, the header's upper half, its stamp, and its values.
+
+    ``values`` are the outputs by name in their units; of an attitude ``heading_deg``,
+    ``pitch_deg`` and ``roll_deg`` stand for the angles. The heading is counter-clockwise; the
+    compass bearing is its negative. ``sensed`` is what it was computed from, if the frame has it.
+    """
 
     number: int
     flags: int
     stamp: int
+    values: dict[str, float]
     sensed: Sensed | None = None
 
     @property
     def filter(self) -> int:
         """Number of the filter that ran."""
-        return filter_of(self.flags)
+        return filter_of(self.flags << 16)
+
+    @property
+    def is_attitude(self) -> bool:
+        """Whether the values are an attitude."""
+        return "heading_deg" in self.values
 
     @property
     def flag_names(self) -> tuple[str, ...]:
         """Names of the flags that are set."""
-        header = self.flags << _FLAGS
-        return tuple(f.name for f in _HEADER.values() if f.width == 1 and f.of(header))
+        return tuple(n for n, f in FIELDS.items() if f.width == 1 and f.of(self.flags << 16))
 
 
-def _flags(header: int) -> int:
-    return header >> _FLAGS & 0xFFFF
-
-
-@dataclass(frozen=True, kw_only=True)
-class Attitude(Update):
-    """One attitude. Angles in degrees; missing values are None.
-
-    ``heading`` is counter-clockwise; the compass bearing is its negative.
-    """
-
-    heading: float
-    pitch: float
-    roll: float
-    status: int | None
-    quaternion: tuple[float, float, float, float] | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Values(Update):
-    """Outputs of another estimator, by name, in their units."""
-
-    values: dict[str, float]
-
-
-def values_of(words: Sequence[int], outputs: Mapping[str, int]) -> Values:
-    """The outputs of a frame's signed words.
+def update_of(
+    words: Sequence[int], outputs: Mapping[str, int], sensed: Sensed | None = None
+) -> Update:
+    """The update of a frame's signed words.
 
     Parameters
     ----------
     outputs : mapping
         Fraction bits by name, in the order of the words.
     """
-    header, stamp, *output_words = words
-    parts = zip(outputs.items(), output_words, strict=True)
-    return Values(
-        number=_HEADER["number"].of(header),
-        flags=_flags(header),
+    header, stamp, *rest = words
+    parts = zip(outputs.items(), rest, strict=False)
+    values = {name: word * 2.0**-frac for (name, frac), word in parts}
+    if tuple(values)[:3] == OUTPUTS[:3]:
+        angles = {f"{name}_deg": 180.0 * values.pop(name) for name in ("heading", *OUTPUTS[:2])}
+        values = angles | values
+    return Update(
+        number=FIELDS["number"].of(header),
+        flags=header >> 16 & 0xFFFF,
         stamp=stamp & 0xFFFF_FFFF,
-        values={name: word * 2.0**-frac for (name, frac), word in parts},
-    )
-
-
-def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude:
-    """The attitude of a frame's signed words.
-
-    Parameters
-    ----------
-    words : sequence of int
-        Words of the frame.
-    formats : mapping
-        As `FORMATS`. Of a filter that is not there, quaternion and status are None.
-    """
-    named = dict(zip(WORDS, words, strict=True))
-    flags = _flags(named["header"])
-    quaternion, status = None, None
-    if (bits := formats.get(filter_of(flags))) is not None:
-        w, x, y, z = (named[n] / (1 << bits[0]) for n in ("qw", "qx", "qy", "qz"))
-        quaternion, status = (w, x, y, z), named["status"] >> bits[1]
-    return Attitude(
-        number=_HEADER["number"].of(named["header"]),
-        flags=flags,
-        stamp=named["stamp"] & 0xFFFF_FFFF,
-        status=status,
-        quaternion=quaternion,
-        heading=named["heading"] * _DEGREES,
-        pitch=named["pitch"] * _DEGREES,
-        roll=named["roll"] * _DEGREES,
+        values=values,
+        sensed=sensed,
     )

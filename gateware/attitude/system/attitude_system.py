@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Signal
@@ -15,7 +14,7 @@ from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.csr import packed
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import TEST_BITS
+from boresight.gateware.attitude.sensors.adis16385_device import SETTINGS, TEST_BITS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.bridge import Bridge
@@ -133,10 +132,7 @@ class AttitudeSystem(wiring.Component):
         super().__init__(
             {
                 **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
-                **{
-                    f"probe_{name}": Out(1)
-                    for name in ("sample", "running", "updated", "line", "counts")
-                },
+                **{f"probe_{name}": Out(1) for name in _PROBES},
                 **{f"probe_value{k}": Out(16) for k in range(3)},
                 "probe_events": Out(len(self.events)),
                 **(ports if wishbone else {}),
@@ -147,18 +143,9 @@ class AttitudeSystem(wiring.Component):
     def build(self) -> int:
         """Digest of programs and configuration, 64 bits: registers system_build_low and _high."""
         adis, compass = self._inertial, self._compass
-        configuration = repr(
-            (
-                self.core.digest,
-                self.core.machine,
-                float(self.clock_hz),
-                self._bridge.divisor,
-                self.wishbone,
-                adis.burst_cycles,
-                adis.start_cycles,
-                compass.divisor,
-            )
-        )
+        speeds = (adis.burst_cycles, adis.start_cycles, compass.divisor)
+        system = (float(self.clock_hz), self._bridge.divisor, self.wishbone)
+        configuration = repr((self.core.digest, self.core.machine, *system, *speeds))
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
     def map(self) -> Description:
@@ -181,18 +168,14 @@ class AttitudeSystem(wiring.Component):
     def facts(self) -> dict[str, Any]:
         """Values of the system for a project's README, with each filter's latency."""
         cycles = [self.latency_cycles(k) for k in range(self.plan.filters)]
+        times = [f"{1e6 * n / self.clock_hz:.2f}" for n in cycles]
+        rows = zip(range(len(cycles)), self.plan.names, cycles, times, strict=False)
         return {
             "core": describe(self.core),
             "build": self.build,
             "baud": self.host_baud,
             "filters": self.plan.filters,
-            "latencies": [
-                ("number", "filter", "cycles", "microseconds"),
-                *(
-                    (k, self.plan.names[k], n, f"{1e6 * n / self.clock_hz:.2f}")
-                    for k, n in enumerate(cycles)
-                ),
-            ],
+            "latencies": [("number", "filter", "cycles", "microseconds"), *rows],
         }
 
     def elaborate(self, platform: Any) -> Module:
@@ -245,9 +228,7 @@ class AttitudeSystem(wiring.Component):
             inertial.time.eq(time),
             inertial.enable.eq(1),
             inertial.restart.eq(orders.restart_inertial),
-            inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
-            inertial.smpl_prd.eq(csr.inertial_smpl_prd),
-            inertial.sens_avg.eq(csr.inertial_sens_avg),
+            *(getattr(inertial, name).eq(getattr(csr, f"inertial_{name}")) for name in SETTINGS),
             csr.inertial_flags.eq(inertial.flags),
             csr.temperature.eq(inertial.temperature),
             csr.diag_stat.eq(inertial.diag_stat),
@@ -316,6 +297,7 @@ class AttitudeSystem(wiring.Component):
                         "compass_stale": compass.stale,
                         "compass_fault": compass.paused,
                         "initial_states": attitude.from_initial,
+                        "beyond": attitude.beyond,
                     },
                     first=FRAME_FLAGS[0].bit,
                 )
@@ -331,11 +313,9 @@ class AttitudeSystem(wiring.Component):
     def _pins(self, m: Module) -> None:
         """Parts to pins."""
         inertial, compass, bridge = self._inertial, self._compass, self._bridge
+        for name in ("cs_n", "sclk", "mosi", "reset_n"):
+            m.d.comb += getattr(self, f"adis_{name}").eq(getattr(inertial, name))
         m.d.comb += [
-            self.adis_cs_n.eq(inertial.cs_n),
-            self.adis_sclk.eq(inertial.sclk),
-            self.adis_mosi.eq(inertial.mosi),
-            self.adis_reset_n.eq(inertial.reset_n),
             inertial.miso.eq(self.adis_miso),
             inertial.data_ready.eq(self.adis_data_ready),
             compass.rx.eq(self.hmr_rx),
@@ -387,6 +367,7 @@ class AttitudeSystem(wiring.Component):
         )
 
 
+_PROBES = ("sample", "running", "updated", "line", "counts")
 #: Ports for a write of an input register.
 _FEED = ("feed_en", "feed_index", "feed_data")
 
@@ -418,13 +399,13 @@ _LINES = (
 )
 
 
-def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], AttitudeSystem]:
-    """Return the design for `gateware.boards.ise.write_ise_project`: the system for a clock.
+def system_design(core: Core, clock_hz: int) -> AttitudeSystem:
+    """Return the system of a board's project.
 
     Raises
     ------
     InputError
-        The core's words do not have 32 bits; when called, a clock unfit for the serial lines.
+        The core's words do not have 32 bits; a clock unfit for the serial lines.
     """
     word = core.machine.arithmetic.word
     if word != 32:
@@ -434,16 +415,12 @@ def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], At
             found=str(word),
             fix="leave --word out, or say --top records",
         )
-
-    def make(clock_hz: int) -> AttitudeSystem:
-        try:
-            return AttitudeSystem(core=core, clock_hz=clock_hz, host_baud=host_baud)
-        except ValueError as error:
-            raise InputError.at(
-                "clock",
-                wanted="a clock from which both serial rates can be divided",
-                found=f"{clock_hz} Hz",
-                fix=str(error),
-            ) from error
-
-    return make
+    try:
+        return AttitudeSystem(core=core, clock_hz=clock_hz)
+    except ValueError as error:
+        raise InputError.at(
+            "clock",
+            wanted="a clock from which both serial rates can be divided",
+            found=f"{clock_hz} Hz",
+            fix=str(error),
+        ) from error

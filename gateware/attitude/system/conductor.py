@@ -90,8 +90,9 @@ class Conductor(wiring.Component):
         New results can be taken in this cycle.
     number : Out(16)
         Number of the update that was begun last.
-    from_initial : Out(1)
-        The update of ``updated`` began from the filter's initial states.
+    from_initial, beyond : Out(1)
+        The update of ``updated`` began from the filter's initial states; an input word of it was
+        beyond its declared range.
     last_output : Out(4)
         Number of the last output word of the update of ``updated``.
     ports : In(ResultPort(word=W)) array
@@ -148,6 +149,7 @@ class Conductor(wiring.Component):
                 "updated": Out(1),
                 "number": Out(16),
                 "from_initial": Out(1),
+                "beyond": Out(1),
                 "last_output": Out(4),
                 "ports": In(ResultPort(word=word)).array(2),
                 "events": Out(len(self.EVENTS)),
@@ -216,6 +218,8 @@ class Conductor(wiring.Component):
             self.updated.eq(s.complete),
             s.offer.eq(0),
         ]
+        with m.If(s.complete):
+            m.d.sync += self.beyond.eq(engine.beyond_update)
         with m.Switch(s.state):
             with m.Case(State.IDLE):
                 self._idle(m, s)

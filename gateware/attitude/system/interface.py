@@ -21,7 +21,7 @@ from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.attitude.system.plan import FRONT_NAMES, reset_word
 from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.gateware.core import Core
-from boresight.gateware.description import Description, Records, Word, describe
+from boresight.gateware.description import Description, Word, describe
 from boresight.gateware.registers.model import Access, BitField, Register
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
@@ -68,6 +68,7 @@ FRAME_FLAGS = (
     BitField("compass_stale", 28, "no good line of the compass for a while"),
     BitField("compass_fault", 29, "the compass does not answer as it should"),
     BitField("initial_states", 30, "the update began from the filter's initial states"),
+    BitField("beyond", 31, "an input word of the filter was beyond its declared range"),
 )
 #: The next update but one restarts the filter from its initial states: a record begins there.
 INITIAL_STATES = BitField(
@@ -146,37 +147,6 @@ def system_registers(
     return tuple(dataclasses.replace(r, **details.get(r.name, {})) for r in _declared())
 
 
-def result_registers(programs: Sequence[Records], *, word: int) -> tuple[Register, ...]:
-    """The results of an update: header, time stamp, outputs, the estimator's input record.
-
-    A word has the estimators' name with the prefix ``result_`` or ``input_``, or its number if the
-    names differ. A word whose fraction bits differ among estimators has no ``frac`` here; the
-    records of the programs have it.
-    """
-    outputs = {p.program: p.outputs for p in programs}
-    inputs = {p.program: p.inputs for p in programs}
-    return (
-        Register(
-            "result_header",
-            RESULTS + Place.HEADER,
-            _READ,
-            "which update, and how it came about",
-            width=word,
-            fields=HEADER,
-        ),
-        Register(
-            "result_stamp",
-            RESULTS + Place.STAMP,
-            _READ,
-            "time at the sample's data-ready edge",
-            unit="cycles",
-            width=word,
-        ),
-        *_record("result", Place.OUTPUTS, "output {}", outputs, word),
-        *_record("input", Place.INPUTS, "input {} of that update", inputs, word),
-    )
-
-
 def _record(
     prefix: str, first: Place, meaning: str, records: Mapping[str, Sequence[Word]], width: int
 ) -> Iterator[Register]:
@@ -202,40 +172,6 @@ def _record(
         )
 
 
-def feed_registers(values: Mapping[str, Value], *, word: int) -> tuple[Register, ...]:
-    """The input registers: inputs of estimators without a sensor."""
-    return tuple(
-        Register(
-            f"feed_{name}",
-            FEED + k,
-            _WRITE,
-            f"input {name}, from the update on that follows order {TAKE_FEED.name}",
-            unit=value.unit,
-            frac=value.frac,
-            low=value.low,
-            high=value.high,
-            minimum=int(Format(word, value.frac).quantise(value.low)),
-            maximum=int(Format(word, value.frac).quantise(value.high)),
-            reset=reset_word(value),
-        )
-        for k, (name, value) in enumerate(values.items())
-    )
-
-
-def counter_registers(events: Sequence[str]) -> tuple[Register, ...]:
-    """A counter for each event, in the order of their bits."""
-    return tuple(
-        Register(
-            f"count_{name}",
-            COUNTERS + k,
-            _READ,
-            f"events {name} since power-up or clear_counters, modulo 2^32",
-            width=32,
-        )
-        for k, name in enumerate(events)
-    )
-
-
 def system_map(
     core: Core,
     *,
@@ -244,6 +180,10 @@ def system_map(
     feed: Mapping[str, Value] | None = None,
 ) -> Description:
     """The description of a system: its core's, with all registers on the bus.
+
+    A word of the results has the estimators' name with the prefix ``result_`` or ``input_``, or its
+    number if the names differ. A word whose fraction bits differ among estimators has no ``frac``
+    here; the records of the programs have it.
 
     Parameters
     ----------
@@ -257,20 +197,48 @@ def system_map(
         Inputs read from registers (`gateware.attitude.system.plan.Feed`).
     """
     description = describe(core)
-    core_registers = tuple(
-        dataclasses.replace(r, access=_READ, meaning="number of the program that runs just now")
-        if r.name == "program"
-        else r
-        for r in description.registers
+    word, programs = description.word, description.programs[: -len(FRONT_NAMES)]
+    running = {"access": _READ, "meaning": "number of the program that runs just now"}
+    outputs, inputs = ({p.program: getattr(p, n) for p in programs} for n in ("outputs", "inputs"))
+    address = RESULTS + Place.HEADER
+    header = Register("result_header", address, _READ, "which update, and how it came about")
+    address = RESULTS + Place.STAMP
+    stamp = Register("result_stamp", address, _READ, "time at the sample's data-ready edge")
+    count = "events {} since power-up or clear_counters, modulo 2^32"
+    counters = (
+        Register(f"count_{name}", COUNTERS + k, _READ, count.format(name), width=32)
+        for k, name in enumerate((*events, "bad_address"))
+    )
+    feed_registers = (
+        Register(
+            f"feed_{name}",
+            FEED + k,
+            _WRITE,
+            f"input {name}, from the update on that follows order {TAKE_FEED.name}",
+            unit=value.unit,
+            frac=value.frac,
+            low=value.low,
+            high=value.high,
+            minimum=int(Format(word, value.frac).quantise(value.low)),
+            maximum=int(Format(word, value.frac).quantise(value.high)),
+            reset=reset_word(value),
+        )
+        for k, (name, value) in enumerate((feed or {}).items())
     )
     return dataclasses.replace(
         description,
         title="attitude system",
         registers=(
-            *core_registers,
+            *(
+                dataclasses.replace(r, **running) if r.name == "program" else r  # type: ignore[arg-type]
+                for r in description.registers
+            ),
             *registers,
-            *result_registers(description.programs[: -len(FRONT_NAMES)], word=description.word),
-            *counter_registers((*events, "bad_address")),
-            *feed_registers(feed or {}, word=description.word),
+            dataclasses.replace(header, width=word, fields=HEADER),
+            dataclasses.replace(stamp, unit="cycles", width=word),
+            *_record("result", Place.OUTPUTS, "output {}", outputs, word),
+            *_record("input", Place.INPUTS, "input {} of that update", inputs, word),
+            *counters,
+            *feed_registers,
         ),
     )

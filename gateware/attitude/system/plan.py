@@ -78,56 +78,44 @@ def feed_of(programs: Sequence[Program]) -> Feed:
     ValueError
         Too many constants.
     """
-    builder = _FeedBuilder()
-    records = tuple(
-        tuple(builder.fed(program, number) for number in program.inputs) for program in programs
-    )
-    return Feed(records, tuple(builder.constants), builder.registers, builder.holds)
+    constants: list[int] = []
+    registers: dict[str, Value] = {}
 
-
-class _FeedBuilder:
-    """Collects constants and registers of the records."""
-
-    def __init__(self) -> None:
-        self.constants: list[int] = []
-        self.registers: dict[str, Value] = {}
-        self.holds = False
-
-    def constant(self, word: int) -> int:
+    def constant(word: int) -> int:
         """Place of a constant."""
         if word == 0:
             return ZERO
-        if word not in self.constants:
-            self.constants.append(word)
-        if len(self.constants) > _MOST_CONSTANTS:
-            raise ValueError(f"constants must be {_MOST_CONSTANTS} or fewer: {self.constants}")
-        return _CONSTANTS + self.constants.index(word)
+        if word not in constants:
+            constants.append(word)
+        if len(constants) > _MOST_CONSTANTS:
+            raise ValueError(f"constants must be {_MOST_CONSTANTS} or fewer: {constants}")
+        return _CONSTANTS + constants.index(word)
 
-    def fed(self, program: Program, number: int) -> Fed:
-        """Source of an input."""
+    def fed(program: Program, number: int) -> tuple[Fed, bool]:
+        """Source of an input, and whether it is the last field if there is no fresh one."""
         value, form = program.values[number], program.format(number)
         ports = dict(zip(program.inputs, program.in_ports, strict=False))
         port = ports.get(number, InPort(missing=0.0))
         if port.flags:
-            address = self.constant(int(form.quantise(1.0)))
+            address = constant(int(form.quantise(1.0)))
             by_field = any(PLACES.get(name, 0) in FIELD for name in port.flags)
             by_registers = not all(name in PLACES for name in port.flags)
             absent = ZERO if by_field or by_registers else None
-            return Fed(address, absent, by_field, by_registers)
+            return Fed(address, absent, by_field, by_registers), False
         if value.name not in PLACES:
-            return Fed(REGISTERS + self._register(value))
+            registers.setdefault(value.name, value)
+            return Fed(REGISTERS + list(registers).index(value.name)), False
         address = PLACES[value.name]
-        if address not in FIELD:
-            return Fed(address)
-        if isinstance(port.missing, str):
-            self.holds = True
-            return Fed(address)
-        return Fed(address, self.constant(int(form.quantise(port.missing or 0.0))), field=True)
+        holds = address in FIELD and isinstance(port.missing, str)
+        if holds or address not in FIELD:
+            return Fed(address), holds
+        missing = float(port.missing or 0.0)
+        return Fed(address, constant(int(form.quantise(missing))), field=True), False
 
-    def _register(self, value: Value) -> int:
-        """Number of an input's register."""
-        self.registers.setdefault(value.name, value)
-        return list(self.registers).index(value.name)
+    sources = [[fed(program, number) for number in program.inputs] for program in programs]
+    records = tuple(tuple(source for source, _ in record) for record in sources)
+    holds = any(holds for record in sources for _, holds in record)
+    return Feed(records, tuple(constants), registers, holds)
 
 
 def reset_word(value: Value) -> int:
@@ -167,6 +155,8 @@ class Plan:
         Fraction bits of raw counts in the input words.
     early : bool
         Whether an estimator emits a word before it has taken the last word of its record.
+    inertial, field, compass : int
+        Numbers of `FRONT_NAMES`.
     """
 
     word: int
@@ -176,22 +166,10 @@ class Plan:
     outputs: tuple[int, ...]
     feed: Feed
     count_bits: int
-    early: bool = False
-
-    @property
-    def inertial(self) -> int:
-        """Number of `calibrate_inertial`."""
-        return self.filters
-
-    @property
-    def field(self) -> int:
-        """Number of `calibrate_field`."""
-        return self.filters + 1
-
-    @property
-    def compass(self) -> int:
-        """Number of `compass_field`."""
-        return self.filters + 2
+    early: bool
+    inertial: int
+    field: int
+    compass: int
 
 
 def plan_of(core: Core) -> Plan:
@@ -200,14 +178,14 @@ def plan_of(core: Core) -> Plan:
     schedules = [part.schedule for part in core.parts]
     filters = len(programs) - len(FRONT_NAMES)
     inertial = programs[filters]
-    early = [min(s.latencies) - 1 <= max(s.gets) for s in schedules]
     return Plan(
-        word=programs[0].arithmetic.word,
-        names=tuple(p.name for p in programs),
-        filters=filters,
-        lengths=tuple(s.length for s in schedules),
-        outputs=tuple(len(p.outputs) for p in programs[:filters]),
-        feed=feed_of(programs[:filters]),
-        count_bits=inertial.format(inertial.inputs[0]).frac,
-        early=any(early),
+        programs[0].arithmetic.word,
+        tuple(p.name for p in programs),
+        filters,
+        tuple(s.length for s in schedules),
+        tuple(len(p.outputs) for p in programs[:filters]),
+        feed_of(programs[:filters]),
+        inertial.format(inertial.inputs[0]).frac,
+        any(min(s.latencies) - 1 <= max(s.gets) for s in schedules),
+        *range(filters, len(programs)),
     )

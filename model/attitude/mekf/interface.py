@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from boresight.model.estimator import Param, State
+from boresight.model.attitude.table import params_of
+from boresight.model.estimator import State
 
 #: The bias error is carried as b times this, so that its covariance and that of the attitude are
 #: of a size.
@@ -31,159 +32,65 @@ def covariance_name(i: int, j: int) -> str:
     return f"p_{AXES[i]}{AXES[j]}"
 
 
-PARAMS: tuple[Param, ...] = (
-    Param(
-        "gyro_var",
-        3e-05,
-        1e-6,
-        0.0156,
-        "rad^2/s",
-        "random walk of the attitude: small trusts "
-        "the gyro, large the accelerometer and the magnetometer",
-    ),
-    Param(
-        "gyro_scale_var",
-        2.4e-05,
-        0.0,
-        0.0039,
-        "s",
-        "more of it per (rad/s)^2 of rotation: scale and alignment errors of the gyro",
-    ),
-    Param(
-        "bias_var",
-        1.2e-07,
-        3e-11,
-        4e-7,
-        "(rad/s)^2/s",
-        "random walk of the gyro's bias: small holds the learnt bias, large follows its drift",
-    ),
-    Param(
-        "tilt_var",
-        0.00075,
-        1e-4,
-        1.0,
-        "rad^2*s",
-        "noise of the low-passed vertical, variance times time: small trusts the accelerometer",
-    ),
-    Param(
-        "heading_var",
-        1e-3,
-        1e-4,
-        3.6,
-        "rad^2*s",
-        "noise of the magnetic heading in the "
-        "reference field, variance times time: small trusts the magnetometer",
-    ),
-    Param(
-        "rest_rate_per_s",
-        0.3,
-        0.0,
-        4.0,
-        "1/s",
-        "how fast the bias goes to the gyro's mean at rest; 0 never",
-    ),
-    Param("rest_var", 1e-07, 1e-9, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
-    Param(
-        "force_rate_per_s",
-        0.6,
-        0.01,
-        30.0,
-        "1/s",
-        "corner of the low-pass of the specific "
-        "force in navigation axes: small averages longer accelerations",
-    ),
-    Param(
-        "field_trust_s",
-        0.28,
-        0.0,
-        1e3,
-        "s",
-        "how much the squared relative deviation of the "
-        "field from its reference adds to heading_var: 0 trusts every field",
-    ),
-    Param(
-        "field_forget_per_s",
-        0.4,
-        0.0,
-        30.0,
-        "1/s",
-        "how fast a deviation of the field is forgotten once it is over",
-    ),
-    Param(
-        "field_follow_per_s",
-        0.04,
-        0.0,
-        30.0,
-        "1/s",
-        "how fast the reference follows the field: large adopts a new place soon, 0 never",
-    ),
-    Param(
-        "dip_trust_s",
-        0.6,
-        0.0,
-        1e3,
-        "s",
-        "how much the variance of the tilt, times the squared tangent of the dip, adds to "
-        "heading_var",
-    ),
-    Param(
-        "start_var",
-        0.12,
-        0.0,
-        0.25,
-        "rad^2*s",
-        "more random walk of the attitude while the means are young, over their squared age: large "
-        "follows accelerometer and magnetometer at the start",
-    ),
-    Param("field_min_sq", 4.0, 0.1, 4e3, "uT^2", "squared field below which there is no sample"),
-    Param(
-        "force_min_sq",
-        4.0,
-        0.1,
-        8e4,
-        "(m/s^2)^2",
-        "squared low-passed specific force below which it is not used",
-    ),
-    Param(
-        "gyro_most_sq",
-        1500.0,
-        0.25,
-        4800.0,
-        "(rad/s)^2",
-        "square of a rate a little less than the gyro's full scale: what an axis misses beyond it "
-        "is extrapolated, and the attitude follows the other sensors faster; one that jumps there "
-        "from far below is not believed",
-    ),
-    Param(
-        "force_most_sq",
-        12000.0,
-        1.0,
-        12000.0,
-        "(m/s^2)^2",
-        "squared deviation of the specific force from its mean beyond which it says nothing: that "
-        "of an accelerometer at full scale",
-    ),
-    Param(
-        "gyro_rate_per_s",
-        30.0,
-        0.01,
-        60.0,
-        "1/s",
-        "corner of the gyro's low-pass, which stops at full scale: its distance from the rate "
-        "tells the slope there",
-    ),
-    Param(
-        "rest_motion_sq",
-        0.4,
-        0.0,
-        900.0,
-        "(m/s^2)^2",
-        "most squared motion at rest: the force's deviation from its mean; 23 m/s^2 stand for "
-        "1 rad/s of the low-passed rate less the bias",
-    ),
-    Param("rest_time_s", 0.4985, 0.0, 30.0, "s", "how long that must last"),
-    Param("p0_bias", 4.5e-05, 1e-11, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
-    Param("update_s", 0.0087, 0.004, 0.24, "s", "least time between two scalar updates"),
+PARAMS = params_of(
+    """
+    gyro_var 3e-05 1e-06 0.0156 rad^2/s
+        random walk of the attitude: small trusts the gyro, large the accelerometer and the
+        magnetometer
+    gyro_scale_var 2.4e-05 0 0.0039 s
+        more of it per (rad/s)^2 of rotation: scale and alignment errors of the gyro
+    bias_var 1.2e-07 3e-11 4e-07 (rad/s)^2/s
+        random walk of the gyro's bias: small holds the learnt bias, large follows its drift
+    tilt_var 0.00075 0.0001 1 rad^2*s
+        noise of the low-passed vertical, variance times time: small trusts the
+        accelerometer
+    heading_var 0.001 0.0001 3.6 rad^2*s
+        noise of the magnetic heading in the reference field, variance times time: small
+        trusts the magnetometer
+    rest_rate_per_s 0.3 0 4 1/s
+        how fast the bias goes to the gyro's mean at rest; 0 never
+    rest_var 1e-07 1e-09 6e-05 (rad/s)^2
+        twice the variance of the bias learnt so
+    force_rate_per_s 0.6 0.01 30 1/s
+        corner of the low-pass of the specific force in navigation axes: small averages
+        longer accelerations
+    field_trust_s 0.28 0 1000 s
+        how much the squared relative deviation of the field from its reference adds to
+        heading_var: 0 trusts every field
+    field_forget_per_s 0.4 0 30 1/s
+        how fast a deviation of the field is forgotten once it is over
+    field_follow_per_s 0.04 0 30 1/s
+        how fast the reference follows the field: large adopts a new place soon, 0 never
+    dip_trust_s 0.6 0 1000 s
+        how much the variance of the tilt, times the squared tangent of the dip, adds to
+        heading_var
+    start_var 0.12 0 0.25 rad^2*s
+        more random walk of the attitude while the means are young, over their squared age:
+        large follows accelerometer and magnetometer at the start
+    field_min_sq 4 0.1 4000 uT^2
+        squared field below which there is no sample
+    force_min_sq 4 0.1 80000 (m/s^2)^2
+        squared low-passed specific force below which it is not used
+    gyro_most_sq 1500 0.25 4800 (rad/s)^2
+        square of a rate a little less than the gyro's full scale: what an axis misses
+        beyond it is extrapolated, and the attitude follows the other sensors faster; one
+        that jumps there from far below is not believed
+    force_most_sq 12000 1 12000 (m/s^2)^2
+        squared deviation of the specific force from its mean beyond which it says nothing:
+        that of an accelerometer at full scale
+    gyro_rate_per_s 30 0.01 60 1/s
+        corner of the gyro's low-pass, which stops at full scale: its distance from the rate
+        tells the slope there
+    rest_motion_sq 0.4 0 900 (m/s^2)^2
+        most squared motion at rest: the force's deviation from its mean; 23 m/s^2 stand for
+        1 rad/s of the low-passed rate less the bias
+    rest_time_s 0.4985 0 30 s
+        how long that must last
+    p0_bias 4.5e-05 1e-11 6e-05 (rad/s)^2
+        variance of the gyro's bias at the start
+    update_s 0.0087 0.004 0.24 s
+        least time between two scalar updates
+    """
 )
 
 STATES = (

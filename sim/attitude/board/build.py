@@ -1,11 +1,11 @@
-"""Build of the board's bench with Verilator, alone or for cocotb."""
+"""The simulated board: its speeds, real or all scaled, and the sources of its bench."""
 
 from __future__ import annotations
 
-import importlib.resources
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_device import Timing
@@ -17,8 +17,60 @@ from boresight.gateware.core import Core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.attitude import FILTERS
 from boresight.model.resolve import Named
-from boresight.sim.attitude.board.setup import Setup
 from boresight.sim.attitude.devices import device_text
+
+#: Factor by which `SCALED` and `FAULTY` are faster than the real board.
+FASTER = 16
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Parameters of the system, and speeds of the devices at its pins."""
+
+    clock_hz: int = 70_000_000
+    host_baud: int = 921_600
+    hmr_baud: int = 19_200
+    #: SPI clock, pause between frames; wait after the reset, its length, wait for the self-test.
+    sclk_hz: float = 1e6
+    stall_s: float = 16e-6
+    startup_s: float = 0.3
+    reset_s: float = 1e-3
+    self_test_s: float = 0.05
+    #: Samples and compass lines a second; cycles of the data-ready pulse, and to the first line.
+    rate_hz: int = 1024
+    lines_hz: int = 8
+    ready_cycles: int = 5_000
+    compass_start_cycles: int = 80_000_000
+    #: Error of the ADIS16385's clock; positive: fast.
+    ppm: int = 0
+
+    @property
+    def period_cycles(self) -> float:
+        """Cycles from sample to sample."""
+        return self.clock_hz / self.rate_hz
+
+
+#: As on the bench, but with short waits after power-up.
+REAL = Setup(startup_s=2e-3, self_test_s=1e-3, compass_start_cycles=1_000_000)
+
+#: Sixteen times as fast, at 100 MHz, so that 500 samples take 3 million cycles.
+SCALED = Setup(
+    clock_hz=100_000_000,
+    host_baud=12_500_000,
+    hmr_baud=307_200,
+    sclk_hz=10e6,
+    stall_s=1e-6,
+    startup_s=0.3e-3,
+    reset_s=50e-6,
+    self_test_s=0.1e-3,
+    rate_hz=16_384,
+    lines_hz=128,
+    ready_cycles=200,
+    compass_start_cycles=60_000,
+)
+
+#: The same with all waits of the bench, sixteen times as fast.
+FAULTY = replace(SCALED, startup_s=0.3 / FASTER, reset_s=1e-3 / FASTER)
 
 
 @dataclass(frozen=True)
@@ -50,14 +102,8 @@ def make_board(
 ) -> Board:
     """Return a complete system for these speeds.
 
-    Parameters
-    ----------
-    setup : Setup
-        Speeds.
-    filters, config, params
-        See `gateware.attitude.system.programs.system_core`; unused with a ``core``.
-    wishbone : bool
-        Whether to add a Wishbone slave, for a processor.
+    ``filters``, ``config`` and ``params`` are those of `gateware.attitude.system.programs`, unused
+    with a ``core``; ``wishbone`` adds a slave for a processor.
     """
     clock_hz = setup.clock_hz
     core = core or system_core(filters, config=config, clock_hz=clock_hz, params=params)
@@ -93,15 +139,9 @@ def make_board(
 
 def board_sources(board: Board) -> dict[str, str]:
     """Texts of the bench by file name, in the order of compilation."""
-    return {"system.sv": board.verilog, **bench_sources("boresight.sim.attitude.board", "bench.sv")}
-
-
-def bench_sources(package: str, name: str) -> dict[str, str]:
-    """The devices, and a bench that has them, from a file of a package."""
-    return {
-        **{f"{device}.sv": device_text(device) for device in ("adis16385", "hmr3300")},
-        "bench.sv": (importlib.resources.files(package) / name).read_text(),
-    }
+    bench = Path(__file__).with_name("bench.sv").read_text()
+    devices = {f"{device}.sv": device_text(device) for device in ("adis16385", "hmr3300")}
+    return {"system.sv": board.verilog, **devices, "bench.sv": bench}
 
 
 def board_parameters(setup: Setup) -> dict[str, int]:

@@ -83,8 +83,9 @@ class Chain:
         Words of the estimator's record, padded with zeros to the longest record.
     outputs : int (n, most)
         Output words of the estimator, padded likewise.
-    saturated : bool (n,)
-        Whether a value of a program of the chain was clamped.
+    saturated, beyond : bool (n,)
+        Whether a value of the estimator was clamped; whether an input word of it was beyond its
+        declared range.
     restart : bool (n,)
         Whether the time step was negative.
     saturations : dict of str to int
@@ -94,6 +95,7 @@ class Chain:
     records: IntArray
     outputs: IntArray
     saturated: BoolArray
+    beyond: BoolArray
     restart: BoolArray
     saturations: dict[str, int] = field(default_factory=dict)
 
@@ -111,7 +113,8 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     filters, n = len(programs) - len(FRONT_NAMES), len(samples)
     feed = feed_of(programs[:filters])
     memory = _memory(programs[filters:], feed, samples)
-    clamped, saturations = np.zeros(n, dtype=np.bool_), dict[str, int]()
+    clamped, beyond = np.zeros((2, n), dtype=np.bool_)
+    saturations = dict[str, int]()
     records = np.zeros((n, max(len(p.inputs) for p in programs[:filters])), dtype=np.int64)
     outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
     for number, program in enumerate(programs[:filters]):
@@ -120,13 +123,13 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
         if len(rows):
             inputs = np.column_stack([columns[v] for v in program.inputs])[rows]
             out, saturated, _, _ = interpret(program, inputs)
-            clamped[rows] |= saturated
+            clamped[rows], beyond[rows] = saturated, program.beyond(inputs)
             if saturated.any():
                 counts = CModel(program).observe(inputs).saturations
                 saturations |= {program.values[k].name: int(n) for k, n in enumerate(counts) if n}
             outputs[rows, : out.shape[1]] = out
             records[rows, : inputs.shape[1]] = inputs
-    return Chain(records, outputs, clamped, memory.dt < 0, saturations)
+    return Chain(records, outputs, clamped, beyond, memory.dt < 0, saturations)
 
 
 @dataclass(frozen=True)

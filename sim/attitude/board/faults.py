@@ -17,9 +17,8 @@ from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.attitude.front.inertial import GYRO_SCALE
 from boresight.model.attitude.front.sensed import GYRO_COUNTS
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.board.build import Board, make_board
+from boresight.sim.attitude.board.build import FASTER, FAULTY, Board, make_board
 from boresight.sim.attitude.board.run import BoardRun, run_board, stimulus
-from boresight.sim.attitude.board.setup import FASTER, FAULTY
 from boresight.sim.attitude.devices import COMPASS_FAULTS, INERTIAL_FAULTS
 from boresight.sim.attitude.worlds.fast_turn import RAMP_S, fast_turn
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import SENSED_WORDS, WORDS
-from boresight.gateware.attitude.system.interface import HEADER, TAKE_FEED
+from boresight.gateware.attitude.system.attitude_frame import FIELDS, SENSED_WORDS, WORDS
+from boresight.gateware.attitude.system.interface import TAKE_FEED
 from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.model.arrays import FloatArray
+from boresight.model.attitude.front.compass_field import TENTH_HT
+from boresight.model.attitude.front.field import FIELD_SCALE
+from boresight.model.attitude.front.inertial import ACC_SCALE, GYRO_SCALE
+from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
-from boresight.sim.attitude.board.front import field_words, heading_words, inertial_words
 from boresight.sim.attitude.board.trace import Trace, read_trace
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
+from boresight.sim.rotations.rotation import quaternion_to_euler
 from boresight.sim.rtl.compiled import build
 
 #: Word of TEMP_OUT, constant at 27.5 degC.
@@ -225,11 +230,11 @@ class Judgement:
     updates : int
         Number of updates compared.
     mismatches : int
-        Words of attitude frames that differ: stamp, outputs, parts of the header.
-    lost : int
-        Data-ready edges, from the first sample's to the last one's, without a sample.
+        Words that differ: stamp, outputs, parts of the header; lines of the compass.
     first : str
         Description of the first mismatch; empty without one.
+    lost : int
+        Data-ready edges, from the first sample's to the last one's, without a sample.
     fields, lines : int
         Updates with a fresh field; good lines of the compass.
     transfer_cycles, core_cycles : (least, most)
@@ -242,8 +247,8 @@ class Judgement:
 
     updates: int
     mismatches: int
-    lost: int
     first: str
+    lost: int
     fields: int
     lines: int
     transfer_cycles: tuple[int, int]
@@ -252,9 +257,8 @@ class Judgement:
     chain: Chain
 
 
-def _source_kinds(source: int) -> Sequence[int]:
-    """Kinds of lines for a magnetic source."""
-    return {0: (), 1: (COUNTS,), 2: (HEADING,), 3: (COUNTS, HEADING)}[source]
+#: Kinds of lines by magnetic source.
+_KINDS = ((), (COUNTS,), (HEADING,), (COUNTS, HEADING))
 
 
 def judge(
@@ -274,101 +278,69 @@ def judge(
     slot of the compass's line. The cycle of a line decides its update: the one after the next that
     is complete.
     """
-    trace = run.trace
-    n = len(trace.updates)
+    trace, frames, n = run.trace, run.frames, len(run.trace.updates)
     if n == 0 or len(trace.samples) < n:
         raise ValueError(f"run must have updates, not {n} of {len(trace.samples)} samples")
     edge = np.searchsorted(trace.ready[:, 0], trace.samples[:n]) - 1
-    ready = trace.ready[edge]
-    transfer = trace.samples[:n] - ready[:, 0]
-    core = trace.updates - trace.samples[:n]
-    kinds = np.full(n, NO_LINE)
-    values = np.zeros((n, 3), dtype=np.int64)
-    line_count = 0
+    ready, row = trace.ready[edge].T
+    problems = []
+    kinds, values = np.full(n, NO_LINE), np.zeros((n, 3), dtype=np.int64)
     for line in trace.lines:
         kind = COUNTS if line.counts else HEADING
-        row = stimulus.compass[min(line.slot, len(stimulus.compass) - 1)]
-        expected = row[3:] if line.counts else row[:3]
-        if tuple(expected) != line.values:
-            return _failure(f"compass line in cycle {line.cycle}: {line.values}, sent {expected}")
-        line_count += 1
+        sent = stimulus.compass[min(line.slot, len(stimulus.compass) - 1)]
+        sent = sent[3:] if line.counts else sent[:3]
+        if tuple(sent) != line.values:
+            problems.append(f"compass line in cycle {line.cycle}: {line.values}, sent {sent}")
         update = int(np.searchsorted(trace.updates, line.cycle)) + 1
-        if kind in _source_kinds(source) and update < n:
-            kinds[update], values[update] = kind, expected
-    restart = np.zeros(n, dtype=np.bool_)
-    restart[0] = True
+        if kind in _KINDS[source] and update < n:
+            kinds[update], values[update] = kind, sent
     scale = 2.0 ** -np.array([stimulus.halvings] * 3 + [0] * 3)
     samples = Samples(
-        ready[:, 0] % (1 << 32),
-        stimulus.counts[np.minimum(ready[:, 1] - 1, len(stimulus.counts) - 1)] * scale,
+        ready % (1 << 32),
+        stimulus.counts[np.minimum(row - 1, len(stimulus.counts) - 1)] * scale,
         kinds,
         values,
-        restart,
+        np.arange(n) == 0,
         np.full(n, filter),
         feed or {},
     )
     chain = run_chain([part.program for part in board.core.parts], samples)
-    lost = int(edge[-1] - edge[0]) + 1 - n
+    k = (frames[:, 0] & FIELDS["number"].mask) - 1
+    offset = frames[0, 1] - samples.stamp[k[0]] if len(k) else 0
     names = board.core.parts[filter].program.output_names
-    return _compare(run, names, chain, samples, transfer, core, line_count, lost)
-
-
-def _failure(text: str) -> Judgement:
-    empty = np.zeros((0, 0), dtype=np.int64)
-    flags = np.zeros(0, dtype=np.bool_)
-    return Judgement(0, 1, 0, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(empty, empty, flags, flags))
-
-
-def _compare(
-    run: BoardRun,
-    names: Sequence[str],
-    chain: Chain,
-    samples: Samples,
-    transfer: IntArray,
-    core: IntArray,
-    lines: int,
-    lost: int,
-) -> Judgement:
-    frames, n = run.frames, len(samples)
-    mismatches, first = 0, ""
-    numbers = frames[:, WORDS.index("header")] & HEADER[0].mask
-    offset = int(frames[0, 1] - samples.stamp[numbers[0] - 1]) % (1 << 32) if len(frames) else 0
-    for frame, number in zip(frames, numbers, strict=True):
-        k = int(number) - 1
-        header = int(frame[0])
-        expected = {
-            "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
-            **{name: int(v) for name, v in zip(names, chain.outputs[k], strict=False)},
-            "filter": int(samples.filter[k]),
-            "field_used": int(samples.line[k] != NO_LINE),
-            "field_counts": int(samples.line[k] == COUNTS),
-            "restart": int(chain.restart[k]),
-            "saturated": int(chain.saturated[k]),
-        }
-        computed = {
-            "stamp": int(frame[1]) % (1 << 32),
-            **{name: int(v) for name, v in zip(names, frame[2:], strict=True)},
-            **{field.name: field.of(header) for field in HEADER},
-        }
-        for name, value in expected.items():
-            if computed[name] != value:
-                mismatches += 1
-                first = first or f"update {k}, {name}: {computed[name]} instead of {value}"
-    if len(frames) == 0:
-        mismatches, first = 1, "no attitude frame came"
-    ends = frame_ends(run.trace)
-    ready = run.trace.samples[:n] - transfer
-    durations = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
+    expected = {
+        "stamp": (samples.stamp[k] + offset) % (1 << 32),
+        **dict(zip(names, chain.outputs[k].T, strict=False)),
+        "filter": samples.filter[k],
+        "field_used": samples.line[k] != NO_LINE,
+        "field_counts": samples.line[k] == COUNTS,
+        "restart": chain.restart[k],
+        "saturated": chain.saturated[k],
+        "beyond": chain.beyond[k],
+    }
+    computed = {
+        "stamp": frames[:, 1] % (1 << 32),
+        **dict(zip(names, frames[:, 2:].T, strict=True)),
+        **{name: field.of(frames[:, 0]) for name, field in FIELDS.items()},  # type: ignore[arg-type]
+    }
+    wrong = [(k[i], n, i) for n, e in expected.items() for i in np.flatnonzero(computed[n] != e)]
+    problems += [
+        f"update {at}, {n}: {computed[n][i]} instead of {int(expected[n][i])}"
+        for at, n, i in sorted(wrong)
+    ]
+    if not len(frames):
+        problems.append("no attitude frame came")
+    ends = frame_ends(trace)
     return Judgement(
         n if len(frames) else 0,
-        mismatches,
-        lost,
-        first,
-        int((samples.line != NO_LINE).sum()),
-        lines,
-        _range(transfer),
-        _range(core),
-        _range(durations),
+        len(problems),
+        problems[0] if problems else "",
+        int(edge[-1] - edge[0]) + 1 - n,
+        int((kinds != NO_LINE).sum()),
+        len(trace.lines),
+        _range(trace.samples[:n] - ready),
+        _range(trace.updates - trace.samples[:n]),
+        _range(ends - ready[k] if len(ends) == len(k) else ends[:0]),
         chain,
     )
 
@@ -383,3 +355,26 @@ def frame_ends(trace: Trace) -> IntArray:
 
 def _range(values: IntArray) -> tuple[int, int]:
     return (int(values.min()), int(values.max())) if len(values) else (0, 0)
+
+
+def inertial_words(log: NineAxis, halvings: int = 0) -> IntArray:
+    """Counts (n, 6) of gyro and accelerometer; +-300 deg/s is halved ``halvings`` times."""
+    gyro = _counts(log.gyr, GYRO_SCALE / 2**halvings, GYRO_COUNTS)
+    return np.column_stack([gyro, _counts(log.acc, ACC_SCALE, ACC_COUNTS)])
+
+
+def field_words(mag: FloatArray) -> IntArray:
+    """Counts (n, 3) of the compass for fields [uT]."""
+    return _counts(mag, FIELD_SCALE, 32767)
+
+
+def heading_words(q: FloatArray) -> IntArray:
+    """Tenths of a degree (n, 3) of the compass for attitudes (n, 4): heading, pitch, roll."""
+    pitch, roll, heading = quaternion_to_euler(q).T / np.pi
+    angles = np.rint(np.stack([-heading, pitch, roll], axis=1) / TENTH_HT).astype(np.int64)
+    angles[:, 0] %= 3600
+    return angles
+
+
+def _counts(value: FloatArray, scale: float, limit: int) -> IntArray:
+    return np.clip(np.rint(value / scale), -limit, limit).astype(np.int64)

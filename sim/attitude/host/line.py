@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from boresight.gateware.attitude.system.attitude_frame import (
+    ANGLES,
     FORMATS,
-    OUTPUTS,
     SENSED_WORDS,
     WORDS,
     Update,
-    attitude_of,
     filter_of,
     sensed_of,
-    values_of,
+    update_of,
 )
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
-from boresight.gateware.description import Description, Records
+from boresight.gateware.description import Description
 from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
@@ -32,8 +32,6 @@ from boresight.sim.records.reading import kind_of, read_json, reason
 
 #: Timeout of a reply, s, and number of tries.
 _ANSWER_S, _TRIES = 0.5, 3
-#: Maximum length of a frame, bytes.
-_FRAME_MAX = 256
 
 
 @dataclass(frozen=True)
@@ -45,68 +43,50 @@ class Reply:
 
 
 class Listener:
-    """Decoder of a board's bytes: attitudes in frames, and replies.
+    """Decoder of a board's bytes: updates in frames, and replies.
 
     Parameters
     ----------
     formats : mapping
-        Fraction bits of quaternion and status by filter (`attitude_frame.FORMATS`).
-    other_outputs : mapping, optional
-        Fraction bits by name, for estimators by number whose outputs are not an attitude.
+        Fraction bits of outputs by name, by the number of the estimator.
 
     Attributes
     ----------
     error_count : int
-        Number of frames that were damaged or of another kind, without the very first piece, which
-        may be incomplete.
+        Number of frames that were damaged or of another kind, without the first piece, which may
+        be incomplete.
     """
 
-    def __init__(
-        self,
-        formats: Mapping[int, tuple[int, int]] = FORMATS,
-        other_outputs: Mapping[int, Mapping[str, int]] | None = None,
-    ) -> None:
-        self.formats, self.other_outputs = formats, other_outputs or {}
-        self.error_count = 0
+    def __init__(self, formats: Mapping[int, Mapping[str, int]] = FORMATS) -> None:
+        self.formats, self._decoder, self._others = formats, Decoder(word=32), 0
         self._begun = False
-        self._piece = bytearray()
+
+    @property
+    def error_count(self) -> int:
+        return self._decoder.dropped + self._others
 
     def feed(self, data: bytes) -> Iterator[Update | Reply]:
         """Yield the updates and replies whose last byte is in ``data``."""
-        for byte in data:
-            self._piece.append(byte)
-            if byte != END and len(self._piece) <= _FRAME_MAX:
-                continue
-            piece = bytes(self._piece)
-            self._piece.clear()
-            if piece == bytes([END]):
-                self._begun = True
-                continue
-            item = self._frame(piece)
-            self.error_count += item is None and self._begun
-            self._begun = True
+        if not self._begun:
+            data = data[data.find(END) :] if END in data else b""
+            self._begun = bool(data)
+        for kind, words in self._decoder.feed(data):
+            item = self._item(kind, words)
+            self._others += item is None
             if item is not None:
                 yield item
 
-    def _frame(self, piece: bytes) -> Update | Reply | None:
-        for kind, words in Decoder(word=32).feed(piece):
-            if kind is Kind.SENSED and len(words) > SENSED_WORDS:
-                update = self._update(words[:-SENSED_WORDS])
-                return None if update is None else replace(update, sensed=sensed_of(words))
-            if kind is Kind.ATTITUDE and words:
-                return self._update(words)
-            if kind in (Kind.READ, Kind.WRITE) and len(words) == 1:
-                return Reply(kind, words[0])
-        return None
-
-    def _update(self, words: Sequence[int]) -> Update | None:
-        """The update of header, stamp and outputs; None if there are not as many as it has."""
-        outputs = self.other_outputs.get(filter_of(words[0] >> 16))
-        if outputs is not None and len(words) == 2 + len(outputs):
-            return values_of(words, outputs)
-        if outputs is None and len(words) == len(WORDS):
-            return attitude_of(words, self.formats)
-        return None
+    def _item(self, kind: Kind, words: list[int]) -> Update | Reply | None:
+        if kind in (Kind.READ, Kind.WRITE) and len(words) == 1:
+            return Reply(kind, words[0])
+        count = len(words) - (SENSED_WORDS if kind is Kind.SENSED else 0)
+        if kind < Kind.ATTITUDE or count < 2:
+            return None
+        outputs = self.formats.get(filter_of(words[0]))
+        if count != (len(WORDS) if outputs is None else 2 + len(outputs)):
+            return None
+        sensed = sensed_of(words) if kind is Kind.SENSED else None
+        return update_of(words, ANGLES if outputs is None else outputs, sensed)
 
 
 #: Description of a register map for messages.
@@ -116,6 +96,14 @@ _WANTED = "a registers.json of `boresight compile`"
 class RegisterTable:
     """Registers by name, from a register map; or by address, without one.
 
+    Attributes
+    ----------
+    described : Description or None
+    formats : mapping
+        Fraction bits of outputs by name, by the number of the estimator.
+    clock_hz : float
+        Clock of the system, Hz; 100 MHz if the map lacks the register.
+
     Raises
     ------
     InputError
@@ -123,50 +111,29 @@ class RegisterTable:
     """
 
     def __init__(self, path: str | Path | None = None) -> None:
-        self.path = path
-        self.described: Description | None = None
-        self.programs: tuple[Records, ...] = ()
-        registers: tuple[Register, ...] = ()
-        if path is not None:
-            try:
-                self.described = described = Description.from_json(read_json(path, _WANTED))
-                registers, self.programs = described.registers, described.programs
-                if self._clock_of(registers) < 1:
-                    raise Malformed(", clock_hz", 0)
-            except Malformed as error:
-                kind = kind_of(error.value)
-                raise InputError.at(
-                    f"{path}{error.location}",
-                    wanted=_WANTED,
-                    found=f"{kind} there" if error.location else kind,
-                    fix="give the file of this board's bitstream",
-                ) from None
-        self._by_name = {r.name: r for r in registers}
-        self.clock_hz = self._clock_of(registers)
-
-    @staticmethod
-    def _clock_of(registers: Sequence[Register]) -> float:
-        """Clock of the system, Hz; 100 MHz if the map lacks the register."""
-        resets = [r.reset for r in registers if r.name == "clock_hz" and r.reset is not None]
-        return float(resets[0]) if resets else 100e6
-
-    @property
-    def formats(self) -> Mapping[int, tuple[int, int]]:
-        """Fraction bits of quaternion and status by filter, as in `FORMATS`."""
-        formats = {}
-        for number, outputs in self._outputs.items():
-            if {"qw", "status"} <= outputs.keys():
-                formats[number] = (outputs["qw"], outputs["status"])
-        return formats or FORMATS
-
-    @property
-    def other_outputs(self) -> dict[int, dict[str, int]]:
-        """Fraction bits of outputs by name, for estimators by number without an attitude."""
-        return {k: outputs for k, outputs in self._outputs.items() if tuple(outputs) != OUTPUTS}
-
-    @property
-    def _outputs(self) -> dict[int, dict[str, int]]:
-        return {k: {w.name: w.frac for w in p.outputs} for k, p in enumerate(self.programs)}
+        self.path, self.described = path, None
+        self.formats: Mapping[int, Mapping[str, int]] = FORMATS
+        self.clock_hz = 100e6
+        if path is None:
+            return
+        try:
+            self.described = described = Description.from_json(read_json(path, _WANTED))
+            for register in described.registers:
+                if register.name == "clock_hz" and register.reset is not None:
+                    self.clock_hz = float(register.reset)
+            if self.clock_hz < 1:
+                raise Malformed(", clock_hz", 0)
+        except Malformed as error:
+            kind = kind_of(error.value)
+            raise InputError.at(
+                f"{path}{error.location}",
+                wanted=_WANTED,
+                found=f"{kind} there" if error.location else kind,
+                fix="give the file of this board's bitstream",
+            ) from None
+        if described.programs:
+            outputs = [{w.name: w.frac for w in p.outputs} for p in described.programs]
+            self.formats = dict(enumerate(outputs))
 
     def find(self, name: str) -> Register:
         """Return the register with a name or address.
@@ -176,8 +143,10 @@ class RegisterTable:
         InputError
             No such register.
         """
-        if name in self._by_name:
-            return self._by_name[name]
+        registers = self.described.registers if self.described else ()
+        for register in registers:
+            if register.name == name:
+                return register
         either = "an address, or a name and --map registers.json"
         wanted = f"a register of {self.path}" if self.path else either
         address, shown = -1, repr(name)
@@ -190,10 +159,8 @@ class RegisterTable:
                 found=shown,
                 fix="registers.json of the bitstream lists them",
             )
-        for register in self._by_name.values():
-            if register.address == address:
-                return register
-        return Register(name, address, Access.READ_WRITE, "")
+        of_map = (register for register in registers if register.address == address)
+        return next(of_map, Register(name, address, Access.READ_WRITE, ""))
 
 
 def word_of(register: Register, text: str) -> int:
@@ -221,7 +188,12 @@ def word_of(register: Register, text: str) -> int:
             found=repr(text),
             fix="give such a value",
         ) from None
-    low, high = _range_of(register)
+    # Without a map, a word of the signed and of the unsigned reading.
+    bits = register.width or 32
+    low = -(1 << bits - 1) if register.signed or register.width is None else 0
+    high = len(register.names) - 1 if register.names else (1 << bits - bool(register.signed)) - 1
+    if register.minimum is not None and register.maximum is not None:
+        low, high = register.minimum, register.maximum
     if not low <= word <= high:
         raise InputError.at(
             where,
@@ -230,17 +202,6 @@ def word_of(register: Register, text: str) -> int:
             fix="give a value inside the range",
         )
     return word
-
-
-def _range_of(register: Register) -> tuple[int, int]:
-    """Least and largest word; without a map, of both the signed and the unsigned reading."""
-    if register.minimum is not None and register.maximum is not None:
-        return register.minimum, register.maximum
-    bits = register.width or 32
-    low = -(1 << bits - 1) if register.signed or register.width is None else 0
-    if register.names:
-        return low, len(register.names) - 1
-    return low, (1 << bits - bool(register.signed)) - 1
 
 
 def value_of(register: Register, word: int) -> Any:
@@ -265,15 +226,10 @@ def _serial(source: str, baud: int) -> Any:
         return serial.Serial(source, baud, timeout=0.05)
     except (serial.SerialException, termios.error) as error:
         number = getattr(error, "errno", None)
-        raise OSError(
-            number, os.strerror(number) if number else "a device that is not a serial port"
-        ) from error
+        text = os.strerror(number) if number else "a device that is not a serial port"
+        raise OSError(number, text) from error
     except (ValueError, OverflowError) as error:
         raise OSError(0, f"no rate of {baud} there") from error
-
-
-def _capture(source: str, _: int) -> Any:
-    return Path(source).open("rb")
 
 
 class BoardLine:
@@ -301,8 +257,8 @@ class BoardLine:
             self.is_port = not stat.S_ISREG(mode)
             if self.is_port and not stat.S_ISCHR(mode):
                 raise OSError(0, "a folder" if stat.S_ISDIR(mode) else "neither of them")
-            opened = _serial if self.is_port else _capture
-            self._file = opened(source, baud)
+            data = b"" if self.is_port else Path(source).read_bytes()
+            self._file: Any = _serial(source, baud) if self.is_port else io.BytesIO(data)
         except OSError as error:
             raise InputError.at(
                 source or "''",
@@ -342,14 +298,8 @@ class BoardLine:
                     fix="check wiring and power, --baud, and register output_mode",
                 )
 
-    def access(
-        self,
-        kind: Kind,
-        words: list[int],
-        *,
-        also: Callable[[Update], object] = lambda attitude: None,
-    ) -> int:
-        """Send a register access and wait for its reply; attitudes meanwhile go to ``also``.
+    def access(self, kind: Kind, words: list[int]) -> int:
+        """Send a register access and wait for its reply; updates meanwhile are dropped.
 
         Raises
         ------
@@ -363,15 +313,15 @@ class BoardLine:
                 found="a file",
                 fix="name the port",
             )
+        own = words[0] if kind is Kind.WRITE else None
         for _ in range(_TRIES):
-            self._send(bytes([END]) + encode(kind, words, word=32))
+            with self._present():
+                self._file.write(bytes([END]) + encode(kind, words, word=32))
             end = time.monotonic() + _ANSWER_S
             while time.monotonic() < end:
                 answer = None
                 for item in self.listener.feed(self._read()):
-                    if isinstance(item, Update):
-                        also(item)
-                    elif item.kind is kind and (kind is Kind.READ or item.word == words[0]):
+                    if isinstance(item, Reply) and item.kind is kind and own in (None, item.word):
                         answer = item.word
                 if answer is not None:
                     return answer
@@ -383,20 +333,18 @@ class BoardLine:
         )
 
     def _read(self) -> bytes:
-        try:
-            if not self.is_port:
-                return bytes(self._file.read(65536))
-            return bytes(self._file.read(max(1, self._file.in_waiting)))
-        except OSError as error:
-            raise self._gone(error) from error
+        with self._present():
+            size = max(1, self._file.in_waiting) if self.is_port else 65536
+            return bytes(self._file.read(size))
 
-    def _send(self, data: bytes) -> None:
+    @contextmanager
+    def _present(self) -> Iterator[None]:
         try:
-            self._file.write(data)
+            yield
         except OSError as error:
-            raise self._gone(error) from error
-
-    def _gone(self, error: OSError) -> InputError:
-        return InputError.at(
-            self.source, wanted="a line that stays", found=str(error), fix="plug the board in again"
-        )
+            raise InputError.at(
+                self.source,
+                wanted="a line that stays",
+                found=str(error),
+                fix="plug the board in again",
+            ) from error

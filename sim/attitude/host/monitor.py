@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import Attitude, Update, Values
+from boresight.gateware.attitude.system.attitude_frame import Update
 from boresight.gateware.attitude.system.interface import INITIAL_STATES
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
@@ -32,30 +33,17 @@ _BAUD_MOST = 100_000_000
 _LINE_MOST = 14
 #: Writes that begin a record.
 _RECORDING = ("output_divider=1", "output_mode=record", f"order={INITIAL_STATES.mask}")
-_COLUMNS = (
-    "number",
-    "time_s",
-    "heading_deg",
-    "pitch_deg",
-    "roll_deg",
-    "qw",
-    "qx",
-    "qy",
-    "qz",
-    "flags",
-    "status",
-)
 
 
 @dataclass(frozen=True)
 class Track:
-    """Attitudes in time, or outputs of other estimators.
+    """Updates in time.
 
     ``number`` goes on behind 65535. ``gaps`` holds, for each place after which frames are missing,
-    the index of the attitude before and how many.
+    the index of the update before and how many.
     """
 
-    attitudes: tuple[Update, ...]
+    updates: tuple[Update, ...]
     number: tuple[int, ...]
     time_s: tuple[float, ...]
     gaps: tuple[tuple[int, int], ...]
@@ -83,95 +71,56 @@ class RegisterWord:
     value: Any
     unit: str
 
-
-def _lines(
-    written: Mapping[str, int],
-    registers: Mapping[str, RegisterWord],
-    attitudes: int,
-    missing: int,
-    bad: int,
-) -> Iterator[str]:
-    """Registers as they were written and read, and what came."""
-    yield from (f"{name} = 0x{word:08x} written" for name, word in written.items())
-    for name, register in registers.items():
-        value = register.value
+    def __str__(self) -> str:
+        value = self.value
         if isinstance(value, dict):
             shown = ", ".join(f"{k} {v}" for k, v in value.items())
         else:
             shown = f"{value:.9g}" if isinstance(value, float) else str(value)
-        yield f"{name} = {shown} {register.unit}".rstrip() + f"  (0x{register.word:08x})"
-    if attitudes or not (written or registers):
-        yield f"{attitudes} attitudes, {missing} missing, {bad} frames damaged"
+        return f"{shown} {self.unit}".rstrip() + f"  (0x{self.word:08x})"
 
 
-def track_of(attitudes: Sequence[Update], *, clock_hz: float) -> Track:
-    """Put attitudes in a row. The commonest step of the numbers is the one without a gap."""
-    numbers: list[int] = []
-    times: list[float] = []
-    for k, attitude in enumerate(attitudes):
-        before = attitudes[k - 1]
-        step = (attitude.number - before.number) % 2**16 if k else 0
-        numbers.append(numbers[-1] + step if k else attitude.number)
-        ticks = (attitude.stamp - before.stamp) % 2**32
-        times.append(times[-1] + ticks / clock_hz if k else 0.0)
-    steps = [b - a for a, b in zip(numbers, numbers[1:], strict=False)]
+def track_of(updates: Sequence[Update], *, clock_hz: float) -> Track:
+    """Put updates in a row. The commonest step of the numbers is the one without a gap."""
+    number, ticks = (
+        np.cumsum(np.diff(values, prepend=values[:1]) % modulus)
+        for values, modulus in (
+            (np.array([u.number for u in updates], dtype=np.int64), 2**16),
+            (np.array([u.stamp for u in updates], dtype=np.int64), 2**32),
+        )
+    )
+    steps = np.diff(number).tolist()
     usual = max(1, Counter(steps).most_common(1)[0][0]) if steps else 1
     gaps = tuple((k, (step - 1) // usual) for k, step in enumerate(steps) if step > usual)
-    return Track(tuple(attitudes), tuple(numbers), tuple(times), gaps)
+    first = updates[0].number if updates else 0
+    times = tuple((ticks / clock_hz).tolist())
+    return Track(tuple(updates), tuple((number + first).tolist()), times, gaps)
 
 
-def attitude_line(attitude: Update) -> str:
+def update_line(update: Update) -> str:
     """One line for people."""
-    notes = ", ".join(attitude.flag_names)
-    if isinstance(attitude, Values):
-        shown = "  ".join(f"{name} {value:+.6g}" for name, value in attitude.values.items())
-        return f"{attitude.number:5d}  {shown}{'  ' + notes if notes else ''}"
-    assert isinstance(attitude, Attitude)
-    status = "--" if attitude.status is None else f"{attitude.status:02X}"
-    return (
-        f"{attitude.number:5d}  heading {attitude.heading:+8.2f}  pitch {attitude.pitch:+7.2f}"
-        f"  roll {attitude.roll:+8.2f}  filter {attitude.filter}  status {status}"
-        f"{'  ' + notes if notes else ''}"
-    )
+    v, notes = update.values, ", ".join(update.flag_names)
+    shown = "  ".join(f"{name} {value:+.6g}" for name, value in v.items())
+    if update.is_attitude:
+        status = f"{int(v['status']):02X}" if "status" in v else "--"
+        shown = (
+            f"heading {v['heading_deg']:+8.2f}  pitch {v['pitch_deg']:+7.2f}"
+            f"  roll {v['roll_deg']:+8.2f}  filter {update.filter}  status {status}"
+        )
+    return f"{update.number:5d}  {shown}" + (f"  {notes}" if notes else "")
 
 
 def _csv(track: Track) -> str:
     """The track as CSV; what is not known is empty."""
-    names = [n for a in track.attitudes if isinstance(a, Values) for n in a.values]
-    columns = dict.fromkeys([*_COLUMNS, *names])
-    if not any(isinstance(a, Attitude) for a in track.attitudes):
-        columns = dict.fromkeys(["number", "time_s", *names, "flags"])
-    rows = [",".join(columns)]
-    for k, a in enumerate(track.attitudes):
-        cells = {"number": str(track.number[k]), "time_s": f"{track.time_s[k]:.8f}"}
-        cells |= {"flags": f"0x{a.flags:04x}", **_cells(a)}
-        rows.append(",".join(cells.get(name, "") for name in columns))
+    names = dict.fromkeys(name for update in track.updates for name in update.values)
+    rows = [",".join(["number", "time_s", *names, "flags"])]
+    for number, time_s, update in zip(track.number, track.time_s, track.updates, strict=True):
+        cells = {name: f"{value:.9g}" for name, value in update.values.items()}
+        if update.is_attitude and "status" in cells:
+            cells["status"] = f"0x{int(update.values['status']):02x}"
+        values = [cells.get(name, "") for name in names]
+        rows.append(",".join([str(number), f"{time_s:.8f}", *values, f"0x{update.flags:04x}"]))
     return "\n".join(rows) + "\n"
-
-
-def _cells(update: Update) -> dict[str, str]:
-    """What an update tells, by column."""
-    if isinstance(update, Values):
-        return {name: f"{value:.9g}" for name, value in update.values.items()}
-    assert isinstance(update, Attitude)
-    cells = {f"{name}_deg": f"{getattr(update, name):.7f}" for name in ("heading", "pitch", "roll")}
-    if update.quaternion is not None:
-        parts = zip(("qw", "qx", "qy", "qz"), update.quaternion, strict=True)
-        cells |= {name: f"{q:.9f}" for name, q in parts}
-    return cells if update.status is None else {**cells, "status": f"0x{update.status:02x}"}
-
-
-def _picture(track: Track, kind: str) -> bytes:
-    """An image of the attitudes."""
-    shown = [a for a in track.attitudes if isinstance(a, Attitude)]
-    if len(shown) < len(track.attitudes):
-        raise InputError.at(
-            "--output",
-            wanted="attitudes",
-            found="other outputs",
-            fix="leave it out, or name a .csv",
-        )
-    return plot_image(track.time_s, shown, track.gaps, kind)
 
 
 def _assignment(text: str) -> tuple[str, str]:
@@ -199,13 +148,18 @@ def _values(text: str) -> Iterator[tuple[str, str]]:
         yield from ((f"{program}.{name}", repr(value)) for name, value in some.items())
 
 
-def _nothing(source: str, bad: int) -> InputError:
-    return InputError.at(
-        source,
-        wanted="frames with attitudes",
-        found=f"none, and {bad:,} damaged pieces" if bad else "none",
-        fix="check --baud and register output_mode, and that this came from the board",
-    )
+def _check_build(line: BoardLine, table: RegisterTable) -> None:
+    """Refuse a register map of another bitstream than the board's."""
+    for name in ("system_build_low", "system_build_high"):
+        register = table.find(name)
+        word = line.access(Kind.READ, [register.address]) & 0xFFFF_FFFF
+        if word != register.reset:
+            raise InputError.at(
+                f"--map {table.path}",
+                wanted=f"the map of the board's bitstream, whose {name} is 0x{word:08x}",
+                found=f"0x{register.reset or 0:08x}",
+                fix="give the registers.json that was written with the bitstream",
+            )
 
 
 def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, int]]:
@@ -241,43 +195,20 @@ def _readable(table: RegisterTable, reads: Sequence[str]) -> list[Register]:
     return to_read
 
 
-def _read(line: BoardLine, register: Register) -> RegisterWord:
-    """A register's word, its value and its unit."""
-    word = line.access(Kind.READ, [register.address])
-    return RegisterWord(word & 0xFFFF_FFFF, value_of(register, word), register.unit)
-
-
-def _attitudes(
-    line: BoardLine,
-    count: int | None,
-    silence_s: float,
-    each: Callable[[str], None] | None,
-    *,
-    keep: bool,
-) -> tuple[list[Update], list[float], list[str]]:
-    """What comes, up to ``count``, the end of a file or Ctrl-C; and when, by this computer [s].
-
-    To ``keep`` what came, a line that then falls silent or is gone ends it, too; the third says so.
-    """
-    attitudes: list[Update] = []
-    heard: list[float] = []
-    lost: list[str] = []
-    try:
+def _updates(
+    line: BoardLine, count: int | None, silence_s: float, each: Callable[[str], None] | None
+) -> Iterator[Update]:
+    """Yield what comes, up to ``count``, the end of a file or Ctrl-C."""
+    came = 0
+    with suppress(KeyboardInterrupt):
         for item in line.items(silence_s=silence_s):
             if isinstance(item, Update):
-                attitudes.append(item)
-                heard.append(time.monotonic())
+                came += 1
                 if each is not None:
-                    each(attitude_line(item))
-            if count is not None and len(attitudes) >= count:
-                break
-    except KeyboardInterrupt:
-        pass
-    except InputError as error:
-        if not (keep and attitudes):
-            raise
-        lost.append(f"ended after {len(attitudes)} attitudes: {error}")
-    return attitudes, heard, lost
+                    each(update_line(item))
+                yield item
+            if count is not None and came >= count:
+                return
 
 
 def monitor(
@@ -305,7 +236,8 @@ def monitor(
     """
     require(count is None or count >= 1, "--steps", "1 or more", count)
     require(1 <= baud <= _BAUD_MOST, "--baud", f"1 to {_BAUD_MOST:,}", baud)
-    if plot is not None and Path(plot).suffix not in (".png", ".svg", ".pdf"):
+    suffix = None if plot is None else Path(plot).suffix
+    if suffix not in (None, ".png", ".svg", ".pdf"):
         raise InputError.at(
             "--output",
             wanted="a name with .png, .svg or .pdf",
@@ -321,50 +253,68 @@ def monitor(
     if log is not None:
         check_written(log)
     table = RegisterTable(register_map)
-    words = _words(table, writes)
-    to_read = _readable(table, reads)
-    outputs = [path for path in (csv, log, plot) if path is not None]
-    accesses_only = bool(reads or writes) and count is None and not outputs
-    listener = Listener(table.formats, table.other_outputs)
+    words, to_read = _words(table, writes), _readable(table, reads)
+    keep = any(path is not None for path in (csv, log, plot))
+    updates, heard, failures = list[Update](), list[float](), list[str]()
+    listener = Listener(table.formats)
     with BoardLine(source, baud=baud, listener=listener) as line:
-        for register, word in words:
-            line.access(Kind.WRITE, [register.address, word])
-        registers = {register.name: _read(line, register) for register in to_read}
-        if log is not None and line.is_port:
-            for register, word in _words(table, _RECORDING):
+
+        def write(words: Sequence[tuple[Register, int]]) -> None:
+            for register, word in words:
                 line.access(Kind.WRITE, [register.address, word])
-        attitudes, heard, lost = list[Update](), list[float](), list[str]()
-        if not accesses_only:
-            keep = bool(outputs)
-            attitudes, heard, lost = _attitudes(line, count, silence_s, each, keep=keep)
-        if log is not None and line.is_port and not lost:
-            ((register, word),) = _words(table, ["output_mode=binary"])
-            line.access(Kind.WRITE, [register.address, word])
-        bad = line.listener.error_count
-        if not line.is_port and not attitudes:
-            raise _nothing(source, bad)
-    track = track_of(attitudes, clock_hz=table.clock_hz)
+
+        write(words)
+        registers = {}
+        for register in to_read:
+            word = line.access(Kind.READ, [register.address])
+            value = value_of(register, word)
+            registers[register.name] = RegisterWord(word & 0xFFFF_FFFF, value, register.unit)
+        recording = log is not None and line.is_port
+        if recording:
+            _check_build(line, table)
+            write(_words(table, _RECORDING))
+        if keep or count is not None or not (reads or writes):
+            try:
+                for update in _updates(line, count, silence_s, each):
+                    updates.append(update)
+                    heard.append(time.monotonic())
+            except InputError as error:  # what came is kept
+                if not (keep and updates):
+                    raise
+                failures.append(f"ended after {len(updates)} attitudes: {error}")
+        if recording and not failures:
+            write(_words(table, ["output_mode=binary"]))
+        bad = listener.error_count
+        if not updates and (picture_file is not None or not line.is_port):
+            raise InputError.at(
+                source,
+                wanted="frames with attitudes",
+                found=f"none, and {bad:,} damaged pieces" if bad else "none",
+                fix="check --baud and register output_mode, and that this came from the board",
+            )
+    track = track_of(updates, clock_hz=table.clock_hz)
     if table_file is not None:
         table_file.write(_csv(track))
-    if picture_file is not None and plot is not None:
-        if not attitudes:
-            raise _nothing(source, bad)
-        picture_file.write(_picture(track, Path(plot).suffix[1:]))
+    if picture_file is not None and suffix is not None:
+        picture_file.write(plot_image(track.time_s, updates, track.gaps, suffix[1:]))
     written = {r.name: word & 0xFFFF_FFFF for r, word in words}
     notes: list[str] = []
     if log_file is not None and log is not None:
-        record, notes = log_of(source, attitudes, track.number, table.described, written)
+        record, notes = log_of(source, updates, track.number, table.described, written)
         if line.is_port:
             at = dict(zip(track.number, heard, strict=True))
             times = np.array([at[int(n)] for n in record.numbers("number")])
             record = record.derived({**record.columns, "computer": Column(times, "s")})
         log_file.write(content_of(log, record))
+    lines = [f"{name} = 0x{word:08x} written" for name, word in written.items()]
+    lines += [f"{name} = {register}" for name, register in registers.items()]
+    if updates or not lines:
+        lines += [f"{len(updates)} attitudes, {track.missing} missing, {bad} frames damaged"]
     data = {
-        "attitudes": attitudes,
+        "attitudes": updates,
         "missing": track.missing,
         "bad": bad,
         "written": written,
         "registers": registers,
     }
-    lines = _lines(written, registers, len(attitudes), track.missing, bad)
-    return Result(data, summary="\n".join(lines), notes=notes, failures=lost)
+    return Result(data, summary="\n".join(lines), notes=notes, failures=failures)

@@ -11,8 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import Update
-from boresight.gateware.attitude.system.interface import FRAME_FLAGS, HEADER
+from boresight.gateware.attitude.system.attitude_frame import FIELDS, Update
 from boresight.gateware.attitude.system.plan import FRONT_NAMES
 from boresight.gateware.description import Description
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
@@ -26,11 +25,10 @@ from boresight.sim.records.record import TRUTH, Column, Record
 _RAW = tuple(f"{s}{a}_counts" for s in "ga" for a in "xyz")
 _FIELD = tuple(f"m{a}_counts" for a in "xyz")
 _ANGLES = ("compass_heading_deg", "compass_pitch_deg", "compass_roll_deg")
-_FLAGS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
 
 
 def _flag(updates: Sequence[Update], name: str) -> BoolArray:
-    return np.array([bool(_FLAGS[name].of(u.flags << 16)) for u in updates])
+    return np.array([bool(FIELDS[name].of(u.flags << 16)) for u in updates])
 
 
 def log_of(

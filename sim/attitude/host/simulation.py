@@ -11,9 +11,8 @@ from boresight.gateware.core import Core
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
-from boresight.sim.attitude.board.build import Board, make_board
+from boresight.sim.attitude.board.build import REAL, Board, make_board
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
-from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.ma2014.paper import TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.compare.verdict import saturated_text

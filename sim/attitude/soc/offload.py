@@ -16,9 +16,8 @@ from boresight.gateware.attitude.soc.system import soc_verilog
 from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.attitude.system.system_bus import RESULTS
 from boresight.gateware.texts.core import c_header
-from boresight.sim.attitude.board.build import board_parameters, board_sources, make_board
+from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board
 from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, stimulus
-from boresight.sim.attitude.board.setup import SCALED
 from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.attitude.soc.measure import printed_words
 from boresight.sim.records.record import Record

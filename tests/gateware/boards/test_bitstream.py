@@ -2,6 +2,7 @@
 
 import re
 import time
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -69,7 +70,7 @@ def tools(tmp_path, monkeypatch):
 
 def test_the_complete_system_on_its_pins() -> None:
     core = system_core(("complementary",))
-    made = prepared(system_design(core), "ulx3s", clock_hz=100_000_000)
+    made = prepared(partial(system_design, core), "ulx3s", clock_hz=100_000_000)
     pins = made.pins
     assert dict(re.findall(r'LOCATE COMP "(\w+?)(?:_0)?__io" SITE "(\w+)"', pins)) | {
         f"{name}_{k}": site

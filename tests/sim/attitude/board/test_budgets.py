@@ -11,9 +11,8 @@ from functools import lru_cache
 import pytest
 
 from boresight.model.resolve import estimator_of
-from boresight.sim.attitude.board.build import Board, make_board
+from boresight.sim.attitude.board.build import REAL, Board, make_board
 from boresight.sim.attitude.board.run import judge, stimulus
-from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.ma2014.paper import CLOCK_MHZ, TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.compare.check import Check

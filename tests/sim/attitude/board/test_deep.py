@@ -10,10 +10,9 @@ from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.model.declarations import Input, Output
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.board.build import Board, make_board
+from boresight.sim.attitude.board.build import SCALED, Board, make_board
 from boresight.sim.attitude.board.chain import NO_LINE, Samples, run_chain
 from boresight.sim.attitude.board.run import judge, run_board, stimulus
-from boresight.sim.attitude.board.setup import SCALED
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from tests.support.attitude.board.shared import Odd
 from tests.support.attitude.conductor_bench import play, sample_command

@@ -5,13 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from boresight.gateware.attitude.system.attitude_frame import WORDS, attitude_of
+from boresight.gateware.attitude.system.attitude_frame import FIELDS, FORMATS, WORDS, update_of
 from boresight.gateware.attitude.system.interface import ORDERS
 from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.model.errors import InputError
 from boresight.sim.attitude.board.faults import WRONG_VALUES, is_good, trial_log
-from boresight.sim.attitude.board.front import inertial_words
-from boresight.sim.attitude.board.run import Judgement, judge, run_board, stimulus, writes
+from boresight.sim.attitude.board.run import (
+    Judgement,
+    inertial_words,
+    judge,
+    run_board,
+    stimulus,
+    writes,
+)
 from boresight.sim.attitude.board.trace import Line, read_trace
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
@@ -84,8 +90,8 @@ def test_magnetometer_counts(board, what) -> None:
     # The compass wakes up with headings and has to be told.
     assert not run.trace.lines[0].counts and run.trace.lines[-1].counts
     assert verdict.fields >= 1
-    last = attitude_of(run.frames[-1].tolist())
-    assert not {"inertial_fault", "saturated"} & set(last.flag_names)
+    last = update_of(run.frames[-1].tolist(), FORMATS[MEKF])
+    assert not {"inertial_fault", "saturated", "beyond"} & set(last.flag_names)
 
 
 def test_another_range_of_the_gyro_gives_the_same_attitude(board) -> None:
@@ -113,6 +119,18 @@ def test_a_command_of_the_host_reaches_the_sensor(board, what) -> None:
     names = board.system.events
     seen = {n for _, bits in run.trace.events for k, n in enumerate(names) if bits >> k & 1}
     assert {"inertial_config_error", "inertial_restart"} <= seen and len(run.trace.updates) == 20
+
+
+def test_an_input_beyond_its_range_is_told() -> None:
+    """By the header's highest bit: a host that wrote 3.5 for an input of 0 to 3."""
+    board = odd_board()
+    what = stimulus(synthetic_log(seconds=1, rate_hz=1024, seed=5), board)
+    for target, is_beyond in ((7 << 28, True), (5 << 28, False)):
+        settings = {"filter": 0, "output_divider": 1, "feed_target": target, "feed_offset": 0}
+        run = run_board(board, what, updates=10, settings=settings)
+        verdict = judge(board, what, run, filter=0, source=2, feed={"target": target, "offset": 0})
+        assert (verdict.mismatches, verdict.first) == (0, "") and len(run.frames) == 10
+        assert (FIELDS["beyond"].of(run.frames[:, 0]) == is_beyond).all()
 
 
 def test_divider(board, what) -> None:

@@ -15,7 +15,7 @@ from amaranth.sim import Simulator
 import boresight
 from boresight.cli import main
 from boresight.gateware.attitude.bus.results import Results
-from boresight.gateware.attitude.system.attitude_frame import OUTPUTS, Attitude, attitude_of
+from boresight.gateware.attitude.system.attitude_frame import FORMATS, OUTPUTS, Update, update_of
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, encode
@@ -95,12 +95,12 @@ def test_capture_of_the_hardware(tmp_path, capsys) -> None:
     assert main(["monitor", str(capture), "-o", str(table), "-o", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[-1] == "7 attitudes, 1 missing, 0 frames damaged"
-    exact = [attitude_of(w) for k, w in enumerate(updates) if k != 2]
+    exact = [update_of(w, FORMATS[0]) for k, w in enumerate(updates) if k != 2]
     rows = list(csv.DictReader(table.read_text().splitlines()))
     for row, line, attitude in zip(rows, lines, exact, strict=False):
         assert int(row["number"]) == attitude.number and f"{attitude.number:5d}  heading" in line
-        for name in ("heading", "pitch", "roll"):
-            assert abs(float(row[f"{name}_deg"]) - getattr(attitude, name)) <= 1e-6
+        for name in ("heading_deg", "pitch_deg", "roll_deg"):
+            assert abs(float(row[name]) - attitude.values[name]) <= 1e-6
         assert row["status"] == "0x03" and "field_used" in line
         assert row["time_s"] and row["qw"]
     assert float(rows[-1]["time_s"]) == pytest.approx(7 * 97_656e-8)
@@ -202,8 +202,8 @@ def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:
 
 
 def test_track() -> None:
-    def at(number: int, stamp: int) -> Attitude:
-        return attitude_of(words_of(number, stamp))
+    def at(number: int, stamp: int) -> Update:
+        return update_of(words_of(number, stamp), FORMATS[0])
 
     track = track_of(
         [at(65_528, 2**32 - 500), at(0, 500), at(8, 1500), at(32, 4500), at(40, 5500)], clock_hz=1e3

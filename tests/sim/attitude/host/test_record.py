@@ -13,6 +13,7 @@ from boresight.gateware.attitude.system.interface import INITIAL_STATES, ORDERS
 from boresight.gateware.boards.frames import END
 from boresight.sim.attitude.board.run import run_board, stimulus
 from boresight.sim.attitude.devices import INERTIAL_FAULTS
+from boresight.sim.attitude.host.line import RegisterTable
 from boresight.sim.attitude.host.record import static_noise
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.files import read_record
@@ -109,10 +110,28 @@ def test_what_cannot_be_recorded(recorded: Path, tmp_path: Path, capsys) -> None
         assert message in capsys.readouterr().err
 
 
+def identity(registers: Path, *, other: int = 0) -> dict[int, int]:
+    """The words by which a board's bitstream is known."""
+    table = RegisterTable(registers)
+    low, high = (table.find(f"system_build_{part}") for part in ("low", "high"))
+    return {low.address: low.reset ^ other, high.address: high.reset}
+
+
+def test_the_map_of_another_bitstream_is_refused(recorded: Path, tmp_path: Path) -> None:
+    registers = recorded / "registers.json"
+    with (
+        SerialBoard(identity(registers, other=1)) as board,
+        pytest.raises(boresight.InputError, match="wanted the map of the board's bitstream, whose"),
+    ):
+        boresight.monitor(board.port, register_map=registers, log=tmp_path / "no.csv")
+    assert board.written == []
+
+
 def test_a_port_is_told_to_record(recorded: Path, tmp_path: Path) -> None:
     """And to send attitudes alone afterwards, even if the record is refused."""
     registers = recorded / "registers.json"
-    with SerialBoard({}) as board, pytest.raises(boresight.InputError, match="with counts"):
+    words, refused = identity(registers), pytest.raises(boresight.InputError, match="with counts")
+    with SerialBoard(words) as board, refused:
         boresight.monitor(
             board.port, steps=3, register_map=registers, log=tmp_path / "no.csv", silence_s=2.0
         )
@@ -127,7 +146,7 @@ def test_a_port_s_record_has_the_computer_s_time(recorded: Path, tmp_path: Path)
     """And is kept when the board falls silent."""
     capture, log = (recorded / "capture.bin").read_bytes(), tmp_path / "port.csv"
     registers = recorded / "registers.json"
-    with SerialBoard({}, capture=capture) as board:
+    with SerialBoard(identity(registers), capture=capture) as board:
         result = boresight.monitor(board.port, register_map=registers, log=log, silence_s=2.0)
     assert not result.good
     assert result.failures[0].startswith(f"ended after {UPDATES} attitudes: {board.port}: wanted")

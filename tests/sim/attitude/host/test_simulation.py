@@ -6,7 +6,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.words.program import Kind, Value
-from boresight.sim.attitude.board.setup import REAL
+from boresight.sim.attitude.board.build import REAL
 from boresight.sim.attitude.host.simulation import default_log, feed_words
 
 REGISTERS = {"wind": Value("wind", Kind.INPUT, 28, -4.0, 4.0, "declared", unit="m/s")}

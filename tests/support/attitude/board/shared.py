@@ -8,8 +8,7 @@ from typing import Any
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.model.declarations import Input, Output
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.board.build import Board, make_board
-from boresight.sim.attitude.board.setup import FASTER, SCALED
+from boresight.sim.attitude.board.build import FASTER, SCALED, Board, make_board
 
 #: Numbers of the filters of `shared_board`.
 MEKF, COMPLEMENTARY = 0, 1

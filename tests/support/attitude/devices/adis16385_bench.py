@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import (
-    EVENTS,
-    FLAG_MEANINGS,
-    Settings,
-    Timing,
-)
+from boresight.gateware.attitude.sensors.adis16385_device import EVENTS, FLAG_MEANINGS, Timing
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
 from boresight.sim.rtl.compiled import build
@@ -96,11 +91,9 @@ class Happened:
 
 
 def scaled_reader(**changes: Any) -> Adis16385:
-    """The reader for simulation: `SCALED`, with changes of timing or settings."""
-    times = {f.name for f in fields(Timing)}
-    timing = Timing(**{**SCALED, **{k: v for k, v in changes.items() if k in times}})
-    settings = Settings(**{k: v for k, v in changes.items() if k not in times})
-    return Adis16385(clock_hz=1e6, timing=timing, settings=settings)
+    """The reader for simulation: `SCALED`, with changes of timing or ``bad_limit``."""
+    limit = {k: changes.pop(k) for k in {"bad_limit"} & changes.keys()}
+    return Adis16385(clock_hz=1e6, timing=Timing(**{**SCALED, **changes}), **limit)
 
 
 def log_text(samples: Iterable[Sequence[int]]) -> str:
