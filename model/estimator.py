@@ -15,7 +15,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
-from boresight.model.declarations import Input, Named, Output, Param, State
+from boresight.model.declarations import Input, Output, Param, State
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
@@ -47,13 +47,6 @@ class FloatRun:
     """Result of a float run: ``outputs[name]`` has shape (steps, runs)."""
 
     outputs: dict[str, FloatArray]
-
-
-class _AllOutputs:
-    """Default of `Estimator.urgent`: the number of outputs."""
-
-    def __get__(self, instance: Estimator | None, owner: type[Estimator]) -> int:
-        return len((owner if instance is None else instance).outputs)
 
 
 #: Kinds of faults of a model that an estimator may waive: a gate that no innovation passes, a held
@@ -112,7 +105,7 @@ class Estimator:
         One line; by default the first line of the class's docstring.
     inputs, params, states, outputs : tuple
         Declarations, in the order of the words.
-    urgent : int
+    urgent : int, optional
         Number of leading outputs whose latency is minimised first; by default all.
     """
 
@@ -122,7 +115,7 @@ class Estimator:
     params: tuple[Param, ...] = ()
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
-    urgent: int = _AllOutputs()  # type: ignore[assignment]
+    urgent: int | None = None
     #: Whether an input ``dt`` below 0 restarts it.
     restarts: bool = False
     #: Kinds of faults of the model (`WAIVED`) that are no failure of `check`.
@@ -304,12 +297,11 @@ class Estimator:
         program = watched(program, raw)
         bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
         meanings = [o.meaning or bits * (o.name == "status") for o in self.outputs]
-        ports = tuple(
-            Port(o.name, o.unit, o.tolerance, meaning)
-            for o, meaning in zip(self.outputs, meanings, strict=True)
-        )
+        pairs = zip(self.outputs, meanings, strict=True)
+        ports = tuple(Port(o.name, o.unit, o.tolerance, meaning) for o, meaning in pairs)
         in_ports = tuple(InPort(i.missing, i.flags, i.explained) for i in self.inputs)
-        return (replace(program, ports=ports, urgent=self.urgent, in_ports=in_ports), nodes)
+        urgent = len(self.outputs) if self.urgent is None else self.urgent
+        return replace(program, ports=ports, urgent=urgent, in_ports=in_ports), nodes
 
     def record(self) -> Trace:
         """Record one `step`; refuse it if a second run records other operations.
@@ -347,37 +339,24 @@ class Estimator:
         """
         tracer = Tracer(self.name)
 
-        def leaves(kind: str, declared: Sequence[Input | Param | State]) -> list[Scalar]:
+        def leaves(kind: str, declared: Sequence[Input | Param | State]) -> dict[str, Scalar]:
             spans = [d.span if isinstance(d, Input) else (d.low, d.high) for d in declared]
-            return [
-                tracer.leaf(kind, d.name, *span, d.unit)
-                for d, span in zip(declared, spans, strict=True)
-            ]
-
-        def by_name(kind: str, declared: Sequence[Named], values: Sequence[Any]) -> Values:
-            return Values(kind, {d.name: v for d, v in zip(declared, values, strict=True)})
+            pairs = zip(declared, spans, strict=True)
+            return {d.name: tracer.leaf(kind, d.name, *span, d.unit) for d, span in pairs}
 
         u, p = leaves("input", self.inputs), leaves("param", self.params)
         x = leaves("state", self.states)
-        clipped = [
-            ops.clip(n, i.low, i.high) if i.beyond else n
-            for n, i in zip(u, self.inputs, strict=True)
-        ]
+        clipped = u | {i.name: ops.clip(u[i.name], i.low, i.high) for i in self.inputs if i.beyond}
         after, out = self.checked_step(
-            by_name("state", self.states, x),
-            by_name("input", self.inputs, clipped),
-            by_name("parameter", self.params, p),
+            Values("state", x), Values("input", clipped), Values("parameter", p)
         )
         check_constants(self.name, self.step, self.states, after, out)
         return Trace(
             tracer,
-            u,
+            [*u.values()],
             {o.name: tracer.lift(out[o.name]) for o in self.outputs},
-            [(n, i.default, i.meaning) for n, i in zip(p, self.params, strict=True)],
-            [
-                (n, s.initial, tracer.lift(after[s.name]))
-                for n, s in zip(x, self.states, strict=True)
-            ],
+            [(p[d.name], d.default, d.meaning) for d in self.params],
+            [(x[s.name], s.initial, tracer.lift(after[s.name])) for s in self.states],
             {i.name: i.source_format.frac for i in self.inputs if i.source_format is not None},
         )
 

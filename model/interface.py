@@ -64,7 +64,7 @@ def check_interface(estimator: Any, line: str) -> None:
         require(not taken, place, "a name that no input or state has", p.name, "rename one")
     require(bool(outputs), where, "an output", outputs, "declare outputs")
     fix = "it counts the leading outputs whose latency counts first"
-    urgent = 0 <= estimator.urgent <= len(outputs)
+    urgent = estimator.urgent is None or 0 <= estimator.urgent <= len(outputs)
     require(urgent, where, f"urgent of 0 to {len(outputs)}", estimator.urgent, fix)
     sampled = [i.name for i in inputs if not i.flags]
     for i in inputs:
