@@ -40,7 +40,7 @@ def estimator_names(*texts: Named) -> list[Named]:
                 "estimators",
                 wanted="each name once",
                 found=f"{name} twice",
-                fix="leave one out: a core holds one program of each",
+                fix="leave one out, or rename one",
             )
         accepted.append(name)
     return names

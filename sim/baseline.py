@@ -119,8 +119,8 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
         elif a is not None and b is not None:
             raise InputError.at(
                 str(file),
-                wanted=f"an earlier result of the same {name}, {value}",
-                found=str(was),
+                wanted=f"an earlier result of the same {name}, {_text(value)}",
+                found=_text(was),
                 fix="compare with one of the same, or write it anew with --json",
             )
     changes.sort(key=lambda c: (not c["worse"], -(c["share"] or 0.0)))
@@ -166,7 +166,7 @@ def _figures(data: Any, judged: Mapping[str, Figure]) -> dict[str, _Found]:
         for labels, value, beside in _places(data, pattern.split("."), (), {}):
             name = ": ".join(filter(None, (", ".join(labels), figure.title)))
             number = float(value) if isinstance(value, int | float) else value
-            unit = beside["unit"] if isinstance(beside.get("unit"), str) else figure.unit
+            unit = "" if figure.kind == "count" else beside.get("unit") or figure.unit
             entry = _Found(figure, number, unit, beside.get("tolerance"))
             k = 1
             while (key := name if k == 1 else f"{name} ({k})") in out and out[key] != entry:

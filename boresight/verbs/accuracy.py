@@ -31,7 +31,7 @@ from boresight.options import (
     Progress,
     Word,
 )
-from boresight.parameters import params_of_each
+from boresight.parameters import estimator_names, params_of_each
 from boresight.regression import Baseline
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
@@ -92,7 +92,7 @@ def accuracy(
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)
-    ours = [estimator_of(n) for n in named]
+    ours = [estimator_of(n) for n in estimator_names(*named)]
     check_word(word)
     require_choice("align", align, ALIGNMENTS)
     require_whole("jobs", jobs, 1)

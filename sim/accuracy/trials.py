@@ -16,6 +16,7 @@ from boresight.sim.records.bundled import bundled, bundled_names
 from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
 from boresight.sim.records.files import Log, logs_of
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.worlds.world import is_world
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +70,9 @@ def read_trials(
     InputError
         A bad log, a log named twice, or no log with truth.
     """
+    if any(map(is_world, logs)):
+        fix = "record it first: boresight run ESTIMATOR WORLD -o log.csv"
+        raise InputError.at("logs", wanted="logs", found="a world", fix=fix)
     trials, left_out = list[Trial](), list[Log]()
     found = logs_of(logs or [bundled(name) for name in bundled_names()], load=load)
     for log in sorted(_distinct(found), key=lambda log: log.name):

@@ -81,7 +81,7 @@ def test_a_missing_output_is_worse_and_a_new_one_is_shown() -> None:
 
 
 def test_results_of_another_width_are_not_compared(tmp_path) -> None:
-    with pytest.raises(InputError, match="of the same word, 24.0"):
+    with pytest.raises(InputError, match="of the same word, 24,"):
         compared({**BEFORE, "word": 24}, BEFORE, JUDGED, file="f")
     path = tmp_path / "old.json"
     path.write_text(json.dumps(BEFORE))
