@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.places import author_line, placed
 from boresight.model.units import GRAVITY as GRAVITY
 from boresight.model.units import check_unit
@@ -150,23 +150,13 @@ class Input:
         InputError
             The unit differs, or the range exceeds the input's and ``clamp`` is False.
         """
-        if unit != self.unit:
-            raise InputError.at(
-                placed(self.line, f"{where}, input {self.name}"),
-                wanted=f"the unit of {of}, {unit or 'none'}",
-                found=self.unit or "none",
-                fix="declare the input in that unit, and convert in step",
-            )
+        place = placed(self.line, f"{where}, input {self.name}")
+        fix = "declare the input in that unit, and convert in step"
+        require(unit == self.unit, place, f"the unit of {of}, {unit!r}", self.unit, fix)
         result = replace(self, source_format=words)
-        if result.beyond and not self.clamp:
-            raise InputError.at(
-                placed(self.line, f"{where}, input {self.name}"),
-                wanted=f"a range that holds [{words.low:g}, {words.high:g}] {unit} of {of}".replace(
-                    "  ", " "
-                ),
-                found=f"[{self.low:g}, {self.high:g}]",
-                fix="widen it, or declare clamp=True",
-            )
+        wanted = f"a range that holds [{words.low:g}, {words.high:g}] of {of}"
+        fix = "widen it, or declare clamp=True"
+        require(self.clamp or not result.beyond, place, wanted, (self.low, self.high), fix)
         declared_format = Format.declared(word, self.low, self.high, self.unit)
         return self if words.frac == declared_format.frac and not result.beyond else result
 
@@ -263,30 +253,17 @@ class Output:
         where = _checked(self, "output")
         for name in ("tolerance", "share", "longest", "truth"):
             _check_number(where, name, getattr(self, name) or 0.0)
-        accepted = "give what you accept of decisions that differ from those of float64"
-        require(0.0 <= self.share <= 1.0, where, "a share from 0 to 1", self.share, accepted)
-        require(self.longest >= 0, where, "a longest of 0 or more", self.longest, accepted)
-        require(
-            self.truth is None or 0.0 < self.truth < math.inf,
-            where,
-            "a limit above 0 for the error against truth",
-            self.truth,
-            "give the largest root mean square error that you accept",
-        )
-        require(
-            not (self.unit in EXACT_UNITS and self.tolerance),
-            where,
-            f"no tolerance of {self.unit}, which are compared bit by bit",
-            self.tolerance,
-            "leave it out, or give share and longest, how many may differ",
-        )
-        require(
-            self.tolerance is None or 0.0 <= self.tolerance < math.inf,
-            where,
-            "a tolerance of 0 or more",
-            self.tolerance,
-            "give the largest difference of fixed point and float that you accept",
-        )
+        exact = self.unit in EXACT_UNITS and bool(self.tolerance)
+        wanted = f"no tolerance of {self.unit}, which are compared bit by bit"
+        fix = "leave it out, or give share and longest, how many may differ"
+        require(not exact, where, wanted, self.tolerance, fix)
+        fix = "give what you accept"
+        require(0.0 <= self.share <= 1.0, where, "a share from 0 to 1", self.share, fix)
+        require(self.longest >= 0, where, "a longest of 0 or more", self.longest, fix)
+        truth = self.truth is None or 0.0 < self.truth < math.inf
+        require(truth, where, "a limit above 0 for the error against truth", self.truth, fix)
+        tolerance = self.tolerance is None or 0.0 <= self.tolerance < math.inf
+        require(tolerance, where, "a tolerance of 0 or more", self.tolerance, fix)
 
 
 class Named(Protocol):
@@ -328,21 +305,11 @@ def _check_range(where: str, low: float, high: float) -> None:
     forms = 'write it as Input("z", -1.0, 1.0, "m"), State likewise, Param("gain", 0.2, 0.0, 1.0)'
     for limit in (low, high):
         require(isinstance(limit, Real), where, "a name, then numbers for its range", limit, forms)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise InputError.at(
-            where,
-            wanted="a finite range with low < high",
-            found=f"[{low:g}, {high:g}]",
-            fix="correct the declaration",
-        )
+    finite = math.isfinite(low) and math.isfinite(high) and low < high
+    require(finite, where, "a finite range with low < high", (low, high))
 
 
 def _check_inside(where: str, subject: str, value: float, low: float, high: float) -> None:
     _check_number(where, subject, value)
-    if not low <= value <= high:
-        raise InputError.at(
-            where,
-            wanted=f"{subject} in [{low:g}, {high:g}]",
-            found=f"{value:g}",
-            fix=f"correct the {subject} or the range",
-        )
+    fix = f"correct the {subject} or the range"
+    require(low <= value <= high, where, f"{subject} in [{low:g}, {high:g}]", value, fix)

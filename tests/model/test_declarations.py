@@ -46,7 +46,7 @@ def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) 
 @pytest.mark.parametrize(
     "make, message",
     [
-        (lambda: Param("k", 2.0, 0.0, 1.0), "parameter k: wanted default in [0, 1], found 2; "),
+        (lambda: Param("k", 2.0, 0.0, 1.0), "parameter k: wanted default in [0, 1], found 2.0; "),
         (lambda: State("x", -1.0, 1.0, "m", 3.0), "state x: wanted initial value in [-1, 1]"),
         (lambda: Input("z", 1.0, 1.0, "m"), "input z: wanted a finite range with low < high"),
         (lambda: Input("z", 0.0, math.inf, "m"), "input z: wanted a finite range"),
