@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +11,8 @@ from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import stem
 from boresight.firmware.validation import validate_c
-from boresight.gateware.boards.bitstream import build_bitstream, write_open_project
 from boresight.gateware.boards.board import BOARDS
-from boresight.gateware.boards.ise import write_ise_project
-from boresight.gateware.boards.project import Design, prepared
+from boresight.gateware.boards.project import write_project
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
@@ -89,36 +87,6 @@ def project_files(board: str, *, system: bool) -> list[str]:
         names += ["top.prj", "top.ucf", "top.v", "top.xst"]
     names += REGISTER_FILES if system else []
     return [f"{project_folder(board)}/{name}" for name in names]
-
-
-def write_project(
-    make: Callable[[int], Design],
-    board: str,
-    folder: Path,
-    *,
-    clock_hz: int | None = None,
-    seeds: int = 1,
-    progress: Callable[[str], None] = lambda text: None,
-) -> Routed | None:
-    """Write a design for a board: an ISE project, or with an open flow the bitstream.
-
-    Returns
-    -------
-    Routed or None
-        The placed and routed design.
-
-    Raises
-    ------
-    InputError, ToolMissing, ClockMissed
-        See `gateware.boards.bitstream.build_bitstream`.
-    """
-    if not open_router(board):
-        write_ise_project(make, board, folder, clock_hz=clock_hz)
-        return None
-    project = prepared(make, board, clock_hz=clock_hz)
-    bitstream = build_bitstream(project, seeds=seeds, progress=progress)
-    write_open_project(folder, project, bitstream)
-    return bitstream.routed
 
 
 def write_system(

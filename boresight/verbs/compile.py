@@ -31,13 +31,13 @@ from boresight.core_files import (
     project_folder,
     together,
     write_core,
-    write_project,
     write_system,
     write_text,
 )
 from boresight.depths import DepthChoice, build_for
 from boresight.folder import made_of
 from boresight.gateware.boards.board import BOARDS
+from boresight.gateware.boards.project import write_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.blocks import check_memory

@@ -12,8 +12,6 @@ pack        output records and replies to the bodies of frames
 framer      bodies to frames
 top         `Top`: the core with all of these; pins rx, tx and two LEDs
 clock       clock of the core from the board's oscillator, by PLL if needed
-project     a design on a board: shell, Amaranth's build plan, README
-ise         `write_ise_project` for boards with a Spartan-6
-bitstream   `build_bitstream` for boards whose part an open tool routes
+project     a design on a board: an ISE project, or the bitstream of an open tool
 =========== ====================================================================
 """

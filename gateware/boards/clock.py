@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import inf
 from typing import Any, ClassVar
 
 from amaranth.hdl import (
@@ -45,14 +47,36 @@ class Clock(Elaboratable):
     reset_less : bool
         Whether the domain has no reset: then the clock starts when registers and memories hold what
         they were configured with.
+    vco_hz, input_hz : (float, float)
+        Legal frequencies of the oscillator inside the PLL, and behind the divider of its input.
+    clock_max_hz : int
+        The fastest clock.
+    outputs : iterable of int
+        Dividers behind the inner oscillator.
     """
 
     pll: Pll
     reset_less: ClassVar[bool] = True
+    vco_hz: ClassVar[tuple[int, int]]
+    input_hz: ClassVar[tuple[int, float]] = (10_000_000, inf)
+    clock_max_hz: ClassVar[int]
+    outputs: ClassVar[Iterable[int]] = range(1, 129)
 
-    @staticmethod
-    def factors(oscillator_hz: int, clock_hz: int) -> Pll:
-        """Dividers that make ``clock_hz``; raises InputError if the PLL cannot make it."""
+    @classmethod
+    def ratios(cls, oscillator_hz: int, clock_hz: int) -> Iterator[tuple[int, int, int]]:
+        """Divider of the input, multiple and divider of the inner oscillator, for a clock."""
+        slowest, fastest = cls.input_hz
+        for reference in range(1, 1 + oscillator_hz // slowest):
+            for output in cls.outputs:
+                multiple, rest = divmod(clock_hz * output * reference, oscillator_hz)
+                legal = cls.vco_hz[0] <= clock_hz * output <= cls.vco_hz[1]
+                legal = legal and oscillator_hz <= fastest * reference
+                if legal and not rest and clock_hz <= cls.clock_max_hz:
+                    yield reference, multiple, output
+
+    @classmethod
+    def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
+        """Dividers that make a clock, the best first."""
         raise NotImplementedError
 
     @classmethod
@@ -64,36 +88,36 @@ class Clock(Elaboratable):
         InputError
             The PLL cannot make ``clock_hz``.
         """
-        return None if clock_hz == oscillator_hz else cls(cls.factors(oscillator_hz, clock_hz))
+        if clock_hz == oscillator_hz:
+            return None
+        if pll := next(cls.plls(oscillator_hz, clock_hz), None):
+            return cls(pll)
+        rates = range(10**6, cls.clock_max_hz + 1, 10**6)
+        legal = (hz for hz in rates if next(cls.plls(oscillator_hz, hz), None))
+        raise InputError.at(
+            "clock",
+            wanted=f"a clock that the PLL makes of {oscillator_hz / 1e6:g} MHz",
+            found=f"{clock_hz / 1e6:g} MHz",
+            fix=f"choose {min(legal, key=lambda hz: abs(hz - clock_hz)) // 10**6}, for example",
+        )
 
 
 class Spartan6Clock(Clock):
     """Clock ``oscillator_hz * feedback / output``, without reset.
 
-    It starts when the configuration has ended and the PLL is locked.
+    It starts when the configuration has ended and the PLL is locked. Limits are those of grade -2,
+    inside with a margin.
     """
 
-    #: Legal frequencies of the oscillator inside the PLL, and the fastest global clock, Hz: grade
-    #: -2, the former with a margin.
-    VCO_HZ = (400_000_000, 900_000_000)
-    CLOCK_MAX_HZ = 375_000_000
+    vco_hz = (400_000_000, 900_000_000)
+    clock_max_hz = 375_000_000
 
-    @staticmethod
-    def factors(oscillator_hz: int, clock_hz: int) -> Pll:
-        """See `Clock`; those with the fastest inner oscillator."""
-        (low, high), most = Spartan6Clock.VCO_HZ, Spartan6Clock.CLOCK_MAX_HZ
-        if isinstance(clock_hz, int) and 0 < clock_hz <= most:
-            for multiply in range(64, 0, -1):
-                divide, remainder = divmod(oscillator_hz * multiply, clock_hz)
-                if low <= oscillator_hz * multiply <= high and not remainder and 1 <= divide <= 128:
-                    return Pll(oscillator_hz, 1, multiply, divide)
-        raise InputError.at(
-            "clock_hz",
-            wanted=f"a whole number up to {most} Hz that is {oscillator_hz} Hz * m "
-            f"/ d with {oscillator_hz} Hz * m from {low} to {high} Hz",
-            found=repr(clock_hz),
-            fix=f"choose {oscillator_hz} or, for example, {2 * oscillator_hz}",
-        )
+    @classmethod
+    def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
+        """See `Clock`; those with the fastest inner oscillator first."""
+        for reference, feedback, output in sorted(cls.ratios(oscillator_hz, clock_hz))[::-1]:
+            if reference == 1 and feedback <= 64:
+                yield Pll(oscillator_hz, 1, feedback, output)
 
     def elaborate(self, platform: Any) -> Module:
         """Pad, PLL, gated global buffer."""
@@ -129,41 +153,25 @@ class Ice40Clock(Clock):
     """Clock ``oscillator_hz * feedback / reference / 2^output``, with a reset.
 
     The reset ends when the PLL is locked and block RAM can be read; it begins anew without lock.
+    Limits are those of data sheet FPGA-DS-02008.
     """
 
     reset_less = False
-    #: Legal frequencies of the oscillator inside the PLL, and of the clock behind the divider of
-    #: its input, Hz (data sheet FPGA-DS-02008).
-    VCO_HZ = (533_000_000, 1_066_000_000)
-    PHASE_DETECTOR_HZ = (10_000_000, 133_000_000)
+    vco_hz = (533_000_000, 1_066_000_000)
+    input_hz = (10_000_000, 133_000_000)
+    clock_max_hz = 533_000_000
+    outputs = tuple(2**k for k in range(1, 7))
     #: Clocks behind the input's divider, MHz, from which on the filter is the next one, from 1 on.
     FILTERS_MHZ = (17, 26, 44, 66, 101)
     #: A block RAM reads 0 for about 3 us after configuration; five times that, as Amaranth waits.
     MEMORY_S = 15e-6
 
-    @staticmethod
-    def factors(oscillator_hz: int, clock_hz: int) -> Pll:
+    @classmethod
+    def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
         """See `Clock`."""
-        vco_hz = Ice40Clock.VCO_HZ
-        slowest, fastest = Ice40Clock.PHASE_DETECTOR_HZ
-        for reference in range(1, oscillator_hz // slowest + 1):
-            for shift in range(1, 7):
-                feedback, remainder = divmod(clock_hz * reference << shift, oscillator_hz)
-                inner = oscillator_hz * feedback / reference
-                if (
-                    not remainder
-                    and 1 <= feedback <= 128
-                    and vco_hz[0] <= inner <= vco_hz[1]
-                    and oscillator_hz / reference <= fastest
-                ):
-                    return Pll(oscillator_hz, reference, feedback, shift)
-        raise InputError.at(
-            "clock",
-            wanted=f"{oscillator_hz / 1e6:g} MHz * n / 2^k from {vco_hz[0] / 2**6 / 1e6:.1f} MHz "
-            "on, with 533 to 1066 MHz before the last divider",
-            found=f"{clock_hz / 1e6:g} MHz",
-            fix=f"choose {oscillator_hz / 1e6:g} or {2 * oscillator_hz / 1e6:g}, for example",
-        )
+        for reference, feedback, output in cls.ratios(oscillator_hz, clock_hz):
+            if feedback <= 128:
+                yield Pll(oscillator_hz, reference, feedback, output.bit_length() - 1)
 
     @property
     def filter(self) -> int:
@@ -211,47 +219,27 @@ class Ecp5Clock(Clock):
     """Clock ``oscillator_hz * feedback / reference``; ``output`` times that is inside. No reset.
 
     Registers start as configured, and the clock starts two periods of the oscillator after
-    configuration has ended and the PLL is locked. Without lock it stops.
+    configuration has ended and the PLL is locked. Without lock it stops. Limits are those of data
+    sheet FPGA-DS-02012.
     """
 
-    #: Legal frequencies of the oscillator inside the PLL, its best one, the least behind the
-    #: divider of its input, and the fastest clock, Hz (data sheet FPGA-DS-02012).
-    VCO_HZ = (400_000_000, 800_000_000)
-    VCO_BEST_HZ = 600_000_000
-    PHASE_DETECTOR_HZ = 10_000_000
-    CLOCK_MAX_HZ = 400_000_000
+    vco_hz = (400_000_000, 800_000_000)
+    clock_max_hz = 400_000_000
 
-    @staticmethod
-    def factors(oscillator_hz: int, clock_hz: int) -> Pll:
-        """See `Clock`; those with the inner oscillator nearest to 600 MHz."""
-        (low, high), most = Ecp5Clock.VCO_HZ, Ecp5Clock.CLOCK_MAX_HZ
-        references = range(1, oscillator_hz // Ecp5Clock.PHASE_DETECTOR_HZ + 1)
-        for reference in references:
-            feedback, remainder = divmod(clock_hz * reference, oscillator_hz)
-            outputs = [n for n in range(1, 129) if low <= clock_hz * n <= high]
-            if not remainder and 1 <= feedback <= 80 and outputs and clock_hz <= most:
-                output = min(outputs, key=lambda n: abs(clock_hz * n - Ecp5Clock.VCO_BEST_HZ))
-                return Pll(oscillator_hz, reference, feedback, output)
-        second = [
-            Pll(oscillator_hz, reference, factor // output, output, n)
-            for reference in references
-            for n in range(1, 129)
-            for factor, remainder in [divmod(clock_hz * n * reference, oscillator_hz)]
-            if not remainder and low <= clock_hz * n <= high and clock_hz <= most
-            for output in range(1, 129)
-            if factor % output == 0
-            and factor // output <= 80
-            and oscillator_hz * (factor // output) <= most * reference
-        ]
-        if second:
-            return second[0]
-        step = oscillator_hz / references[-1] / 1e6
-        raise InputError.at(
-            "clock",
-            wanted=f"a multiple of {step:g} MHz up to 400 MHz, or one from 400 to 800 MHz by n",
-            found=f"{clock_hz / 1e6:g} MHz",
-            fix=f"choose {max(1, round(clock_hz / 1e6 / step)) * step:g}, for example",
-        )
+    @classmethod
+    def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
+        """See `Clock`; the first output with the inner oscillator near 600 MHz, then the second."""
+        ratios, first = [*cls.ratios(oscillator_hz, clock_hz)], list[Pll]()
+        for reference, multiple, output in ratios:
+            if multiple % output == 0 and multiple // output <= 80:
+                first.append(Pll(oscillator_hz, reference, multiple // output, output))
+        yield from sorted(first, key=lambda p: (p.reference, abs(clock_hz * p.output - 600e6)))
+        for reference, multiple, second in ratios:
+            for output in cls.outputs:
+                feedback, rest = divmod(multiple, output)
+                fits = feedback <= 80 and oscillator_hz * feedback <= cls.clock_max_hz * reference
+                if not rest and fits:
+                    yield Pll(oscillator_hz, reference, feedback, output, second)
 
     def elaborate(self, platform: Any) -> Module:
         """Pad, PLL, gate of the clock network."""

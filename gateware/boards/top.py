@@ -171,5 +171,5 @@ class Top(wiring.Component):
 
 
 def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
-    """Return the design for `gateware.boards.ise.write_ise_project`: `Top` for a clock."""
+    """Return the design for `gateware.boards.project.write_project`: `Top` for a clock."""
     return lambda clock_hz: Top(core=core, clock_hz=clock_hz, baud=baud)
