@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -126,29 +126,23 @@ class LogRows(Group):
     ] = None
     stop: Annotated[str | None, Parameter(name="--to", help="End of the slice of each log.")] = None
     every: Annotated[
-        int | None,
-        Parameter(name="--every", help="Use every n-th row; its time step is that of n rows."),
+        int | None, Parameter(help="Use every n-th row; its time step is that of n rows.")
     ] = None
     gaps: Annotated[
         str | None,
-        Parameter(
-            name="--gaps",
-            help="Refuse, bridge or restart at time steps of more than three medians.",
-        ),
+        Parameter(help="Refuse, bridge or restart at time steps of more than three medians."),
     ] = None
     map: Annotated[
         str | None,
         Parameter(
-            name="--map",
-            metavar="FILE.toml",
-            help="File that maps topics of a flight log or bag to columns.",
+            metavar="FILE.toml", help="File that maps topics of a flight log or bag to columns."
         ),
     ] = None
 
     def context(self) -> AbstractContextManager[Any]:
         """Reads of log files select these rows."""
-        values = (self.start, self.stop, self.every, self.gaps, self.map)
-        if all(value is None for value in values):
+        values = astuple(self)
+        if {*values} == {None}:
             return nullcontext()
         from boresight.sim.records.selection import Selection, selected
 

@@ -6,14 +6,13 @@ derived from `BoardSystem`. `boresight compile --board`, `run`, `fit` and `monit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import Named, load, names_of_entry_points
+from boresight.model.resolve import load, names_of_entry_points
 
 #: Entry points of installed packages that are complete systems.
 BOARD_GROUP = "boresight.boards"
@@ -28,56 +27,28 @@ class BoardSystem:
         Names of the files that `simulate` writes.
     programs : tuple of types
         Estimators that the system adds to every core.
+    core : callable (estimators, *, config, word, clock_hz, params)
+        Returns a core with these estimators and the programs that the system adds.
+    design : callable (core, clock_hz)
+        Returns the Amaranth component of the complete system, and its register map.
+    simulate : callable (folder, name, log, *, config, params, seconds, source, feed, say)
+        Simulates the complete system from pins to frames; writes `files` into a folder.
+    simulate_faults : callable (name, *, progress)
+        Simulates faults of the sensors, each in a simulation of its own.
+    calibrate : callable (sources, settings, output)
+        Fits the sensors' registers to records, and writes them as a file of parameters.
+    monitor : callable (source, **options)
+        Reads frames and registers from a serial port, or frames from a captured file.
     """
 
     files: tuple[str, ...]
     programs: tuple[type[Estimator], ...] = ()
-
-    def core(
-        self,
-        estimators: Sequence[Named],
-        *,
-        config: str,
-        word: int,
-        clock_hz: int,
-        params: Mapping[str, Mapping[str, float]],
-    ) -> Core:
-        """Return a core with these estimators and the programs that the system adds."""
-        raise NotImplementedError
-
-    def design(self, core: Core, clock_hz: int) -> tuple[Any, Description]:
-        """Return the Amaranth component of the complete system, and its register map."""
-        raise NotImplementedError
-
-    def simulate(
-        self,
-        folder: Path,
-        name: Named | None,
-        log: Any,
-        *,
-        config: str,
-        params: Mapping[str, Mapping[str, float]],
-        seconds: float,
-        source: str,
-        feed: Mapping[str, float] | None,
-        say: Callable[[str], None],
-    ) -> Any:
-        """Simulate the complete system from pins to frames; write `files` into a folder."""
-        raise NotImplementedError
-
-    def simulate_faults(self, name: str | None, *, progress: Callable[[str], None] | None) -> Any:
-        """Simulate faults of the sensors, each in a simulation of its own."""
-        raise NotImplementedError
-
-    def calibrate(
-        self, sources: Sequence[Any], settings: Mapping[str, Any], output: str | Path
-    ) -> Any:
-        """Fit the sensors' registers to records, and write them as a file of parameters."""
-        raise NotImplementedError
-
-    def monitor(self, source: str, **options: Any) -> Any:
-        """Read frames and registers from a serial port, or frames from a captured file."""
-        raise NotImplementedError
+    core: Callable[..., Core]
+    design: Callable[..., tuple[Any, Description]]
+    simulate: Callable[..., Any]
+    simulate_faults: Callable[..., Any]
+    calibrate: Callable[..., Any]
+    monitor: Callable[..., Any]
 
 
 def board_system() -> BoardSystem:

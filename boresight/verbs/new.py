@@ -82,31 +82,27 @@ def _class(stem: str) -> str:
 
 def _check_name(stem: str, typed: str) -> None:
     """Raise InputError unless a module, and a class, may be called so."""
-    objection = ""
-    if typed.endswith(os.sep):
-        objection = "a folder"
-    elif not (stem.isascii() and stem.isidentifier() and _class(stem).isidentifier()):
-        objection = repr(stem)
-    elif keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)):
-        objection = "a word of Python"
-    elif stem in names_of_entry_points(ESTIMATOR_GROUP):
-        objection = "the name of an estimator that is there"
-    elif _taken(stem, Path(typed).parent):
-        objection = "the name of an installed module, which it would hide"
-    if objection:
-        raise InputError.at(
-            typed or "''",
-            wanted="a name for a module of your own: letters, digits and _",
-            found=objection,
-            fix="choose another, such as my_filter",
-        )
-
-
-def _taken(stem: str, folder: Path) -> bool:
-    """Whether a module of that name is there already, elsewhere than in the folder."""
-    try:
-        spec = importlib.util.find_spec(stem)
-    except ValueError:  # __main__
-        return True
-    here = (folder / f"{stem}.py").resolve()
-    return spec is not None and (spec.origin is None or Path(spec.origin).resolve() != here)
+    here = (Path(typed).parent / f"{stem}.py").resolve()
+    objections = {
+        "a folder": typed.endswith(os.sep),
+        repr(stem): not (stem.isascii() and stem.isidentifier() and _class(stem).isidentifier()),
+        "a word of Python": keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)),
+        "the name of an estimator that is there": stem in names_of_entry_points(ESTIMATOR_GROUP),
+    }
+    if not any(objections.values()):
+        try:
+            spec = importlib.util.find_spec(stem)
+            taken = spec is not None and (
+                spec.origin is None or Path(spec.origin).resolve() != here
+            )
+        except ValueError:  # __main__
+            taken = True
+        objections["the name of an installed module, which it would hide"] = taken
+    for objection, holds in objections.items():
+        if holds:
+            raise InputError.at(
+                typed or "''",
+                wanted="a name for a module of your own: letters, digits and _",
+                found=objection,
+                fix="choose another, such as my_filter",
+            )
