@@ -41,17 +41,9 @@ _SHOWN = 12
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of a result that can be compared with an earlier one.
+    """A figure of a result that can be compared with an earlier one: one of the module's kinds.
 
-    Attributes
-    ----------
-    title : str
-    kind : str
-        One of the kinds of this module.
-    unit : str
-        Default where the data have none.
-    falls : bool
-        Whether a smaller value is worse.
+    ``unit`` is for data without one; ``falls``: a smaller value is worse.
     """
 
     title: str

@@ -193,21 +193,10 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
 
 
 class Journal:
-    """Rows of completed tasks, in memory and as lines of a JSON file.
+    """``rows`` of completed tasks by key, in memory and as lines of a JSON file.
 
     Several processes may add rows to one file. A line that was cut off, because its process was
-    killed, is ignored.
-
-    Parameters
-    ----------
-    path : path
-    again : bool
-        Ignore the rows of the file: every task runs again.
-
-    Attributes
-    ----------
-    rows : dict of str to dict
-        Rows by key.
+    killed, is ignored; with ``again`` all of the file are.
 
     Raises
     ------
@@ -274,23 +263,14 @@ def complete(
 
     Parameters
     ----------
-    context : object
-        Common to all tasks.
     work : callable
         Maps ``context`` and some tasks to a row for each: plain data, with ``refused`` in it if the
-        task could not be done.
-    tasks : mapping
-        By key.
-    journal : Journal
-    say : callable
-        Called with a line after each batch.
+        task could not be done. A process returns the rows of ``batch`` tasks together.
     jobs, scheduler
         See `dispatch` and `cluster`.
     shared : bool
         Whether other processes can make the context: it has texts, no objects of Python. Else the
         tasks run in this process.
-    batch : int
-        Tasks that one process runs before it returns their rows.
 
     Raises
     ------
@@ -298,12 +278,8 @@ def complete(
         A scheduler is given for a context that is not shared. And as `cluster`.
     """
     if scheduler is not None and not shared:
-        raise InputError.at(
-            "scheduler",
-            wanted="names or files, which its workers can read",
-            found="objects",
-            fix="give texts, or leave the scheduler out",
-        )
+        wanted, fix = "names or files, which its workers read", "leave the scheduler out"
+        raise InputError.at("scheduler", wanted=wanted, found="objects", fix=fix)
     remaining = [key for key in tasks if key not in journal.rows]
     known = len(tasks) - len(remaining)
     if known:

@@ -55,16 +55,8 @@ def benchmark(
 ) -> Result:
     """Run everything.
 
-    Parameters
-    ----------
-    peers : sequence of str
-        Keys of `sim.accuracy.peers.PEERS`.
-    params : mapping
-        Parameter values by estimator.
-    align : str
-        Constant offset that is taken out of attitudes first: `ALIGNMENTS`.
-    jobs : int, optional
-        Threads and processes; by default one for each processor.
+    ``peers`` are keys of `sim.accuracy.peers.PEERS`, ``params`` parameter values by estimator,
+    ``align`` is one of `ALIGNMENTS`; ``jobs`` are threads and processes.
 
     Returns
     -------

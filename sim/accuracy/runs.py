@@ -27,22 +27,10 @@ from boresight.sim.worlds.loop import drive
 class Scores:
     """A run of a log on one level.
 
-    Attributes
-    ----------
-    level : str
-        "fixed", "float", or "package" for a published filter.
-    errors, units : mapping of str
-        Root mean squares against truth (`sim.accuracy.figures`); empty without truth.
-    seconds : float
-        Wall-clock time of the run.
-    saturated : int or None
-        Updates in which an operation saturated; None where nothing can.
-    saturations : mapping of str to int
-        These updates by the name of the value that saturated.
-    near : tuple of Difference
-        Every sample of fixed point beside float64, where both ran.
-    offset_deg : tuple of float
-        The constant turn that was taken out of attitudes; empty without.
+    The level is fixed, float, or package (of a published filter). ``errors`` are root mean squares
+    against truth (`sim.accuracy.figures`), ``saturations`` the ``saturated`` updates by value
+    (None: nothing can), ``near`` fixed point beside float64, ``offset_deg`` a constant turn that
+    was taken out of attitudes.
     """
 
     level: str
@@ -56,20 +44,9 @@ class Scores:
 
 
 class LogRuns:
-    """The emitted C of an estimator over logs, and float64 beside it.
+    """The emitted C of an estimator over logs, with ``floating`` compiled float64 beside it.
 
-    Parameters
-    ----------
-    estimator : Estimator
-    feeds : sequence of Feed or LongFeed
-    floating : bool
-        Whether compiled float64 runs, too.
-    word : int
-        Word width, 18 to 32.
-    jobs : int, optional
-        Threads; by default one for each processor.
-    align : str
-        Constant offset that is taken out of attitudes: `ALIGNMENTS`.
+    ``jobs`` are threads, by default one for each processor; ``align`` is one of `ALIGNMENTS`.
     """
 
     def __init__(

@@ -21,15 +21,9 @@ from boresight.sim.worlds.world import is_world
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A log with a truth.
+    """A log with a truth, which allows errors in ``units``.
 
-    Attributes
-    ----------
-    log : Log
-    feeds : mapping of str to (Estimator, Feed or LongFeed)
-        By name: the estimator made for the rates of the log, and its inputs.
-    units : mapping of str to str
-        Units of the errors that the truth allows.
+    ``feeds`` are by name the estimator made for the rates of the log, and its inputs.
     """
 
     log: Log

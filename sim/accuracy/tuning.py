@@ -52,19 +52,8 @@ def weights_of(
 class Tuning:
     """Searches over the same logs, none of which runs twice with the same values.
 
-    Attributes
-    ----------
-    runs : LogRuns
-    axes : sequence of Axis
-        Axes of the parameters that move.
-    start : mapping of str to float
-        Every parameter at the start.
-    weights : mapping of str to float
-        Weights of the errors.
-    rounds : int
-        Most rounds of a search.
-    say : callable
-        Called with a line of progress.
+    ``axes`` are of the parameters that move, ``start`` has every parameter, ``weights`` are of the
+    errors; a search has ``rounds`` at most; ``say`` is called with a line of progress.
     """
 
     runs: LogRuns
@@ -154,17 +143,7 @@ class Tuning:
     def result(
         self, names: Sequence[str], units: Mapping[str, str], tests: Sequence[tuple[int, ...]]
     ) -> Result:
-        """Tune, cross-validate, and vary the result.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Names of the logs.
-        units : mapping of str to str
-            Units of the errors.
-        tests : sequence of tuple of int
-            Test sets of the cross-validation (`folds_of`).
-        """
+        """Tune, cross-validate on ``tests`` (`folds_of`), vary the result; units of the errors."""
         name = self.runs.estimator.name
         tuned = self.search(range(len(names)), "all logs")
         cross = self.cross_validation(tests, names)

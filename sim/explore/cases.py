@@ -72,18 +72,9 @@ class Case:
 class Exploration:
     """Settings of all combinations.
 
-    Attributes
-    ----------
-    logs : tuple of str or Record
-    worlds : tuple of str, class or World
-        Each with the combination's estimator in float64 gives one more log.
-    params : tuple of (name, value)
-    steps : int, optional
-        Leading samples of each log.
-    seeds : int
-        Seeds of the router.
-    digest : str
-        Digest of the logs when the exploration began.
+    Each world with the combination's estimator in float64 gives one more log. Of each log the first
+    ``steps`` samples count. ``seeds`` are the router's; ``digest`` is that of the logs when the
+    exploration began.
     """
 
     logs: tuple[str | Record, ...]

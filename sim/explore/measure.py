@@ -65,12 +65,8 @@ class Plan(NamedTuple):
 
 def digest_of(records: Sequence[Record]) -> str:
     """Digest of names, units and values."""
-    total = hashlib.sha256()
-    for record in records:
-        for name, column in record.columns.items():
-            total.update(repr((name, column.unit, len(column.values))).encode())
-            total.update(column.values.tobytes())
-    return total.hexdigest()
+    columns = [(name, c) for record in records for name, c in record.columns.items()]
+    return digest([(n, c.unit, hashlib.sha256(c.values.tobytes()).hexdigest()) for n, c in columns])
 
 
 def planned(
@@ -120,10 +116,7 @@ def planned(
 
 
 def measured(exploration: Exploration, tasks: Sequence[Task]) -> list[dict[str, Any]]:
-    """Rows of some tasks: figures, or under ``refused`` why there are none.
-
-    A row with ``again`` failed in a tool, and may be tried once more.
-    """
+    """Rows of some tasks: figures, or why there are none (``refused``; ``again``: by a tool)."""
 
     def row(task: Task) -> dict[str, Any]:
         try:

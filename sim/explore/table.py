@@ -151,14 +151,7 @@ def result_of(
 ) -> Result:
     """The result of an exploration, with a row for each combination and the choice.
 
-    Parameters
-    ----------
-    rows : mapping
-        Rows of the journal, by key.
-    least : Quantity, optional
-        The figure that decides among the combinations that meet the demands.
-    clock_mhz : float
-        Clock for times.
+    ``rows`` are the journal's; ``least`` decides among the combinations that meet the demands.
     """
     table = [_row(plan, rows, exploration, clock_mhz) for plan in plans]
     choice = None if least is None else _choice(table, demands, least)

@@ -38,17 +38,9 @@ _SEED = 2
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A profile, and the runs from which it was made.
+    """A profile, and the runs of an estimator without one from which it was made.
 
-    Attributes
-    ----------
-    estimator : Estimator
-        Without a profile.
-    trace : Trace
-    seen, hostile, intervals : mapping of int to (float, float)
-        Ranges of expressions in the records, in hostile runs, and of all legal inputs.
-    profile : Profile
-    hostile_updates : int
+    By the number of an expression: its range in the records, in hostile runs, and its interval.
     """
 
     estimator: Estimator
@@ -112,13 +104,8 @@ def fitted(
 class Effect(NamedTuple):
     """Fixed point with some formats: against float64 on the records, and under hostile inputs.
 
-    Attributes
-    ----------
-    differences : tuple of Difference
-        Of each output the largest of all records.
-    saturated_updates : int
-    negative_updates : int
-        Hostile updates after which a variance is negative, if states are a covariance.
+    Of each output the largest difference of all records; saturated updates; hostile updates after
+    which a variance is negative, if states are a covariance.
     """
 
     differences: tuple[Difference, ...]
@@ -189,16 +176,9 @@ def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
 
 
 class Selection(NamedTuple):
-    """The selected formats, compared with those of intervals on the records.
+    """The profile with all ranges or none; effects of intervals, of the choice, of all ranges.
 
-    Attributes
-    ----------
-    profile : Profile
-        With all ranges, or none.
-    before : Effect or str
-        Of intervals alone; the reason if that does not compile.
-    after, full : Effect
-        Of the selected ranges; of all ranges.
+    ``before`` is the reason if intervals alone do not compile.
     """
 
     profile: Profile
