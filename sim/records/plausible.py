@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -67,7 +68,9 @@ _RULES = (
     ),
 )
 #: Largest over least length of the field, of 9 in 10 samples, without a magnet.
-_UNEVEN = 2.5
+_UNEVEN = 4.0
+#: s, and share of the samples around: an axis that stands still for so long, but changes otherwise.
+_STILL_S, _CHANGING = 1.0, 0.5
 
 
 def warnings_of(
@@ -88,7 +91,9 @@ def warnings_of(
         The log's attitude, among others; NaN where it has none.
     """
     uneven = False
-    warnings, triads, implausible = list[str](), dict[str, Triad](), dict[str, list[str]]()
+    dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
+    warnings, triads = list[str](), dict[str, Triad]()
+    implausible, still = dict[str, list[str]](), dict[str, list[str]]()
     for names, columns in _sensors(estimator):
         rows = new[:, columns].all(axis=1)
         incomplete = int((new[:, columns].any(axis=1) & ~rows).sum())
@@ -97,6 +102,15 @@ def warnings_of(
         if not rows.any():
             continue
         declared = estimator.inputs[columns[0]]
+        is_field = declared.unit == "uT" and len(columns) == 3
+        if is_field and (zeros := rows & (inputs[:, columns] == 0.0).all(axis=1)).any():
+            warnings.append(
+                f"{' '.join(names)}: 0 in {zeros.sum()} samples: is the sensor dead? leave what is "
+                "not new empty"
+            )
+            rows = rows & ~zeros
+            if not rows.any():
+                continue
         typical = float(np.median(np.linalg.norm(inputs[rows][:, columns], axis=1)))
         unlikely = [
             f"{' '.join(names)}: typically {typical:.3g} {rule.unit}, {_looks(rule, typical)}"
@@ -104,25 +118,25 @@ def warnings_of(
             if rule.unit == declared.unit
             and (len(columns) == 3 or not rule.wants_triple)
             and not rule.least <= typical <= rule.most
-            and (typical > 0.0 or rule.unit == "m/s^2")  # no field: no sample
             and rule.least < declared.high <= rule.range_limit
         ]
         warnings += unlikely
-        if declared.unit == "uT" and len(columns) == 3 and typical > 0.0:
-            lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
-            low, high = np.percentile(lengths[lengths > 0.0], (5.0, 95.0))
-            if uneven := bool(high > _UNEVEN * low):
-                warnings.append(
-                    f"{' '.join(names)}: {low:.3g} to {high:.3g} uT in 9 of 10 samples: is there "
-                    "a magnet or iron near, or an offset?"
-                )
         if len(columns) == 3:
             triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
             triads[declared.unit] = triad
             implausible[declared.unit] = unlikely
             clamps = any(estimator.inputs[k].clamp for k in columns)
             warnings += [*_held(triad), *(() if clamps else _at_ends(names, triad))]
-    dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
+            still[declared.unit] = [] if dt is None else [*_still(names, triad, inputs[:, dt])]
+        if is_field and not still["uT"]:
+            lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
+            low, high = np.percentile(lengths, (5.0, 95.0))
+            if uneven := bool(high > _UNEVEN * low):
+                warnings.append(
+                    f"{' '.join(names)}: {low:.3g} to {high:.3g} uT in 9 of 10 samples: is there "
+                    "a magnet or iron near, or an offset?"
+                )
+    warnings += chain.from_iterable(still.values())
     if dt is not None and "rad/s" in triads:
         rates, force, field = (triads.get(unit) for unit in ("rad/s", "m/s^2", "uT"))
         assert rates is not None
@@ -132,7 +146,7 @@ def warnings_of(
         lines, agree = contradictions(rates, force, field, attitude, inputs[:, dt])
         if agree:  # however fast they are
             warnings = [text for text in warnings if text not in implausible["rad/s"]]
-        warnings += [*_dead_axis(rates)] or lines
+        warnings += [] if any(still.values()) else lines
     usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
     if dt is not None and (usual >= estimator.inputs[dt].high or usual < 0.0):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
@@ -201,7 +215,7 @@ def _held(sensor: Triad) -> Iterator[str]:
     if len(values) < 3:
         return
     steps = np.abs(np.diff(values, axis=0))
-    finest = min(steps[steps > 0.0], default=0.0)
+    finest = min(steps[steps > 1e-6 * np.abs(values).max()], default=0.0)
     repeats = (steps[:-1] == 0.0).all(axis=1)
     jumps = steps[1:].max(axis=1) > _JUMP * finest
     share = (steps == 0.0).all(axis=1).mean()
@@ -212,13 +226,34 @@ def _held(sensor: Triad) -> Iterator[str]:
         )
 
 
-def _dead_axis(rates: Triad) -> Iterator[str]:
-    """One axis that never changes, while the others do in most samples."""
-    changes = (np.diff(rates.values[rates.new], axis=0) != 0.0).sum(axis=0)
-    still = np.flatnonzero(changes == 0)
-    if len(still) == 1 and np.median(changes) > max(_AT_END, len(rates.values) // 2):
-        name, value = rates.names.split()[still[0]], rates.values[rates.new][0, still[0]] + 0.0
-        yield f"{rates.names}: {name} is {value:.4g} in every sample: is the axis dead?"
+def _is_noisy(steps: FloatArray) -> bool:
+    """Whether nearly all steps of a sensor are changes, often to and fro."""
+    to_and_fro = (steps[1:] * steps[:-1] < 0.0).sum()
+    return bool((steps != 0.0).sum() > _CHANGING * len(steps) and to_and_fro > 0.05 * len(steps))
+
+
+def _still(names: Sequence[str], sensor: Triad, dt: FloatArray) -> Iterator[str]:
+    """An axis without noise: in all samples, or from one sample on for a while."""
+    steps = np.diff(sensor.values[sensor.new], axis=0)
+    step_s = float(np.median(dt)) / float(sensor.new.mean())
+    for k, name in enumerate(names):
+        changes = np.flatnonzero(np.concatenate([[True], steps[:, k] != 0.0, [True]]))
+        first = int(np.diff(changes).argmax())
+        start, end = changes[first : first + 2].tolist()
+        value = sensor.values[sensor.new][start, k] + 0.0
+        if end - start > len(steps):
+            others = [_is_noisy(steps[:, j]) for j in range(3) if j != k]
+            if len(steps) > _AT_END and value == 0.0 and all(others):
+                yield f"{sensor.names}: {name} is 0 in every sample: is the axis dead?"
+                return
+        elif (end - start) * step_s > _STILL_S and _is_noisy(
+            np.delete(steps[:, k], slice(start, end))
+        ):
+            yield (
+                f"{sensor.names}: {name} stays at {value:.4g} for {(end - start) * step_s:.3g} s: "
+                "is the sensor held or dead there?"
+            )
+            return
 
 
 def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
@@ -229,7 +264,7 @@ def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
     found = dict[str, int]()
     for k, name in enumerate(names):
         steps = np.abs(np.diff(values[:, k]))
-        finest = min(steps[steps > 0.0], default=math.inf)
+        finest = min(steps[steps > 1e-6 * np.abs(values).max()], default=math.inf)
         varied = changes[:, [j for j in range(3) if j != k]].all(axis=1)
         for end in (values[:, k].min(), values[:, k].max()):
             off = np.abs(values[:, k] - end)

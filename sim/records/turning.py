@@ -12,8 +12,9 @@ velocity over its length. So its mean as a vector is judged, in long windows.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import permutations, product
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -22,36 +23,44 @@ from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
+    quaternion_to_matrix,
     rotate,
     rotation_vector_to_quaternion,
 )
 
 #: s: shortest block, whose mean is taken; shortest and longest window; a step that is a gap.
-_BLOCK_S, _SHORT_S, _LONG_S, _GAP_S = 0.02, 1.0, 5.0, 0.5
+_BLOCK_S, _SHORT_S, _LONG_S, _GAP_S = 0.02, 0.6, 5.0, 0.5
+#: s: least window in which a force is weighed, or an estimate is followed.
+_WEIGHT_S = 1.0
 #: Windows: parts of a short log, least number, most that are looked at, and blocks with a sample.
 _PARTS, _FEWEST, _MOST, _FILLED = 12, 8, 64, 3
 #: Scatter (mean square angle [rad^2]) that is noise, and that is a turn without doubt.
 _NOISE, _TURN = 3e-4, 0.01
+#: Scatter of a force that hardly accelerates.
+_CALM = 2e-3
 #: Share of the scatter that a cause explains; standard deviations of the count of windows.
 _SHARE, _SURE = 0.1, 3.0
 #: Scales of the rates, and delays [s], that are right.
 _RIGHT, _ON_TIME_S = (0.9, 1.1), 0.05
 #: What is tried: scales, finer ones around the best, and delays [s].
 _SCALES, _FINE = np.geomspace(0.01, 100.0, 49), np.linspace(0.85, 1.15, 13)
-_DELAYS_S = np.linspace(-1.0, 1.0, 51)
-#: Share of the Earth's gravity, m/s^2, that a force has in most windows; shares of rates and their
-#: changes in a turn that is steady.
-_WEIGHT, _STEADY = 0.9 * 9.80665, 1e-3
+_DELAYS_S = np.linspace(-2.0, 2.0, 101)
+#: Mean force of windows, m/s^2: least in most, most in a quarter; shares of rates and their changes
+#: in a turn that is steady.
+_LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
+#: Share of the field that an offset has at least, and of its scatter that is left without it.
+_OFFSET, _LEFT = 0.2, 0.6
+#: Activity of force and rates: s of a block, least and longest delay, and from the best one to
+#: others; least correlation in standard deviations, and of others as a share of the best.
+_STEP_S, _LATE_S, _LATEST_S, _APART_S, _ALIKE, _OTHER = 0.01, 0.04, 0.4, 0.05, 8.0, 0.6
 #: An attitude that has left the rates: angle in a window, and number of windows.
 _AWAY_DEG, _OFTEN = 30.0, 3
 #: All matrices that exchange axes and signs; the first leaves them as they are.
-_EXCHANGES = np.array(
-    [
-        np.eye(3)[list(order)] * np.array(signs)[:, None]
-        for order in permutations(range(3))
-        for signs in product((1.0, -1.0), repeat=3)
-    ]
-)
+_EXCHANGES = [
+    np.eye(3)[list(order)] * np.array(signs)[:, None]
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+]
 #: What else files hold in place of w, x, y, z from sensor to earth.
 _OTHERS: dict[str, Callable[[FloatArray], FloatArray]] = {
     "its conjugate fits": quaternion_conjugate,
@@ -69,25 +78,69 @@ class Triad(NamedTuple):
 
 
 class _Cause(NamedTuple):
-    """What makes rates fit: an exchange and a scale of theirs, or a delay [s] of the vector."""
+    """What makes rates fit: a matrix, a delay [s] of the vector, or an offset of it.
 
-    exchange: int = 0
-    scale: float = 1.0
+    ``text`` is empty where the rates are right, or nearly. ``about`` is what the matrix does:
+    exchange or turn axes, scale one of them, or scale all.
+    """
+
+    text: str = ""
+    about: str = ""
+    matrix: FloatArray = np.eye(3)
     late_s: float = 0.0
+
+
+def _delayed(late_s: float) -> _Cause:
+    """A delay of the vector."""
+    return _Cause("" if abs(late_s) < _ON_TIME_S else "the times are wrong", late_s=late_s)
+
+
+def _scaled(scale: float) -> _Cause:
+    """A scale of all rates."""
+    is_right = _RIGHT[0] < scale < _RIGHT[1]
+    text = f"the rates are {1.0 / scale:.2g} times as large as they should be"
+    if is_degrees := 0.8 < math.degrees(scale) < 1.25:
+        text = "the rates look like deg/s"
+    about = "degrees" if is_degrees else "scales"
+    return _Cause("" if is_right else text, about, scale * np.eye(3))
+
+
+def _exchanged(matrix: FloatArray) -> _Cause:
+    """Other axes or signs of the rates."""
+    axes = [f"{'-' if row.sum() < 0.0 else ''}{'xyz'[int(np.abs(row).argmax())]}" for row in matrix]
+    text = f"axes or signs are wrong (the rates fit as {', '.join(axes)})"
+    return _Cause("the sign is wrong" if axes == ["-x", "-y", "-z"] else text, "axes", matrix)
+
+
+def _matrices() -> Iterator[_Cause]:
+    """Exchanges of axes and signs, turns of the axes, and scales of one."""
+    yield from map(_exchanged, _EXCHANGES[1:])
+    for (k, axis), deg in product(enumerate("xyz"), (-60, -45, -30, 30, 45, 60)):
+        turn = rotation_vector_to_quaternion(math.radians(deg) * np.eye(3)[k])
+        text = f"the axes are turned by about {deg} deg about {axis}"
+        yield _Cause(text, "axes", quaternion_to_matrix(turn))
+    for (k, axis), scale in product(enumerate("xyz"), (0.5, 0.7, 1.4, 2.0)):
+        text = f"{axis} is about {1.0 / scale:.2g} times as large as it should be"
+        yield _Cause(text, "scale", np.diag(np.where(np.arange(3) == k, scale, 1.0)))
+
+
+_MATRICES = [*_matrices()]
 
 
 class _Finding(NamedTuple):
     """What a vector says about the rates; ``cause`` is None where it says that they are right.
 
-    ``fits``: the rates explain how it turns. ``stuck``: it does not turn. ``unlike``: nothing that
-    is known makes the rates fit.
+    ``scatter``: of the log as it is; ``after``: with the cause. ``fits``: the rates explain how it
+    turns. ``stuck``: it does not turn. ``unlike``: nothing that is known makes the rates fit.
     """
 
     names: str
     cause: _Cause | None
-    fits: bool
-    stuck: bool
-    unlike: bool
+    scatter: float
+    after: float
+    fits: bool = False
+    stuck: bool = False
+    unlike: bool = False
 
 
 class _Windows:
@@ -129,6 +182,20 @@ class _Windows:
             q = quaternion_multiply(turns[k], half)
         return np.moveaxis(turns, 0, 2)
 
+    def offset(self, v: FloatArray) -> FloatArray:
+        """What (3,) taken from a vector (blocks, 3) lets it turn as the rates say."""
+        turns = self.turns(np.eye(3)[None], np.arange(self.count))[0]
+        values = v.reshape(self.count, self.blocks, 3)
+        known = np.isfinite(values[..., :1])
+        # R (v - h) is constant in a window: R v - mean = (R - mean R) h.
+        columns = [rotate(turns, x) for x in (np.where(known, values, 0.0), *np.eye(3))]
+        count = np.maximum(known.sum(axis=1, keepdims=True), 1)
+        means = [np.where(known, x, 0.0).sum(axis=1, keepdims=True) / count for x in columns]
+        y, *r = (
+            np.where(known, x - mean, 0.0).ravel() for x, mean in zip(columns, means, strict=True)
+        )
+        return np.asarray(np.linalg.lstsq(np.stack(r, axis=1), y, rcond=0.1)[0])
+
     def turned_back(
         self, turns: FloatArray, v: FloatArray, some: IntArray, late: int = 0
     ) -> FloatArray:
@@ -159,26 +226,25 @@ def contradictions(
         Time steps [s].
     """
     speed = float(np.median(np.linalg.norm(rates.values[rates.new], axis=1)))
-    short_s = min(max(1.0 / max(speed, 1e-9), _SHORT_S), _LONG_S)
-    vectors = dict[str, tuple[_Windows, list[FloatArray]]]()
-    short, long = (_Windows(rates, dt, s) for s in (short_s, _LONG_S))
+    short_s = min(max(0.7 / max(speed, 1e-9), _SHORT_S), _LONG_S)
+    lengths_s = (short_s, max(short_s, _WEIGHT_S), _LONG_S)
+    short, weighed, long = (_Windows(rates, dt, s) for s in lengths_s)
+    findings, iron = list[_Finding | None](), list[str]()
     if force is not None:
         lengths = np.linalg.norm(force.values, axis=1)
         new = force.new & (lengths > 0.0)
         if new.any():
-            vectors[force.names] = long, [long.means(force.values / np.median(lengths[new]), new)]
+            means = long.means(force.values / np.median(lengths[new]), new)
+            findings.append(_finding(force.names, long, [means], True))
     if field is not None:
-        lengths = np.linalg.norm(field.values, axis=1)
-        new = field.new & (lengths > 0.0)
-        units = field.values / np.where(new, lengths, 1.0)[:, None]
-        vectors[field.names] = short, [short.means(units, new)]
-    findings = [f for n, (w, v) in vectors.items() if (f := _finding(n, w, v, w is long))]
+        found, iron = _field(short, field)
+        findings.append(found)
     own = None
     if attitude is not None:
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
-        findings += [] if own is None else [own]
-    lines = [*_rate_lines(rates.names, findings)]
-    agree = any(f.fits and f.cause is None for f in findings)
+        findings.append(own)
+    lines = [*_rate_lines(rates.names, findings)] or iron
+    agree = any(f is not None and f.fits and f.cause is None for f in findings)
     if own is not None and attitude is not None and not own.fits:
         for text, other in _OTHERS.items():
             turned = _axes(short, other(attitude.values), attitude.new)
@@ -192,7 +258,7 @@ def contradictions(
     if attitude is not None and attitude.new.any():
         lines = [*_by_attitude(force, field, attitude)]
     if not lines:
-        lines = [*_weight(short, force)]
+        lines = [*_late_force(rates, force, dt)] or [*_weight(weighed, force)]
     if not lines and field is not None:
         lines = [*_dip(long, force, field)]
     return lines, agree
@@ -200,7 +266,7 @@ def contradictions(
 
 def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
     """A line where an estimated attitude often turns otherwise than the rates."""
-    windows = _Windows(rates, dt, _SHORT_S)
+    windows = _Windows(rates, dt, _WEIGHT_S)
     some = np.arange(windows.count)
     turns = windows.turns(np.eye(3)[None], some)
     axes = _axes(windows, attitude.values, attitude.new)
@@ -242,47 +308,71 @@ def _finding(
     before, without = float(as_is.mean()), float(still.mean())
     turn = windows.steps[some]
     steady = float(np.std(turn, axis=(0, 1)).max()) < _STEADY * float(np.abs(turn).max())
-    if without < 1e-3 * before and before > _TURN and not (is_force and steady):
-        return _Finding(names, None, False, True, False)
-    fits = before < 0.5 * without
+    if without < 3e-4 * before and before > _TURN and not (is_force and steady):
+        return _Finding(names, None, before, before, stuck=True)
     turns = windows.turns(np.eye(3)[None], some)
-    delays = sorted({round(delay / windows.block_s) for delay in _DELAYS_S})
-    causes = [_Cause(late_s=late * windows.block_s) for late in delays]
-    scatters = [x for late in delays for x in scatter(turns, late)]
-    exchanges = range(len(_EXCHANGES) if before > 0.1 * without else 0)
-    causes += [_Cause(exchange=k) for k in exchanges] + [_Cause(scale=float(s)) for s in _SCALES]
-    matrices = [_EXCHANGES[: len(exchanges)], _SCALES[:, None, None] * np.eye(3)]
-    scatters += [*scatter(windows.turns(np.concatenate(matrices), some))]
+    tried = list[tuple[float, _Cause, FloatArray]]()
 
-    def best() -> int:
-        enough = [np.isfinite(x).sum() >= _FEWEST for x in scatters]
-        return int(
-            np.argmin(
-                [np.nanmean(x) if e else np.inf for x, e in zip(scatters, enough, strict=True)]
-            )
-        )
+    def attempt(causes: Iterable[_Cause], scatters: Iterable[FloatArray]) -> _Cause:
+        """Try causes; the best one of all up to now."""
+        for cause, after in zip(causes, scatters, strict=True):
+            enough = np.isfinite(after).sum() >= _FEWEST
+            tried.append((float(np.nanmean(after)) if enough else math.inf, cause, after))
+        return min(tried, key=itemgetter(0))[1]
 
-    if (scale := causes[best()].scale) != 1.0:
-        causes += [_Cause(scale=float(s)) for s in scale * _FINE]
-        scatters += [*scatter(windows.turns((scale * _FINE)[:, None, None] * np.eye(3), some))]
-    late = round(causes[best()].late_s / windows.block_s)
-    for near in (late - 1, late + 1) if late else ():
-        causes.append(_Cause(late_s=near * windows.block_s))
-        scatters += [*scatter(turns, near)]
-    k = best()
-    cause, after = causes[k], float(np.nanmean(scatters[k]))
-    right = (
-        cause.exchange == 0
-        and _RIGHT[0] < cause.scale < _RIGHT[1]
-        and abs(cause.late_s) < _ON_TIME_S
-    )
-    explains = after < 0.5 * without and (not is_force or after < 0.5 * before)
-    if is_force and (cause.late_s or (cause.scale != 1.0 and not _is_degrees(cause.scale))):
-        right = True  # turns with an acceleration, and sensors off the axis, look like it
-    if not right and explains and _is_sure(scatters[k], as_is):
-        return _Finding(names, cause, fits, False, False)
+    def attempt_turns(causes: list[_Cause]) -> _Cause:
+        return attempt(causes, scatter(windows.turns(np.stack([c.matrix for c in causes]), some)))
+
+    def attempt_delays(blocks: Iterable[int]) -> _Cause:
+        late = [*blocks]
+        causes = [_delayed(k * windows.block_s) for k in late]
+        return attempt(causes, [scatter(turns, k)[0] for k in late])
+
+    attempt_delays(sorted({round(delay / windows.block_s) for delay in _DELAYS_S}))
+    if before > 0.1 * without:
+        attempt_turns(_MATRICES)
+    best = attempt_turns([_scaled(float(s)) for s in _SCALES])
+    if best.about in ("scales", "degrees"):
+        best = attempt_turns([_scaled(float(s)) for s in best.matrix[0, 0] * _FINE])
+    if late := round(best.late_s / windows.block_s):
+        attempt_delays((late - 1, late + 1))
+    best_scatter, cause, after = min(tried, key=itemgetter(0))
+    # Turns with an acceleration, and sensors off the axis, look like a scale or a delay of a force.
+    is_known = not is_force or cause.about in ("axes", "degrees")
+    is_right = not cause.text or not (is_known or (cause.late_s and best_scatter < _CALM))
+    explains = best_scatter < 0.5 * without and (not is_force or best_scatter < 0.5 * before)
+    fits = before < 0.5 * without
+    if not is_right and explains and _is_sure(after, as_is):
+        return _Finding(names, cause, before, best_scatter, fits)
     unlike = not is_force and without > _TURN and before > 0.8 * without
-    return _Finding(names, None, fits, False, unlike)
+    return _Finding(names, None, before, before, fits, unlike=unlike)
+
+
+def _field(windows: _Windows, field: Triad) -> tuple[_Finding | None, list[str]]:
+    """What a field says, with and without its offset; a line about a large one."""
+    means = windows.means(field.values, field.new & (field.values != 0.0).any(axis=1))
+
+    def finding(values: FloatArray) -> _Finding | None:
+        lengths = np.linalg.norm(values, axis=1, keepdims=True)
+        units = values / np.where(lengths > 0.0, lengths, np.nan)
+        return _finding(field.names, windows, [units], False)
+
+    as_is = finding(means)
+    if as_is is None:
+        return None, []
+    offset = windows.offset(means)
+    corrected = finding(means - offset)
+    if corrected is None or as_is.cause is None and corrected.cause is not None:
+        return corrected or as_is, []
+    radius = float(np.nanmedian(np.linalg.norm(means - offset, axis=1)))
+    share = float(np.linalg.norm(offset)) / radius
+    # A small turn of a field without some of it is that of slower rates.
+    is_better = corrected.scatter < min(min(share, _LEFT) * as_is.scatter, 0.5 * as_is.after)
+    if not (share > _OFFSET and corrected.fits and is_better):
+        return as_is, []
+    text = ", ".join(f"{round(x)}" for x in offset)
+    line = f"{field.names}: an offset of {text} uT explains how they turn (iron): subtract it"
+    return corrected, [line]
 
 
 def _is_sure(after: FloatArray, before: FloatArray) -> bool:
@@ -296,8 +386,47 @@ def _is_sure(after: FloatArray, before: FloatArray) -> bool:
     )
 
 
-def _rate_lines(rates: str, findings: Sequence[_Finding]) -> Iterator[str]:
+def _late_force(rates: Triad, force: Triad, dt: FloatArray) -> Iterator[str]:
+    """A force whose sudden changes come later, or earlier, than those of the rates."""
+    usual = float(np.median(dt))
+    count = max(1, round(_STEP_S / max(usual, 1e-9)))
+    block_s = count * usual
+    if not (rates.new.all() and force.new.all()) or not 0.0 < block_s < _LATE_S:
+        return
+
+    def activity(values: FloatArray) -> FloatArray:
+        end, width = len(values) // count * count, round(0.5 / block_s)
+        means = values[:end].reshape(-1, count, 3).mean(axis=1)
+        sizes = np.linalg.norm(np.diff(means, 2, axis=0), axis=1)
+        sizes = np.log(sizes + np.percentile(sizes, 20.0) + 1e-12)
+        sizes -= np.convolve(sizes, np.ones(width) / width, "same")
+        return np.asarray(sizes / max(float(sizes.std()), 1e-12))
+
+    span = round(_LATEST_S / block_s)
+    if len(dt) // count < 10 * span:
+        return
+    x, y = activity(rates.values), activity(force.values)
+    late = np.arange(-span, span + 1)
+    inner = x[span:-span]
+    likeness = np.array([np.mean(inner * y[span + k : len(y) - span + k]) for k in late])
+    best = int(likeness.argmax())
+    away = np.abs(late - late[best]) * block_s > _APART_S
+    delay = late[best] * block_s
+    if (
+        abs(delay) > _LATE_S
+        and likeness[best] * math.sqrt(len(inner)) > _ALIKE
+        and likeness[away].max() < _OTHER * likeness[best]
+    ):
+        how = "late" if delay > 0.0 else "early"
+        yield (
+            f"{force.names}: {abs(delay):.2g} s {how} beside {rates.names}: correct the times of "
+            "one"
+        )
+
+
+def _rate_lines(rates: str, found: Sequence[_Finding | None]) -> Iterator[str]:
     """Lines about the rates, or about a vector where another one agrees with the rates."""
+    findings = [f for f in found if f is not None]
     for f in findings:
         if f.stuck:
             yield f"{f.names}: do not turn as the rates {rates} say: a dead or held sensor?"
@@ -319,31 +448,12 @@ def _rate_lines(rates: str, findings: Sequence[_Finding]) -> Iterator[str]:
         how = "late" if (cause.late_s > 0.0) == is_vector else "early"
         what, other = (names, rates) if is_vector else (rates, names)
         yield f"{what}: {abs(cause.late_s):.2g} s {how} beside {other}: correct the times of one"
-    elif cause.exchange and agree:
+    elif cause.about == "axes" and agree:
         yield f"{names}: turn otherwise than the rates {rates} say: wrong axes or signs"
     elif len(findings) > 1 and len(wrong) > 1:
-        yield f"{rates}: contradict how {names} turn: {_text(cause)}"
+        yield f"{rates}: contradict how {names} turn: {cause.text}"
     else:
-        yield f"{rates} and {names} contradict each other: {_text(cause)}"
-
-
-def _is_degrees(scale: float) -> bool:
-    return 0.8 < math.degrees(scale) < 1.25
-
-
-def _text(cause: _Cause) -> str:
-    """What would make the rates fit."""
-    if cause.exchange:
-        signed = [
-            f"{'-' if row.sum() < 0.0 else ''}{'xyz'[int(np.abs(row).argmax())]}"
-            for row in _EXCHANGES[cause.exchange]
-        ]
-        if signed == ["-x", "-y", "-z"]:
-            return "the sign is wrong"
-        return f"axes or signs are wrong (the rates fit as {', '.join(signed)})"
-    if _is_degrees(cause.scale):
-        return "the rates look like deg/s"
-    return f"the rates are {1.0 / cause.scale:.2g} times as large as they should be"
+        yield f"{rates} and {names} contradict each other: {cause.text}"
 
 
 def _by_attitude(force: Triad, field: Triad | None, attitude: Triad) -> Iterator[str]:
@@ -386,15 +496,18 @@ def _turned_back(windows: _Windows, sensor: Triad) -> FloatArray:
 
 
 def _weight(windows: _Windows, force: Triad) -> Iterator[str]:
-    """A force whose mean, turned back, is less than gravity: nothing falls most of the time."""
+    """A force whose mean, turned back, is not gravity: nothing falls, or climbs, all the time."""
     means = np.linalg.norm(_turned_back(windows, force), axis=1)
     seconds = windows.block_s * windows.blocks
-    if np.isfinite(means).sum() < _FEWEST or seconds < 0.9 * _SHORT_S:
+    if np.isfinite(means).sum() < _FEWEST or seconds < 0.9 * _WEIGHT_S:
         return
-    if (usual := float(np.nanmedian(means))) < _WEIGHT:
+    usual, low = np.nanquantile(means, (0.5, 0.25)).tolist()
+    if usual < _LIGHT or low > _HEAVY:
+        what = "too little" if usual < _LIGHT else "too much"
+        cause = "has the device removed it" if usual < _LIGHT else "does it have an offset"
         yield (
-            f"{force.names}: a mean of {usual:.2g} m/s^2 over {seconds:.2g} s, too little for "
-            "gravity: is the scale wrong, or has the device removed it?"
+            f"{force.names}: a mean of {usual:.2g} m/s^2 over {seconds:.2g} s, {what} for "
+            f"gravity: is the scale wrong, or {cause}?"
         )
 
 

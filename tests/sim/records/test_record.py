@@ -344,6 +344,13 @@ def repeated(names: str, rows: int, first: int = 0) -> Any:
     return lambda c: {n: c[n][first + np.arange(len(c[n])) // rows * rows] for n in names.split()}
 
 
+def stuck(name: str) -> Any:
+    """One axis that keeps a sample for a fifth of the log."""
+    rows = np.arange(12625)
+    at = np.where((rows > 4000) & (rows < 6525), 4000, rows)
+    return lambda c: {name: np.where(np.isnan(c[name]), np.nan, c[name][at])}
+
+
 def clipped(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {n: np.clip(c[n], -19.6133, 19.6133) for n in ("ax", "ay", "az")}
 
@@ -362,6 +369,8 @@ CARELESS = [
     (scaled("t", 1000.0), True, "dt: .* is t in seconds"),
     (scaled("t", 2.0), True, f"{RATES}: contradict .* 2 times as large"),
     (scaled(RATES, 1.2), False, f"{RATES} and {FIELD} contradict .* 1.2 times as large"),
+    (scaled(RATES, 0.8), False, f"{RATES} and {FIELD} contradict .* 0.81 times as large"),
+    (scaled("gx", 2.0), False, f"{RATES} and {FIELD} contradict .* x is about 2 times as large"),
     (scaled(RATES, 0.0), False, f"{RATES}: do not explain how {FIELD} turn"),
     (scaled(RATES, np.pi / 180.0), False, f"{RATES}: do not explain how {FIELD} turn"),
     (scaled("gz", 0.0), False, f"{RATES}: gz is 0 in every sample"),
@@ -374,6 +383,11 @@ CARELESS = [
     (scaled(FORCE, -1.0), True, f"{FORCE}: point down by {ATTITUDE}"),
     (scaled(FORCE, -1.0), False, f"{FIELD}: point 42 deg up by {FORCE}"),
     (scaled(FIELD, -1.0), True, f"{FIELD}: point south by {ATTITUDE}"),
+    (scaled(FORCE, 1.25), False, f"{FORCE}: a mean of 12 m/s\\^2 over 1 s, too much"),
+    (lambda c: {"mx": c["mx"] + 60.0}, False, f"{FIELD}: an offset of 60, -2, -6 uT"),
+    (lambda c: {n: np.nan_to_num(c[n]) for n in FIELD.split()}, False, f"{FIELD}: 0 in 4431 sam"),
+    (stuck("mz"), False, f"{FIELD}: mz stays at -23.19 for 9.89 s"),
+    (late(FORCE, 15), False, f"{FORCE}: 0.07 s late"),
     (late(RATES, 77), True, f"{RATES}: 0.3 s late"),
     (late(FIELD, 77), False, f"{FIELD}: 0.3 s late"),
     (late(ATTITUDE, 52), True, f"{ATTITUDE}: 0.2 s late"),
