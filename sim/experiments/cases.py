@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import nan
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -26,11 +27,12 @@ from boresight.sim.worlds.loop import Loop, close_loop
 
 @dataclass(frozen=True)
 class Case:
-    """A row of the page: options of the world, parameters that differ from their defaults."""
+    """A row of the page: options of the world, parameters and options of the estimator."""
 
     meaning: str
     world: Mapping[str, Any] = field(default_factory=dict)
     params: Mapping[str, float] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 class CasesExperiment(Experiment):
@@ -49,6 +51,10 @@ class CasesExperiment(Experiment):
         Machines whose cycles count.
     cases : mapping of str to Case
         In the order of the page's rows; the details of the result are their meanings.
+    most_runs : mapping of str to int
+        Most runs of some cases.
+    at_once : int
+        Runs of one task.
     intro : str
         Paragraphs of the page; may hold {runs}, {seed} and {last}, the last seed.
     columns : mapping of str to str
@@ -61,18 +67,23 @@ class CasesExperiment(Experiment):
         Time between two records.
     log : bool
         Whether the plots have logarithmic axes.
+    counts : mapping of str to float
+        What targets need besides runs (`targets_of`).
     """
 
     world: ClassVar[Callable[..., Any]]
     estimator: ClassVar[type[Estimator]]
     configs: ClassVar[Sequence[str]] = ("small", "fast")
     cases: ClassVar[Mapping[str, Case]]
+    most_runs: ClassVar[Mapping[str, int]] = {}
+    at_once: ClassVar[int] = 25
     intro: ClassVar[str]
     columns: ClassVar[Mapping[str, str]]
     shown: ClassVar[Sequence[str]]
     shown_text: ClassVar[str]
     step_s: ClassVar[float]
     log: ClassVar[bool] = False
+    counts: Mapping[str, float] = {}
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -89,35 +100,52 @@ class CasesExperiment(Experiment):
         """
         raise NotImplementedError
 
-    @classmethod
-    def run_case(cls, name: str, seeds: range) -> Runs:
+    def further(
+        self, outcomes: Mapping[str, Runs], *, seed: int, runs: int, say: Callable[[str], None]
+    ) -> dict[str, float]:
+        """Figures besides, by their whole names."""
+        return {}
+
+    def sections(self, outcomes: Mapping[str, Runs]) -> list[Section]:
+        """Sections of the page besides."""
+        return []
+
+    def run_case(self, name: str, seeds: range) -> Runs:
         """Run a case with these seeds; ``saturated_sum`` is among its figures."""
-        case, estimator = cls.cases[name], cls.estimator()
-        world, build = cls.world(seeds=seeds, **case.world), Build(estimator, params=[case.params])
+        case, estimator = self.cases[name], self.estimator(**self.cases[name].options)
+        world, build = (
+            type(self).world(seeds=seeds, **case.world),
+            Build(estimator, params=[case.params]),
+        )
         keep = [o.name for o in estimator.outputs]
         loop = close_loop(world, make_level("c", build, runs=world.runs), keep=keep)
         ((reference,),) = run_forms(
             estimator, [loop.inputs[:, 0]], params=case.params, levels=("float",)
         )
-        figures, panels = cls.figures(case, world, loop, reference.outputs)
+        figures, panels = self.figures(case, world, loop, reference.outputs)
         assert loop.run.saturated is not None
         figures["saturated_sum"] = loop.run.saturated.sum(axis=0)
         runs = np.ones(world.runs)
         return Runs({figure: value * runs for figure, value in figures.items()}, panels)
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
-        cases = [(name, name, runs) for name in self.cases]
-        outcomes = run_cases(self.run_case, cases, seed=seed, at_once=25, jobs=self.jobs, say=say)
+        cases = [(name, name, min(runs, self.most_runs.get(name, runs))) for name in self.cases]
+        outcomes = run_cases(
+            self.run_case, cases, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say
+        )
         figures = figures_of(outcomes, f"{self.name}_")
         for config in self.configs:
             schedule = Build(self.estimator(), config=config).core.schedule
             figures[f"{self.name}_latency_{config}"] = float(schedule.latency)
             figures[f"{self.name}_interval_{config}"] = float(schedule.interval)
+        figures |= self.further(outcomes, seed=seed, runs=runs, say=say)
         folder = Path(inspect.getfile(type(self))).parent
-        targets = targets_of(folder, figures, spreads_of(outcomes, f"{self.name}_"), runs=runs)
+        targets = targets_of(
+            folder, figures, spreads_of(outcomes, f"{self.name}_"), runs=runs, **self.counts
+        )
         meanings = {name: case.meaning for name, case in self.cases.items()}
         rows: list[list[str | float]] = [
-            [meaning, *(figures[f"{self.name}_{name}_{key}"] for key in self.columns.values())]
+            [meaning, *(figures.get(f"{self.name}_{name}_{k}", nan) for k in self.columns.values())]
             for name, meaning in meanings.items()
         ]
         intro = self.intro.format(runs=runs, seed=seed, last=seed + runs - 1)
@@ -125,15 +153,13 @@ class CasesExperiment(Experiment):
             (meanings[n], histories(outcomes[n].shown, step_s=self.step_s, log=self.log, name=n))
             for n in self.shown
         ]
-        page = render(
-            self.name,
-            [" ".join(paragraph.split()) for paragraph in intro.split("\n\n")],
-            targets,
-            [
-                Section(title="Cases", columns=("", *self.columns), rows=rows),
-                Section(title="First run", text=self.shown_text, figures=plots),
-            ],
-        )
+        sections = [
+            Section(title="Cases", columns=("", *self.columns), rows=rows),
+            *self.sections(outcomes),
+            Section(title="First run", text=self.shown_text, figures=plots),
+        ]
+        paragraphs = [" ".join(paragraph.split()) for paragraph in intro.split("\n\n")]
+        page = render(self.name, paragraphs, targets, sections)
         return ExperimentResult(
             figures=figures, targets=targets, details=meanings, pages={self.pages[0]: page}
         )

@@ -35,21 +35,16 @@ class Runs:
         Data of the first run for plots.
     each : list
         Further results of every run.
-    pooling : mapping of str to str
-        How figures become one, if the end of their name does not say so.
     """
 
     figures: dict[str, FloatArray]
     shown: Mapping[str, Any] = field(default_factory=dict)
     each: list[Any] = field(default_factory=list)
-    pooling: Mapping[str, str] = field(default_factory=dict)
 
     def pooled(self) -> dict[str, float]:
         """One figure of all runs by name: root mean square, most, median and so on (`POOLED`)."""
         return {
-            name: float(
-                POOLED.get(self.pooling.get(name, name.rpartition("_")[2]), np.mean)(values)
-            )
+            name: float(POOLED.get(name.rpartition("_")[2], np.mean)(values))
             for name, values in self.figures.items()
         }
 
@@ -106,4 +101,4 @@ def _joined(parts: Sequence[Runs]) -> Runs:
     names = parts[0].figures
     figures = {name: np.concatenate([part.figures[name] for part in parts]) for name in names}
     each = [result for part in parts for result in part.each]
-    return Runs(figures, parts[0].shown, each, parts[0].pooling)
+    return Runs(figures, parts[0].shown, each)

@@ -13,7 +13,8 @@ count up to zero, where the filter begins.
 
 Errors, with w = w_ie cos(latitude): heading (gyro bias east)/w, of a gyro's angle walk sigma
 [rad/sqrt(s)] 1.2 sigma/(w sqrt(T)), of an accelerometer's noise a [m/s^2/sqrt(Hz)]
-4.1 a/(g w T^1.5); tilt (accelerometer bias)/g, and up to (w_ie T)^2/80.
+4.1 a/(g w T^1.5); tilt (accelerometer bias)/g. The mean of a vector that turns by w_ie T is shorter
+across the axis, so up is (w_ie T)^2/80 sin(2 latitude) too far north, which is known.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ STEEP = 0.0013  #: squared sine of a tilt of s, 2.1 deg, that overflows no sum; 
 class Alignment:
     """``running``: the attitude is not known yet; ``found``: it is in this sample, or level axes.
 
-    ``q``: the attitude half way, turned by the gyros since; ``behind``: samples since then;
+    ``q``: the attitude half way, turned by the gyros since; ``turned``: the axes since then [rad];
     ``count``: the next; ``up``: sums over their limit, kept in place of ``from_q``.
     """
 
     running: Any
     found: Any
     q: list[Any]
-    behind: float
+    turned: list[Any]
     count: Any
     up: list[Any]
     states: dict[str, Any]
@@ -58,10 +59,13 @@ def states(samples: int, dt: float) -> tuple[State, ...]:
     return tuple(State(f"east_{a}", -high, high * BELOW, "m/s") for a in "xy")
 
 
-def aligned(x: Any, phase: Any, q: Vector, force: Vector, samples: int, dt: float) -> Alignment:
+def aligned(
+    x: Any, phase: Any, q: Vector, force: Vector, earth: Vector, samples: int, dt: float
+) -> Alignment:
     """One sample of the alignment; it begins again where the array moves.
 
-    ``q``: attitude in s at the end of the sample; ``force``: its specific force in s [m/s].
+    ``q``: attitude in s at the end of the sample; ``force``: its specific force in s [m/s];
+    ``earth``: turn of the Earth in a sample, north and up [rad].
     """
     running, last, first = x.count < -0.5, x.count > -1.5, -1.0 - samples
     still = (phase > -0.5) & (phase < 0.5)
@@ -69,7 +73,7 @@ def aligned(x: Any, phase: Any, q: Vector, force: Vector, samples: int, dt: floa
     length = ops.rsqrt(dot(sums, sums))
     up = [ops.saturated(s * length, 1.0) for s in sums]
     steep = (up[0] * up[0] + up[1] * up[1] > STEEP) | (up[2] < 0.0)
-    steep = steep & (x.count > first + samples // 64)
+    steep = steep & (x.count > first + samples // 24)
     again, found = ~still | steep, running & still & (last | steep)
     # The shortest turn from up to z, (1 + up z, up x z)/sqrt(2 (1 + up z)), then one about z.
     half = ops.rsqrt(ops.bounded(2.0 + 2.0 * up[2], 0.0, 4.0, "of a unit vector"))
@@ -101,7 +105,10 @@ def aligned(x: Any, phase: Any, q: Vector, force: Vector, samples: int, dt: floa
         running,
         found,
         turned,
-        0.5 * samples + 1.0,
+        [
+            (samples * samples / 40.0) * earth[0] * earth[1],
+            *((0.5 * samples + 1.0) * w for w in earth),
+        ],
         ops.where(again, first, x.count + 1.0),
         ups,
         {

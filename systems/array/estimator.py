@@ -42,7 +42,7 @@ from boresight.systems.array.interface import KINDS, UNITS
 READINGS = ("heading", "literal")
 CUT_NOISE = 0.35  #: with which a heading whose variance is at its limit is cut, scaled.
 MOST_DRIFT = 2.0  #: largest velocity that is measured as zero, scaled: 1/8 m/s.
-REFUSED = 0.011  #: what the heading's variance grows by where an index is beyond the gate.
+REFUSED = 0.0145  #: what the heading's variance grows by where an index is beyond the gate.
 
 
 class ArrayAttitude(Estimator):
@@ -97,8 +97,8 @@ class ArrayAttitude(Estimator):
             _check(name, value, -360.0, 360.0)
         known = align == 0.0 or 30.0 <= align <= 300.0
         require(known, "array_attitude, align", "30 to 300, or 0", align)
-        # A 64th of the time is for levelling, where the tilt is steep.
-        self.align = round(63.0 / 64.0 * align * rate) - 4 if aided and align else 0
+        # A 24th of the time is for levelling, where the tilt is steep.
+        self.align = round(23.0 / 24.0 * align * rate) - 4 if aided and align else 0
         readings = " or ".join(READINGS)
         require(reading in READINGS, "array_attitude, reading", readings, reading, "choose one")
         self.rate, self.dt = rate, 1.0 / rate
@@ -136,7 +136,9 @@ class ArrayAttitude(Estimator):
         v, axes = sd.velocity(x, c, force, place)
         hold, begin, rest, filtered = restart, restart, None, None
         if self.align:
-            rest = alignment.aligned(x, u.phase, sample.q, turn(c, force), self.align, self.dt)
+            rest = alignment.aligned(
+                x, u.phase, sample.q, turn(c, force), place.earth, self.align, self.dt
+            )
             hold, begin = restart | rest.running, restart | rest.found
             base = [ops.where(rest.found, f, q) for f, q in zip(rest.q, base, strict=True)]
             inertial = rest.running & ~rest.found
@@ -152,9 +154,9 @@ class ArrayAttitude(Estimator):
             correction = [filtered.moves[k] for k in errors.PHI]
         if rest is not None:
             # To the end of the sample: the Earth has turned since half way.
-            turned = [0.0, *(-rest.behind * w for w in place.earth)]
             correction = [
-                m + ops.where(rest.found, w, 0.0) for m, w in zip(correction, turned, strict=True)
+                m - ops.where(rest.found, w, 0.0)
+                for m, w in zip(correction, rest.turned, strict=True)
             ]
         v = [ops.saturated(ops.where(hold, 0.0, a), sd.VELOCITY) for a in v]
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}

@@ -68,7 +68,7 @@ INPUTS = (
 
 def filter_params(align: int) -> tuple[Param, ...]:
     """First covariance, noises, gates; ``align``: samples of the alignment."""
-    first = FIRST | ({"heading": (100.0 * ARCSEC, "rad")} if align else {})
+    first = FIRST | ({"tilt": (12.0 * ARCSEC, "rad")} if align else {})
     meaning = "error at first: large follows the first measurements"
     return (
         *(
@@ -82,7 +82,7 @@ def filter_params(align: int) -> tuple[Param, ...]:
         Param("force_walk", 0.0, 0.0, 1e-4, "m/s^2/sqrt(s)", "of the bias: small keeps it"),
         Param("zupt_sd", 2e-3, 5e-4, 2.0**-7, "m/s", "of the velocity zero"),
         Param("index_sd", 1.43 * ARCSEC, 0.5 * ARCSEC, UNITS["heading"], "rad", "of an index"),
-        Param("index_gate", 25.0, 1.0, 100.0, "", "an index further off, in deviations, waits"),
+        Param("index_gate", 20.0, 1.0, 100.0, "", "an index further off, in deviations, waits"),
         Param("index_turn", 1.0, 0.0, 2.0, "ht", "least turn between two indices"),
     )
 

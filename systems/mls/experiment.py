@@ -2,67 +2,289 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from typing import Any
 
 import numpy as np
 
-from boresight import Experiment, ExperimentResult
+from boresight.model.arrays import FloatArray
+from boresight.sim.experiments.cases import Case, CasesExperiment
 from boresight.sim.experiments.forms import differences_of, run_forms, schedules_of
-from boresight.sim.experiments.seeds import run_cases, spreads_of
-from boresight.sim.experiments.targets import targets_of
-from boresight.systems.mls.cases import CASES
-from boresight.systems.mls.estimator import MlsAttitude
-from boresight.systems.mls.linear_array import Array
-from boresight.systems.mls.page import render
-from boresight.systems.mls.patterns import patterns_of
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.pages import Section
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
+from boresight.sim.rotations.zyx import angles_of, wrapped
+from boresight.systems.mls.deck import RATE_HZ, Deck, SensorErrors, deck, records
+from boresight.systems.mls.estimator import ALIGN_STEPS, MlsAttitude
+from boresight.systems.mls.linear_array import Array, direction, lobe
+from boresight.systems.mls.patterns import (
+    AZIMUTHS,
+    GLIDE_DEG,
+    LEVEL,
+    patterns_of,
+    phases_of,
+    sections_of,
+)
 from boresight.systems.mls.phases import ArrayPhases
-from boresight.systems.mls.runs import AXES, GLIDE_DEG, flown, pooled
+from boresight.systems.mls.prototype import prototype
+from boresight.systems.mls.world import SCANS
 
+AXES = ("roll", "pitch", "heading")
+ENCODER_DEG = 360.0 / 4096.0  #: step of 1024 lines, each edge counted.
+SETTLED = 3000  #: records before which nothing is judged.
+SECONDS = 10.0
 FEW = 10  #: most runs of cases that only illustrate.
-AT_ONCE = 50  #: runs of one task.
+MOST_LAG = 20  #: ms that a lag is looked for.
+LAG_CONTRAST = 1.1  #: least ratio of the spread at the largest lag to the smallest spread.
 COMPARED = ("corrected", "picard_4", "bias", "rolling", "sea_5")  #: fixed with float.
+_P0 = (0.5 * MlsAttitude().param_values()["p0_sd"]) ** 2
+_NOMINAL = SensorErrors()
+_BIASED = {"errors": SensorErrors(gyro_bias=(0.0, 0.0, 0.0), bias_spread=0.2)}
+_FOLLOWS = {"gyro_sd": 0.2}  # rad/s: the remainder of a bias of 0.2 deg/s is small
+_ROLLING: dict[str, Any] = {"motion": "rolling", "steered": True}
+_FREE = {"norm": "free", "innovation": "printed"}
+_ALL_RUNS = ("corrected", "prototype", "gyro_only", "innovation_28", "rolling")
+
+#: The filter as corrected and as printed, other sensors, other decks: options of `run_case`.
+CASES = {
+    "corrected": Case("as corrected, Picard of third order"),
+    "prototype": Case("dense float64, begun as the core", {"reference": "prototype"}),
+    "picard_4": Case("Picard of fourth order, as (21)", options={"picard": 4}),
+    "gyro_only": Case("gyro alone", {"reference": "gyro"}),
+    "lag_5ms": Case("gyro 5 ms late", {"errors": SensorErrors(gyro_lag=5)}),
+    "process_18": Case("as printed (18), q' = -w q/2", options={"process": "printed"}),
+    "measurement_24": Case("as printed (24), h = C V", options={"measurement": "printed"}),
+    "innovation_28": Case("as printed (28), z - H q", options={"innovation": "printed"}),
+    "norm_free": Case("q never set to norm one", options={"norm": "free"}),
+    "norm_free_28": Case("(28), and q never set to norm one", options=_FREE),
+    "bias": Case("gyro biases drawn, 0.2 deg/s each axis", _BIASED),
+    "bias_follows": Case("gyro biases drawn, gyro_sd 11 deg/s", _BIASED, _FOLLOWS),
+    "rolling": Case("ship turning by up to 10 deg about each axis", _ROLLING),
+    "rolling_bias": Case("ship turning, biases drawn, 11 deg/s", {**_ROLLING, **_BIASED}, _FOLLOWS),
+    **{
+        f"sea_{n}": Case(f"carrier in sea state {n}", {"motion": f"sea_{n}", "steered": n > 4})
+        for n in (4, 5, 6)
+    },
+}
+_BEAMS = (
+    "Azimuth antenna (above) and elevation antenna (below), receivers at azimuths of -60, 0 and 60 "
+    "deg, 3 deg high (bars), the ship turned by up to 10 deg about each axis: pulses with phases "
+    "of a level array, and with phases turned by the filter's attitude, here of beams 3 deg to "
+    "each side, at 60 deg past the end of the scan. The ship turns as "
+    "a whole here; displacements as in (14), of each element by itself, are beyond what any "
+    "attitude can take back."
+)
 
 
-def phases_fixed_float(seed: int, axis: str = "y", count: int = 4000) -> float:
+class Mls(CasesExperiment):
+    """Landing-system array on a moving deck, Wang Ding et al. (2018)."""
+
+    estimator, step_s, at_once = MlsAttitude, 1.0 / RATE_HZ, 50
+    cases, most_runs = CASES, {name: FEW for name in CASES if name not in _ALL_RUNS}
+    intro = """
+        A landing-system array on a moving deck. Wang Ding et al. (2018) show pulses of a
+        phased array whose elements are out of place (Figures 3 to 5), a quaternion Kalman
+        filter on a turntable (6), and pulses after compensation (7); they print no numbers.
+        Here are numbers. The phases that make every pattern are those of the core's program;
+        the filter is the integer program too.
+
+        Elements are half a wavelength apart, the receiver stands 3 deg high. Gyro 0.3 deg/s
+        of noise a sample at 1 kHz with the bias that gives the prototype's figures,
+        accelerometer 0.02 g, field 2 %. What does not hold, or is not asked for, has a note.
+    """
+    columns = {
+        **{f"{axis}, deg": f"{axis}_rms" for axis in (*AXES, "worst")},
+        **{"largest, deg": "error_max", "from the encoder, deg": "encoder_rms"},
+        **{"fixed less float, deg": "fixed_float_rms", "most, deg": "fixed_float_max"},
+        **{"saturated words": "saturated_sum", "norm of q": "norm"},
+    }
+    shown = ("corrected", "lag_5ms")
+    shown_text = (
+        "Figure 6: encoder of 1024 lines (0.088 deg) and filter, and the error. Every 1.5 s an "
+        "axis jumps by 8 deg in 60 ms. The filter begins with the mean of an eighth of a second, "
+        "and forgets its error slowly."
+    )
+
+    def run_case(self, name: str, seeds: range) -> Runs:
+        """Figures of each run after three seconds, if ``steered`` of its beams too.
+
+        Kept of each run: spread of the error for each delay (lags, 3).
+        """
+        case = self.cases[name]
+        decks, q, figures = flown(case, seeds, **case.world)
+        truth = np.degrees(np.stack([d.euler for d in decks], axis=1))
+        error = wrapped(np.degrees(angles_of(q)) - truth, 360.0)
+        angles, late, n = truth + error, error[SETTLED:], len(truth)
+        # The delay at which the truth explains the estimate best, but for a constant error.
+        delayed = (truth[MOST_LAG - lag : n - lag] for lag in range(MOST_LAG))
+        spread = np.stack([(angles[MOST_LAG:] - d).std(axis=0) for d in delayed], axis=1)
+        encoder = ENCODER_DEG * np.round(truth / ENCODER_DEG)
+        figures |= {f"{axis}_rms": _rms(late[:, :, k], 0) for k, axis in enumerate(AXES)}
+        figures["error_max"] = np.abs(late).max(axis=(0, 2))
+        figures["encoder_rms"] = _rms(wrapped(angles - encoder, 360.0)[SETTLED:], (0, 2))
+        panels: dict[Any, Any] = {"angle, deg": {}, "error, deg": {}}
+        for k, axis in enumerate(AXES):
+            panels["angle, deg"] |= {axis: angles[:, 0, k], f"{axis}, encoder": encoder[:, 0, k]}
+            panels["error, deg"][axis] = error[:, 0, k]
+        if case.world.get("steered"):
+            panels = {}  # of Figure 7
+            for antenna, (key, azimuth) in product(SCANS, AZIMUTHS.items()):
+                after, before, panels[antenna, key] = beam_errors(decks, q, antenna, azimuth)
+                figures[f"{antenna}_{key}_rms"] = _rms(after, 1)
+                figures[f"level_{antenna}_{key}_rms"] = _rms(before, 1)
+        return Runs(figures, panels, [*spread])
+
+    def further(
+        self, outcomes: Mapping[str, Runs], *, seed: int, runs: int, say: Callable[[str], None]
+    ) -> dict[str, float]:
+        """Worst axis and lag of each case, patterns, cycles of the programs in one core.
+
+        Four patterns for each run, at least 40. No lag where the motion is too slow to show it.
+        """
+        figures = {"phases_fixed_float_turns": max(phases_fixed_float(seed, a) for a in "yz")}
+        pooled = {name: case_runs.pooled() for name, case_runs in outcomes.items()}
+        for name, of in pooled.items():
+            figures[f"mls_{name}_worst_rms"] = max(of[f"{axis}_rms"] for axis in AXES)
+            spread = np.mean(outcomes[name].each, axis=0)
+            if (spread[-1] > LAG_CONTRAST * spread.min(axis=0)).all():
+                figures[f"mls_{name}_lag_ms"] = float(spread.argmin(axis=0).max())
+        figures["mls_fixed_float_max"] = max(pooled[n]["fixed_float_max"] for n in COMPARED)
+        self.patterns = {}
+        for elements in (64, 16):
+            say(f"patterns of {elements} elements")
+            self.patterns[elements] = patterns_of(Array(elements), 4 * max(runs, FEW), seed)
+            for name, trial in self.patterns[elements].items():
+                figures |= {f"array{elements}_{name}_{k}": v for k, v in trial.figures.items()}
+        for config, parts in schedules_of(
+            MlsAttitude(), ArrayPhases(), ArrayPhases(axis="z")
+        ).items():
+            for name, schedule in zip(("mls", "phases64", "phases64_z"), parts, strict=True):
+                figures[f"{name}_interval_{config}"] = float(schedule.interval)
+        return figures
+
+    def sections(self, outcomes: Mapping[str, Runs]) -> list[Section]:
+        """Figures 3 to 5 and 7; errors of the beams."""
+        beams = [("", _beams(outcomes["rolling"].shown))]
+        sections = [
+            *sections_of(self.patterns),
+            Section(title="Figure 7: compensation", text=_BEAMS, figures=beams),
+        ]
+        for antenna in SCANS:
+            keys = [f"{level}{antenna}_{key}_rms" for level in ("", "level_") for key in AZIMUTHS]
+            heads = [
+                f"{a:g} deg{level}" for level in ("", ", level array") for a in AZIMUTHS.values()
+            ]
+            rows: list[list[str | float]] = [
+                [CASES[name].meaning, *(figures[key] for key in keys)]
+                for name, figures in ((n, o.pooled()) for n, o in outcomes.items())
+                if keys[0] in figures
+            ]
+            title = f"Beams, {antenna}: root mean square, deg"
+            sections.append(Section(title=title, columns=("receiver at", *heads), rows=rows))
+        return sections
+
+
+def flown(
+    case: Case,
+    seeds: Sequence[int],
+    motion: str = "table",
+    errors: SensorErrors = _NOMINAL,
+    reference: str = "",
+    steered: bool = False,
+) -> tuple[list[Deck], FloatArray, dict[str, FloatArray]]:
+    """Decks, estimated quaternions (n, runs, 4), and figures of fixed point.
+
+    By the integer C, or a ``reference`` without a core: "prototype" or "gyro".
+    """
+    decks = [deck(motion, SECONDS, seed) for seed in seeds]
+    rows = np.stack([records(d, s, errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
+    none = np.zeros(len(seeds))
+    figures = dict.fromkeys(("fixed_float_max", "fixed_float_rms", "saturated_sum"), none)
+    figures["norm"] = none + 1.0
+    if reference == "gyro":
+        q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
+    elif reference:
+        (aligned,) = run_forms(MlsAttitude(), rows[:ALIGN_STEPS].swapaxes(0, 1), levels=("c",))
+        start = np.stack([attitude_of(r.outputs) for r in aligned], axis=1)
+        q = np.concatenate([start, prototype(rows[ALIGN_STEPS:], start[-1], p0=_P0)])
+    else:
+        filter = MlsAttitude(**case.options)
+        c, real = run_forms(filter, rows.swapaxes(0, 1), params=case.params)
+        q = np.stack([attitude_of(r.outputs) for r in c], axis=1)
+        pairs = zip(c, real, strict=True)
+        difference = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
+        error = 180.0 * difference[:, :, SETTLED:]
+        figures["fixed_float_max"] = np.abs(error).max(axis=(1, 2))
+        figures["fixed_float_rms"] = _rms(error, (1, 2))
+        figures["saturated_sum"] = np.array([float(r.n_saturated) for r in c])
+        figures["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
+    return decks, q, figures
+
+
+def _rms(x: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
+    return np.asarray(np.sqrt(np.mean(x**2, axis=axis)))
+
+
+def phases_fixed_float(seed: int, axis: str) -> float:
     """Largest difference of the core's phases from float64 [turns], at any attitude."""
     rng = np.random.default_rng([seed, 64])
-    parts = [rng.normal(size=(count, n)) for n in (4, 3)]
+    parts = [rng.normal(size=(4000, n)) for n in (4, 3)]
     u = np.concatenate([x / np.linalg.norm(x, axis=1, keepdims=True) for x in parts], axis=1)
     (c,), (real,) = run_forms(ArrayPhases(axis=axis), [u])
     names = [name for name in c.outputs if name != "status"]
     return float(np.abs(differences_of(c.outputs, real.outputs, names, 1.0)).max())
 
 
-class Mls(Experiment):
-    """Landing-system array on a moving deck, Wang Ding et al. (2018)."""
+def beam_errors(
+    decks: Sequence[Deck], q: FloatArray, antenna: str, azimuth_deg: float, instants: int = 24
+) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
+    """Error of a receiver's angle at one of `SCANS` (runs, instants) [deg], by -3 dB gates.
 
-    pages = ("mls.html",)
+    With phases turned by the estimated attitude ``q``, and with those of a level array; then scan
+    [deg] and amplitude of both, level first, at the last instant of the first run.
+    """
+    scan = SCANS[antenna]
+    array, place = Array(axis=scan.axis), {"azimuth": azimuth_deg, "elevation": GLIDE_DEG}
 
-    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
-        """See `Experiment`; four patterns for each run, at least 40; some cases have ten runs."""
-        draws = 4 * max(runs, FEW)  # half of the pulses may be at a wrong place; of few, all
-        largest = max(phases_fixed_float(seed, axis) for axis in "yz")
-        patterns, figures = {}, {"phases_fixed_float_turns": largest}
-        for elements in (64, 16):
-            say(f"patterns of {elements} elements")
-            patterns[elements] = patterns_of(Array(elements), GLIDE_DEG, draws, seed)
-            for name, trial in patterns[elements].items():
-                figures |= {f"array{elements}_{name}_{k}": v for k, v in trial.figures.items()}
-        cases = [(n, case, runs if case.full else min(runs, FEW)) for n, case in CASES.items()]
-        flights = run_cases(flown, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
-        pooled_runs = {name: pooled(case_runs) for name, case_runs in flights.items()}
-        figures |= {f"mls_{name}_{k}": v for name, f in pooled_runs.items() for k, v in f.items()}
-        figures |= {f"mls_{axis}_deg": pooled_runs["corrected"][f"{axis}_deg"] for axis in AXES}
-        figures["mls_fixed_float_deg"] = max(pooled_runs[n]["fixed_float_deg"] for n in COMPARED)
-        programs = MlsAttitude(), ArrayPhases(), ArrayPhases(axis="z")
-        for config, schedules in schedules_of(*programs).items():
-            for name, schedule in zip(("mls", "phases64", "phases64_z"), schedules, strict=True):
-                figures[f"{name}_interval_cycles_{config}"] = float(schedule.interval)
-        targets = targets_of(
-            "boresight.systems.mls", figures, spreads_of(flights, "mls_"), runs=runs
-        )
-        meanings = {name: case.meaning for name, case in CASES.items()}
-        text = render(meanings, pooled_runs, flights, patterns, targets)
-        return ExperimentResult(
-            figures=figures, targets=targets, details=meanings, pages={"mls.html": text}
-        )
+    def beams_at(angles: FloatArray) -> FloatArray:
+        to = place | {antenna: angles}
+        return direction(to["azimuth"], to["elevation"])
+
+    at = np.linspace(SETTLED, len(q) - 1, instants).astype(int)
+    wide = np.linspace(scan.low, scan.high, round(10.0 * scan.half / 2.0) + 1)
+    narrow = place[antenna] + np.linspace(-3.0, 3.0, 61)
+    fixed = phases_of(array, np.tile(LEVEL, (len(wide), 1)), beams_at(wide))
+    beams = np.tile(beams_at(narrow), (instants, 1))
+    level, steered = [], []
+    for run, motion in enumerate(decks):
+        receiver = rotate(quaternion_conjugate(motion.q[at]), direction(azimuth_deg, GLIDE_DEG))
+        turned = phases_of(array, q[at, run].repeat(len(narrow), axis=0), beams)
+        level.append(np.abs(array.field(fixed, receiver)))
+        fields = map(array.field, np.split(turned, instants), receiver)
+        steered.append(np.abs(np.stack(list(fields))))
+    before, after = (
+        lobe(angles, np.stack(amplitudes), 2.0).centre - place[antenna]
+        for angles, amplitudes in ((wide, level), (narrow, steered))
+    )
+    return after, before, ((wide, level[0][-1]), (narrow, steered[0][-1]))
+
+
+def _beams(pulses: Mapping[Any, Any]) -> str:
+    """Figure 7: pulses of both antennas with and without compensation."""
+    with settings():
+        figure, grid = figure_and_axes(4.4, len(SCANS), 3, sharey=True)
+        for row, (antenna, scan) in zip(grid, SCANS.items(), strict=True):
+            row[0].set_ylabel("amplitude")
+            for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
+                middle = azimuth if antenna == "azimuth" else GLIDE_DEG
+                axes.axvline(middle, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
+                styles = ("grey", "level array"), ("heading", "compensated")
+                for pulse, (name, label) in zip(pulses[antenna, key], styles, strict=True):
+                    axes.plot(*pulse, color=COLOUR[name], label=label)
+                low, high = max(middle - 18.0, scan.low - 2.0), min(middle + 18.0, scan.high + 2.0)
+                axes.set(xlabel=f"{antenna}, deg (receiver at {azimuth:g} deg)", xlim=(low, high))
+        legend(grid[0][0], 2)
+        return svg(figure, "beams")

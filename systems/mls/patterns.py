@@ -3,18 +3,47 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
+from boresight.sim.experiments.forms import run_forms
+from boresight.sim.pages import Section
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.systems.mls.linear_array import Array, direction, lobe
-from boresight.systems.mls.runs import AZIMUTHS, LEVEL, phases_of
+from boresight.systems.mls.phases import AXES, ArrayPhases
 from boresight.systems.mls.world import SCANS
 
+AZIMUTHS = {"m60": -60.0, "0": 0.0, "60": 60.0}  #: of receivers [deg], by name.
+GLIDE_DEG = 3.0  #: elevation of receivers.
+LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 STEP_DEG = 0.05  #: between beams of a scan.
 _SCAN = SCANS["azimuth"]
 _HIGH = (20.0, 30.0)  #: elevations at which Z is looked at as well.
+_PULSES = (
+    "Elements displaced along {} by b d N(0, 1), 64 elements, one draw: what receivers at -60, 0 "
+    "and 60 deg get over time, a pulse while the beam goes to 62 deg and one while it comes back "
+    "(bars), with a pause of 0.6 ms between. "
+)
+_TURN = (
+    "Where the scan turns, 60 deg, X, b = 0.5: with the pause that ICAO Annex 10 has both pulses "
+    "stay apart. If the beam turns at once, those of 16 elements are one, as in the paper's "
+    "Figure 3f; those of 64 overlap (table: merged, the share that never falls by 3 dB in between)."
+)
+_AXES = {
+    "x": "At b = 0.5 only the ends of the scan are usable, as the paper says; at 0.1 the pulse is "
+    "lower, but as wide as before.",
+    "y": "In the centre a displacement along the array does not change the path.",
+    "z": "Along Z it counts with the sine of the elevation: on a glide path of 3 deg there is "
+    "nothing to see, at 30 deg (table) there is.",
+}
+_COLUMNS = (
+    *("elements, axis, b, azimuth, elevation", "gain", "gain, closed form", "peak", "width, deg"),
+    *("sd, deg", "wrong peaks", "side lobe, dB", "merged"),
+)
 
 
 class Trial(NamedTuple):
@@ -27,36 +56,51 @@ class Trial(NamedTuple):
     beam turned without a pause. Shown are the scan [deg] and the amplitudes.
     """
 
+    meaning: str
     figures: dict[str, float]
     shown: tuple[FloatArray, FloatArray]
 
 
-def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> dict[str, Trial]:
+def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
+    """Phases (m, elements) of the core's program for attitudes and beams (m, 4), (m, 3)."""
+    rows, params = np.concatenate([q, beams], axis=1), {"spacing": array.spacing}
+    program = ArrayPhases(array.elements, AXES[array.axis])
+    ((run,),) = run_forms(program, [rows], params=params, levels=("c",))
+    return np.stack([run.outputs[f"phase_{k}"] for k in range(array.elements)], axis=1)
+
+
+def patterns_of(array: Array, draws: int, seed: int) -> dict[str, Trial]:
     """Trials by axis, b and azimuth (``x_05_m60``), at higher elevations ``z_05_0_at_30``.
 
     The phases are those of the core for beams every `STEP_DEG`, the deck level.
     """
     scan = np.linspace(_SCAN.low, _SCAN.high, round(2.0 * _SCAN.half / STEP_DEG) + 1)
     trials = {}
-    for elevation in (elevation_deg, *_HIGH):
+    for elevation in (GLIDE_DEG, *_HIGH):
         phases = phases_of(array, np.tile(LEVEL, (len(scan), 1)), direction(scan, elevation))
-        for axis, b in np.ndindex(3, 2):
+        for axis, (k, b) in ((a, kb) for a in range(3) for kb in enumerate((0.1, 0.5))):
             for key, azimuth in AZIMUTHS.items():
-                name, e = f"{'xyz'[axis]}_0{1 + 4 * b}_{key}", direction(azimuth, elevation)
-                if elevation == elevation_deg or name == "z_05_0":
-                    rng = np.random.default_rng([seed, axis, b, round(azimuth) % 360])
-                    q = array.displacements(axis, (0.1, 0.5)[b], draws, rng)
-                    # 2 pi b d/lambda c, c the direction's cosine along the axis
-                    turn = 2.0 * math.pi * (0.1, 0.5)[b] * array.spacing * float(e[axis])
-                    amplitude = np.abs(array.field(phases, e, q))
-                    end = "" if elevation == elevation_deg else f"_at_{elevation:.0f}"
-                    trials[name + end] = _trial(array, scan, amplitude, azimuth, turn)
+                name, e = f"{'xyz'[axis]}_0{10 * b:.0f}_{key}", direction(azimuth, elevation)
+                if elevation != GLIDE_DEG and name != "z_05_0":
+                    continue
+                rng = np.random.default_rng([seed, axis, k, round(azimuth) % 360])
+                q = array.displacements(axis, b, draws, rng)
+                amplitude = np.abs(array.field(phases, e, q))
+                # 2 pi b d/lambda c, c the direction's cosine along the axis
+                turn = 2.0 * math.pi * b * array.spacing * float(e[axis])
+                figures = _figures(array, scan, amplitude, azimuth, turn)
+                name += "" if elevation == GLIDE_DEG else f"_at_{elevation:.0f}"
+                meaning = (
+                    f"{array.elements}, {'XYZ'[axis]}, {b}, {azimuth:g} deg, {elevation:g} deg"
+                )
+                trials[name] = Trial(meaning, figures, (scan, amplitude[0]))
     return trials
 
 
-def _trial(
+def _figures(
     array: Array, scan: FloatArray, amplitude: FloatArray, azimuth: float, turn: float
-) -> Trial:
+) -> dict[str, float]:
+    """Figures of amplitudes (draws, m); see `Trial`."""
     # To the second null, so that the first side lobes are part of it.
     tilt = math.cos(math.radians(azimuth))
     main = math.degrees(2.0 / (array.elements * array.spacing * tilt))
@@ -71,5 +115,48 @@ def _trial(
         **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(main_lobe.sidelobe_db)},
         "merged": (between > np.sqrt(0.5) * main_lobe.peak).mean(),
     }
-    figures = {name: float(value) for name, value in figures.items()}
-    return Trial(figures, (scan, amplitude[0]))
+    return {name: float(value) for name, value in figures.items()}
+
+
+def sections_of(patterns: Mapping[int, Mapping[str, Trial]]) -> Iterator[Section]:
+    """Figures 3 to 5, and the table of all trials, by number of elements."""
+    pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
+    pulses.append((_TURN, _turn(patterns)))
+    yield Section(title="Figures 3 to 5: elements out of place", figures=pulses)
+    trials = [trial for by_name in patterns.values() for trial in by_name.values()]
+    rows: list[list[str | float]] = [[trial.meaning, *trial.figures.values()] for trial in trials]
+    yield Section(title="The same in numbers", columns=_COLUMNS, rows=rows)
+
+
+def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
+    """Figures 3 to 5: what receivers at three azimuths get over time."""
+    with settings():
+        figure, grid = figure_and_axes(3.4, 2, 3, sharex=True, sharey=True)
+        for row, b in zip(grid, (1, 5), strict=True):
+            row[0].set_ylabel("amplitude")
+            for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
+                time, amplitude = _SCAN.waveform(*patterns[f"{axis}_0{b}_{key}"].shown)
+                for at in _SCAN.times(azimuth):
+                    axes.axvline(1e3 * at, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
+                axes.plot(1e3 * time, amplitude, color=COLOUR["heading"], linewidth=0.8)
+                axes.set_title(f"{azimuth:g} deg, b = 0.{b}", fontsize=9)
+                axes.set_ylim(0.0, 1.05)
+        for axes in grid[1]:
+            axes.set_xlabel("time, ms")
+        return svg(figure, f"pulses-{axis}")
+
+
+def _turn(patterns: Mapping[int, Mapping[str, Trial]]) -> str:
+    """The right end of Figure 3f, with the pause between to and fro and without."""
+    with settings():
+        figure, row = figure_and_axes(2.2, 1, 2, sharey=True)
+        for axes, (elements, trials) in zip(row, patterns.items(), strict=True):
+            for pause, name in ((_SCAN.pause, "grey"), (0.0, "heading")):
+                time, amplitude = replace(_SCAN, pause=pause).waveform(*trials["x_05_60"].shown)
+                middle = 0.5 * (time[0] + time[-1])
+                label = f"pause of {1e3 * pause:g} ms" if pause else "no pause"
+                axes.plot(1e3 * (time - middle), amplitude, color=COLOUR[name], label=label)
+            axes.set(xlabel=f"time from the turn, ms ({elements} elements)", xlim=(-0.95, 0.95))
+        row[0].set_ylabel("amplitude")
+        legend(row[0], 2)
+        return svg(figure, "turn")

@@ -23,10 +23,9 @@ from boresight.sim.rotations.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.systems.satcom.dish import Link
 from boresight.systems.satcom.drive import Drive, drive
 from boresight.systems.satcom.pointing import direction
-from boresight.systems.satcom.receiver import Receiver
+from boresight.systems.satcom.receiver import Link, Receiver
 
 _DEG = math.pi / 180.0
 _TRUTHS = tuple(f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz"))

@@ -25,7 +25,7 @@ def records(cell: str = "known", steps: int = STEPS) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def drained() -> Runs:
-    return Cells.run_case("known", range(1, 4))
+    return Cells().run_case("known", range(1, 4))
 
 
 def test_the_charge_is_known_soon_and_stays_so(drained: Runs) -> None:
@@ -36,13 +36,13 @@ def test_the_charge_is_known_soon_and_stays_so(drained: Runs) -> None:
 
 
 def test_an_offset_of_the_current_does_not_add_up() -> None:
-    outcome = Cells.run_case("offset", range(1, 3)).pooled()
+    outcome = Cells().run_case("offset", range(1, 3)).pooled()
     assert outcome["charge_max"] < 0.01 < 0.04 < outcome["counted_max"]
 
 
 def test_matched_resistances() -> None:
     plain, matched = (
-        Cells.run_case(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_told")
+        Cells().run_case(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_told")
     )
     assert matched < 0.02 < 0.1 < plain
 

@@ -19,7 +19,7 @@ from boresight.systems.ekf2.world import NOISE, Flight
 
 @pytest.fixture(scope="module")
 def flown() -> dict[str, Runs]:
-    return {name: Experiment.run_case(name, range(1, 3)) for name in ("flight", "outage")}
+    return {name: Experiment().run_case(name, range(1, 3)) for name in ("flight", "outage")}
 
 
 def test_navigates_with_and_without_satellites(flown: dict[str, Runs]) -> None:

@@ -14,7 +14,7 @@ from boresight.systems.ins_gnss.world import CARRIERS, Journey
 
 @pytest.fixture(scope="module")
 def flown() -> dict[str, Runs]:
-    return {name: Experiment.run_case(name, range(1, 3)) for name in ("vehicle", "drone")}
+    return {name: Experiment().run_case(name, range(1, 3)) for name in ("vehicle", "drone")}
 
 
 @pytest.mark.parametrize("name", CARRIERS)

@@ -25,7 +25,7 @@ def loop(level: str, steps: int, seeds: Any = (1,)) -> Loop:
 
 @pytest.fixture(scope="module")
 def driven() -> Runs:
-    return Experiment.run_case("known", range(1, 3))
+    return Experiment().run_case("known", range(1, 3))
 
 
 def test_starts_from_any_angle() -> None:

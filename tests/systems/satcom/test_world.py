@@ -10,9 +10,9 @@ from scipy.special import j0
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.systems.satcom.dish import Link
 from boresight.systems.satcom.drive import specification_drive
 from boresight.systems.satcom.estimator import Satcom
+from boresight.systems.satcom.receiver import Link
 from boresight.systems.satcom.world import OnTheMove, SensorErrors, Vehicles
 
 # -- the closed loop: what the core points at decides what is measured next -----------------------
