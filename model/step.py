@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.declarations import Named, State
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, listed, require
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
@@ -114,28 +114,24 @@ def checked(
     place = place_of_function(step)
     where = placed(place, f"step of {name}")
     try:
-        result = step(*arguments)
+        result: Any = step(*arguments)
     except InputError as error:
         line = "" if re.match(r"\S+, line \d", str(error)) else place_of(error)
         raise (InputError(f"{line}, {error}") if line else error) from error
     except (Exception, SystemExit) as error:
         raise _explained(name, step, where, error) from error
-    is_pair = isinstance(result, tuple) and len(result) == 2
-    if not is_pair or not all(isinstance(part, Mapping) for part in result):
-        kinds = " and ".join(type(part).__name__ for part in result) if is_pair else ""
+    parts = result if isinstance(result, tuple) else (result,)
+    if len(parts) != 2 or not all(isinstance(part, Mapping) for part in parts):
         raise InputError.at(
             where,
             wanted="two dictionaries: next states, outputs",
-            found=kinds or type(result).__name__,
+            found=" and ".join(type(part).__name__ for part in parts),
             fix="return {states by name}, {outputs by name}",
         )
-    for kind, declared, returned in zip(
-        ("state", "output"), (states, outputs), result, strict=True
-    ):
+    for kind, declared, returned in (("state", states, parts[0]), ("output", outputs, parts[1])):
         names = [d.name for d in declared]
         _check_returned(f"{where}, {kind}", kind, names, returned, arrays=arrays)
-    states_and_outputs: tuple[dict[str, Any], dict[str, Any]] = result
-    return states_and_outputs
+    return parts[0], parts[1]
 
 
 def _explained(name: str, step: Callable[..., Any], where: str, error: BaseException) -> InputError:
@@ -182,17 +178,14 @@ def check_constants(
     outputs: Mapping[str, Any],
 ) -> None:
     """Refuse constants returned by a recorded step that lie outside the declared range."""
-    ranges = {("state", s.name): (s.low, s.high) for s in states}
-    returned = [("state", *item) for item in after.items()]
-    for kind, key, value in [*returned, *(("output", *item) for item in outputs.items())]:
+    largest, where = sys.float_info.max, placed(place_of_function(step), f"step of {name}")
+    returned = [(f"state {s.name}", after[s.name], s.low, s.high) for s in states]
+    returned += [(f"output {o}", value, -largest, largest) for o, value in outputs.items()]
+    for place, value, low, high in returned:
         number = value.data[0] if isinstance(value, Scalar) and value.kind == "const" else value
-        low, high = ranges.get((kind, key), (-sys.float_info.max, sys.float_info.max))
-        if isinstance(number, int | float) and not low <= number <= high:
-            where = placed(place_of_function(step), f"step of {name}, {kind} {key}")
-            finite = "a finite number"
-            wanted = f"a constant in [{low:g}, {high:g}]" if kind == "state" else finite
-            fix = "correct how it is computed, or the range"
-            raise InputError.at(where, wanted=wanted, found=repr(number), fix=fix)
+        inside = not isinstance(number, int | float) or low <= number <= high
+        fix = "correct how it is computed, or the range"
+        require(inside, f"{where}, {place}", f"a constant in [{low:g}, {high:g}]", number, fix)
 
 
 def _check_returned(
@@ -202,11 +195,10 @@ def _check_returned(
     missing = [name for name in declared if name not in returned]
     unknown = sorted(str(name) for name in returned.keys() - {*declared})
     if missing or unknown:
-        found = f"{', '.join(unknown)} instead" if unknown else "none"
         raise InputError.at(
             f"{where} {', '.join(missing or unknown)}",
             wanted=f"each declared {kind} once: {', '.join(declared)}",
-            found=found if missing else "one that is not declared",
+            found=", ".join(unknown) or "none",
             fix=f"return it with the {kind}s, or change the declaration",
         )
     for name, value in returned.items():

@@ -133,48 +133,37 @@ class Groups:
                     return self._raised(replace(form, products=products), target, frac)
                 scaled = products[worst].scale is not Scale.NONE
                 if scaled and math.isinf(products[worst].limit):
-                    raise self._too_large(
-                        form,
-                        products[worst],
-                        target,
-                        "a root or reciprocal in it has no upper bound: declare the product's "
-                        "range with ops.bounded",
-                    )
+                    fix = "a root or reciprocal in it has no upper bound: declare the product's "
+                    fix += "range with ops.bounded"
+                    raise self._too_large(form, products[worst], target, fix)
                 products[worst] = self._separate(form, products[worst], target)
             elif frac > _COARSEST_FRAC:
                 frac -= 1
             else:
                 largest = max(products, key=lambda p: self._magnitude(form, p))
-                raise self._too_large(
-                    form,
-                    largest,
-                    target,
-                    "narrow its factors, or choose units in which they are smaller",
-                )
+                fix = "narrow its factors, or choose units in which they are smaller"
+                raise self._too_large(form, largest, target, fix)
 
     def _too_large(self, form: Form, p: Product, target: Target, fix: str) -> InputError:
         """Name a product's factors, what it reaches, and by how many bits that is too much."""
         arith, reached = self.arith, self._magnitude(form, p)
-        factors = [self.values[n] for n in (p.a, p.b) if n is not None]
+        root = form.norm if p.scale is not Scale.NONE else None
+        factors = [self.values[n] for n in (p.a, p.b, root) if n is not None]
         variable = [v for v in factors if v.range_source not in ("constant", "table")]
         names = [v.name.removesuffix("_aligned") for v in variable]
-        if p.scale is not Scale.NONE:
-            assert form.norm is not None
-            variable.append(self.values[form.norm])
-            names.append("its root")
+        ranges = [f"{n} [{v.low:g}, {v.high:g}]" for n, v in zip(names, variable, strict=True)]
+        if root is not None:
+            names[-1] = "its root"
         names += [f"2^{p.exponent}"] if p.exponent else []
         frac = Format.for_range(arith.word, target.low, target.high).frac
         capacity = math.ldexp(1.0, arith.acc_width - 1 - arith.guard - frac)
         excess = -binary_exponent(capacity / reached) if math.isfinite(reached) else 0
-        ranges = " and ".join(
-            f"{v.name.removesuffix('_aligned')} [{v.low:g}, {v.high:g}]" for v in variable
-        )
         return InputError.at(
             places.placed(target.line, f"{self.name}, value {target.name}"),
             wanted=f"terms up to {capacity:.3g} in a value of [{target.low:g}, {target.high:g}]",
             found=f"{' * '.join(names)} up to {reached:.3g}"
             + (f", {excess} bits too many" if excess > 0 else ""),
-            fix=f"{fix} ({ranges})",
+            fix=f"{fix} ({' and '.join(ranges)})",
         )
 
     def _place(
@@ -233,24 +222,13 @@ class Groups:
         terms = self._terms(placed)
         conditional = any(t.conditional for t in terms)
         flag, flag_quarter = (form.flag if conditional else None) or (None, False)
-        index, index_quarter = form.index or (None, False)
-        number = self.value(
-            Value(target.name, Kind.OP, frac, target.low, target.high, target.source, target.unit)
-        )
+        norm = form.norm if any(t.scale is not Scale.NONE for t in terms) else None
+        table = form.table.block if form.table else None
+        (index, quarter), t = form.index or (None, False), target
+        number = self.value(Value(t.name, Kind.OP, frac, t.low, t.high, t.source, t.unit))
         self.forms[number] = form
-        self.ops.append(
-            Op(
-                number,
-                terms,
-                target.overflow,
-                flag,
-                flag_quarter,
-                form.norm if any(t.scale is not Scale.NONE for t in terms) else None,
-                index,
-                index_quarter,
-                form.table.block if form.table else None,
-            )
-        )
+        op = Op(number, terms, t.overflow, flag, flag_quarter, norm, index, quarter, table)
+        self.ops.append(op)
         return number
 
     def _terms(self, placed: Sequence[_Placed]) -> tuple[Term, ...]:

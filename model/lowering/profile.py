@@ -73,23 +73,18 @@ class Profile:
         InputError
             It was made of another step or other declarations.
         """
-
-        def refused(wanted: str, found: str, fix: str) -> InputError:
-            fix += ", or leave it out with --profile none"
-            return InputError.at(self.place, wanted=wanted, found=found, fix=fix)
-
-        anew = "make it anew with boresight fit"
+        place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
+        found = ""
         if name != self.estimator:
             found = f"one of {self.estimator}"
-            raise refused(f"a profile of {name}", found, "choose the file that fits")
-        if record_digest(trace, inputs) != self.record:
+        elif record_digest(trace, inputs) != self.record:
             found = "one of another step or other declarations"
-            raise refused(f"a profile of {name} as it is now", found, anew)
-        place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
-        unknown = sorted((self.ranges.keys() | self.limits.keys()) - place.keys())
-        if unknown:
-            wanted = f"values of {name}, by their numbers up to {max(place)}"
-            raise refused(wanted, str(unknown[0]), anew)
+        elif unknown := sorted((self.ranges.keys() | self.limits.keys()) - place.keys()):
+            found = f"one with a value {unknown[0]}"
+        if found:
+            fix = "make it anew with boresight fit, or leave it out with --profile none"
+            wanted = f"a profile of {name} as it is now"
+            raise InputError.at(self.place, wanted=wanted, found=found, fix=fix)
         ranges = {place[number]: range_ for number, range_ in self.ranges.items()}
         limits = {place[number]: range_ for number, range_ in self.limits.items()}
         return replace(self, ranges=ranges, limits=limits)
@@ -141,27 +136,21 @@ def read_profile(path: str | Path) -> Profile:
     InputError
         There is no such file, or it holds something else.
     """
-
-    def refused(found: str) -> InputError:
-        fix = "write it with boresight fit"
-        return InputError.at(str(path), wanted="a profile", found=found, fix=fix)
-
+    found = "another JSON file"
     try:
         data = json.loads(Path(path).read_bytes())
-    except OSError as error:
-        raise refused((error.strerror or type(error).__name__).lower()) from None
-    except (ValueError, RecursionError):
-        raise refused("a file that is no JSON") from None
-    try:
-        tables = [
+        values, limits = (
             {int(row["number"]): _range(*row["chosen"]) for row in data[name]}
             for name in ("values", "limits")
-        ]
+        )
         logs = [str(log["log"]) for log in data["made_from"]]
-        values, limits = tables
         return Profile(str(data["estimator"]), str(data["record"]), logs, values, limits, str(path))
-    except (KeyError, TypeError, ValueError):
-        raise refused("another JSON file") from None
+    except OSError as error:
+        found = (error.strerror or type(error).__name__).lower()
+    except (KeyError, TypeError, ValueError, RecursionError):
+        pass
+    fix = "write it with boresight fit"
+    raise InputError.at(str(path), wanted="a profile", found=found, fix=fix)
 
 
 def _range(low: float, high: float) -> Range:

@@ -105,7 +105,9 @@ def test_of_other_declarations_or_another_step_it_is_stale(track: Profile, other
 
 
 def test_of_another_estimator_it_is_refused(track: Profile) -> None:
-    with pytest.raises(InputError, match="wanted a profile of other, found one of track"):
+    with pytest.raises(
+        InputError, match="wanted a profile of other as it is now, found one of track"
+    ):
         track.check(Track().trace(), "other", Track.inputs)
 
 
