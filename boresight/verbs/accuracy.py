@@ -36,7 +36,7 @@ from boresight.regression import Baseline
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
-from boresight.sim.accuracy.trials import read_trials
+from boresight.sim.accuracy.runs import read_trials
 from boresight.sim.pages import Section, Verdict, page_of, section_of
 from boresight.sim.plotting import dots
 from boresight.sim.result import Result

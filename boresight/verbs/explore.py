@@ -40,8 +40,15 @@ from boresight.options import (
 )
 from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.explore.cases import Case, Exploration, arguments_of, cases_of
-from boresight.sim.explore.measure import digest_of, measured, planned
+from boresight.sim.explore.measure import (
+    Case,
+    Exploration,
+    arguments_of,
+    cases_of,
+    digest_of,
+    measured,
+    planned,
+)
 from boresight.sim.explore.table import (
     ESTIMATED,
     OF_AREA,

@@ -70,9 +70,9 @@ def fit(
     """Choose the formats of an estimator's values from runs, and write them as a profile.
 
     Every value is observed in float64 on the sources and in a stress test (hostile updates), with
-    states in their declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS`
+    states in their declared ranges. Its format is the finest with `sim.fit.fitting.MARGIN_BITS`
     above what was seen, and half of the bits that are left to its interval, at most
-    `sim.fit.choose.MOST_BITS`. Inputs, parameters, states and next states, angles that wrap,
+    `sim.fit.fitting.MOST_BITS`. Inputs, parameters, states and next states, angles that wrap,
     divisors and arguments of roots keep the formats of their declarations or intervals. None
     is kept if they would make an output less exact; see `sim.fit.fitting.select_ranges`. Nothing
     is written if a word saturates on the sources, or if more variances are negative than without

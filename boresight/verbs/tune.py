@@ -33,10 +33,8 @@ from boresight.options import (
     Word,
 )
 from boresight.parameters import numbers, params_of
-from boresight.sim.accuracy.runs import LogRuns
-from boresight.sim.accuracy.search import axes_of, folds_of
-from boresight.sim.accuracy.trials import read_trials
-from boresight.sim.accuracy.tuning import Tuning, weights_of
+from boresight.sim.accuracy.runs import LogRuns, read_trials
+from boresight.sim.accuracy.tuning import Tuning, axes_of, folds_of, weights_of
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result
 

@@ -16,8 +16,7 @@ import numpy as np
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors, means
 from boresight.sim.accuracy.peers import run_peer
-from boresight.sim.accuracy.runs import LogRuns, Scores
-from boresight.sim.accuracy.trials import Trial
+from boresight.sim.accuracy.runs import LogRuns, Scores, Trial
 from boresight.sim.baseline import Figure
 from boresight.sim.campaign import dispatch
 from boresight.sim.compare.difference import Difference

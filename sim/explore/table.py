@@ -15,8 +15,7 @@ from boresight.model.resolve import profiles_now
 from boresight.model.tolerances import tolerances_now
 from boresight.model.units import conversion
 from boresight.sim.accuracy.figures import gives_attitude
-from boresight.sim.explore.cases import Case, Exploration
-from boresight.sim.explore.measure import ANGLE_NAMES, Plan
+from boresight.sim.explore.measure import ANGLE_NAMES, Case, Exploration, Plan
 from boresight.sim.records.selection import selection
 from boresight.sim.result import Result, Row
 

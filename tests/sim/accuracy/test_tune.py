@@ -11,7 +11,7 @@ import boresight
 from boresight import Estimator, Input, Output, Param, State
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.accuracy.search import axes_of, folds_of, pattern_search
+from boresight.sim.accuracy.tuning import axes_of, folds_of, pattern_search
 
 
 class Smooth(Estimator):

@@ -11,8 +11,15 @@ import boresight
 from boresight import Record
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.explore.cases import Case, Exploration, arguments_of, cases_of
-from boresight.sim.explore.measure import Task, digest_of, measured
+from boresight.sim.explore.measure import (
+    Case,
+    Exploration,
+    Task,
+    arguments_of,
+    cases_of,
+    digest_of,
+    measured,
+)
 from boresight.sim.explore.table import FIGURES, Quantity, demands_of
 
 SOURCE = """

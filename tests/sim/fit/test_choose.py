@@ -10,7 +10,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.fit.choose import FLOOR, MOST_BITS, chosen, intervals
+from boresight.sim.fit.fitting import FLOOR, MOST_BITS, chosen, intervals
 
 
 @pytest.mark.parametrize(

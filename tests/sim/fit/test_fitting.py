@@ -16,8 +16,7 @@ from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import judge
 from boresight.sim.fit import fitting
-from boresight.sim.fit.choose import between
-from boresight.sim.fit.fitting import Effect, effect, fitted, select_ranges
+from boresight.sim.fit.fitting import Effect, between, effect, fitted, select_ranges
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
@@ -182,7 +181,7 @@ def test_a_proven_covariance_keeps_its_intervals(monkeypatch: pytest.MonkeyPatch
     assert len(kept) > 50 and fit.profile.ranges and not kept & fit.profile.ranges.keys()
     made = effect(rotor, fit.profile, {"rest": inputs})
     assert isinstance(made, Effect) and made.negative_updates == 0
-    monkeypatch.setattr("boresight.sim.fit.choose.between", lambda *_: set())
+    monkeypatch.setattr("boresight.sim.fit.fitting.between", lambda *_: set())
     free = effect(rotor, fitted(rotor, {"rest": inputs}).profile, {"rest": inputs})
     assert isinstance(free, Effect) and free.negative_updates > 0
 
