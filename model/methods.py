@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
-from boresight.model.places import line_of_user
+from boresight.model.places import place_of
 
 T = TypeVar("T")
 
@@ -46,7 +46,7 @@ def called(
         from_boresight = type(error).__module__.startswith("boresight.")
         if from_boresight or isinstance(error, MemoryError | BrokenPipeError):
             raise
-        line = line_of_user(error)
+        line = place_of(error, users=True)
         if not line:
             if _accepts(call, *args, **options):
                 raise

@@ -59,20 +59,12 @@ def author_line() -> str:
     return "" if frame is None else Place(frame.f_code.co_filename, frame.f_lineno)
 
 
-def place_of(error: BaseException) -> str:
-    """The innermost line of an author that an error went through, else ""."""
-    frames = traceback.extract_tb(error.__traceback__)
-    author_frames = [f for f in frames if _is_authors(f.filename)]
-    return Place(author_frames[-1].filename, author_frames[-1].lineno) if author_frames else ""
-
-
-def line_of_user(error: BaseException) -> str:
-    """The innermost line outside of this package, numpy and Python that an error went through."""
-    frames = traceback.extract_tb(error.__traceback__)
-    user_frames = [
-        f for f in frames if _is_authors(f.filename) and not f.filename.startswith(_PACKAGE)
-    ]
-    return Place(user_frames[-1].filename, user_frames[-1].lineno) if user_frames else ""
+def place_of(error: BaseException, *, users: bool = False) -> str:
+    """The innermost line of an author (of ``users``: outside this package), else ""."""
+    for f in reversed(traceback.extract_tb(error.__traceback__)):
+        if _is_authors(f.filename) and not (users and f.filename.startswith(_PACKAGE)):
+            return Place(f.filename, f.lineno)
+    return ""
 
 
 def place_of_function(function: Callable[..., Any]) -> str:

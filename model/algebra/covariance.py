@@ -53,13 +53,12 @@ def covariance_of(x: Any, n: int) -> Symmetric:
 
 def bounded_element(value: Any, i: int, j: int) -> Any:
     """An element of a scaled covariance: its trace is at most one."""
-    return ops.bounded(
-        value,
-        0.0 if i == j else -BELOW_ONE,
-        BELOW_ONE,
-        "covariance of trace below one",
-        unless=NO_COVARIANCE,
-    )
+    return part(value, "covariance of trace below one", 0.0 if i == j else -BELOW_ONE)
+
+
+def part(value: Any, reason: str = "part of P", low: float = -BELOW_ONE) -> Any:
+    """A value no larger than an element of a scaled covariance."""
+    return ops.bounded(value, low, BELOW_ONE, reason, unless=NO_COVARIANCE)
 
 
 def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) -> Symmetric:
@@ -70,16 +69,7 @@ def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) ->
     n = len(p)
     columns = [[m[k][j] for k in range(n)] for j in range(n)]
     pm = [
-        [
-            ops.bounded(
-                dot(p[i], columns[j]),
-                -BELOW_ONE,
-                BELOW_ONE,
-                "part of a rotated covariance",
-                unless=NO_COVARIANCE,
-            )
-            for j in range(n)
-        ]
+        [part(dot(p[i], columns[j]), "part of a rotated covariance") for j in range(n)]
         for i in range(n)
     ]
     return symmetric(n, lambda i, j: name(i, j, dot(columns[i], [pm[k][j] for k in range(n)])))
@@ -109,9 +99,6 @@ def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
     """
     rotation, drift = range(3), range(3, 6)
 
-    def part(value: Any) -> Any:
-        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P", unless=NO_COVARIANCE)
-
     after = [[part(p[i][j] - dot(g[i], [p[k][j] for k in drift])) for j in drift] for i in rotation]
 
     def element(i: int, j: int) -> Any:
@@ -133,9 +120,6 @@ def sheared(p: Symmetric, rows: Mapping[int, Mapping[int, Any]]) -> Symmetric:
     rows of m_i entries, 1 + m_i + m_j in two.
     """
 
-    def part(value: Any) -> Any:
-        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P", unless=NO_COVARIANCE)
-
     def moved(i: int, j: int) -> Any:
         return p[i][j] + dot(list(rows[i].values()), [p[k][j] for k in rows[i]])
 
@@ -154,16 +138,7 @@ def updated_column(p: Symmetric, c: int, gains: list[list[Any]]) -> list[Any]:
     """Column c of P - sum_k L_k L_k^T without computing the rest: n (1 + k) slots."""
     if not gains:
         return list(p[c])
-    return [
-        ops.bounded(
-            p[i][c] - _products(gains, i, c),
-            0.0 if i == c else -BELOW_ONE,
-            BELOW_ONE,
-            "covariance of trace below one",
-            unless=NO_COVARIANCE,
-        )
-        for i in range(len(p))
-    ]
+    return [bounded_element(p[i][c] - _products(gains, i, c), i, c) for i in range(len(p))]
 
 
 def downdated(p: Symmetric, gains: list[list[Any]], skip: Any) -> Symmetric:
@@ -185,6 +160,5 @@ def _products(gains: list[list[Any]], i: int, j: int) -> Any:
     for k, column in enumerate(gains):
         total = total + column[i] * column[j]
         if k == 1:
-            low = 0.0 if i == j else -BELOW_ONE
-            total = ops.bounded(total, low, BELOW_ONE, "part of P", unless=NO_COVARIANCE)
+            total = part(total, low=0.0 if i == j else -BELOW_ONE)
     return total

@@ -22,10 +22,7 @@ NO_ROTATION = "the matrix is no rotation"
 
 def dot(a: Vector, b: Vector) -> Any:
     """a . b, one slot per component."""
-    total: Any = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
+    return sum((x * y for x, y in zip(a, b, strict=True)), 0.0)
 
 
 def cross(a: Vector, b: Vector) -> tuple[Any, Any, Any]:

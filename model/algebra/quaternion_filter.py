@@ -13,11 +13,11 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.angles import euler_ht
 from boresight.model.algebra.covariance import (
-    BELOW_ONE,
     NO_COVARIANCE,
     Symmetric,
     bounded_element,
     congruence,
+    part,
     symmetric,
 )
 from boresight.model.algebra.quaternion import dot, increment, left_matrix, matrix, multiply
@@ -36,65 +36,32 @@ MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
 ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below both limits.
 
-SCALE = Param(
-    "scale",
-    8.0,
-    1.0,
-    1024.0,
-    "",
-    "covariances are held times its square; no result "
-    "but for rounding depends on it. Large keeps small covariances exact; a measurement "
-    "noise (standard deviation) times it counts as at most 8, p0_sd times it as at "
-    "most 1",
+_SCALE = (
+    "covariances are held times its square; no result but for rounding depends on it. Large keeps "
+    "small covariances exact; a measurement noise (standard deviation) times it counts as at most "
+    "8, p0_sd times it as at most 1"
 )
-P0 = Param(
-    "p0_sd",
-    0.1,
-    1e-4,
-    1.0,
-    "rad",
-    "initial standard deviation of the attitude, root of "
-    "P0: large follows the first measurements, small the alignment",
-)
+SCALE = Param("scale", 8.0, 1.0, 1024.0, "", _SCALE)
+_P0 = "initial standard deviation of the attitude, root of P0: large follows the first "
+P0 = Param("p0_sd", 0.1, 1e-4, 1.0, "rad", _P0 + "measurements, small the alignment")
 
 
 def force_gate(least: float) -> tuple[Param, ...]:
     """Limits of the squared specific force."""
+    below = "squared specific force below which it is not used"
+    above = "squared specific force above which it is not used; "
+    above += "the default leaves the gate open up to 12.9 g"
     return (
-        Param(
-            "acc_min_sq",
-            least,
-            least,
-            1.6e4,
-            "(m/s^2)^2",
-            "squared specific force below which it is not used",
-        ),
-        Param(
-            "acc_max_sq",
-            1.6e4,
-            1.0,
-            1.6e4,
-            "(m/s^2)^2",
-            "squared specific force above "
-            "which it is not used; the default leaves the gate open up to 12.9 g",
-        ),
+        Param("acc_min_sq", least, least, 1.6e4, "(m/s^2)^2", below),
+        Param("acc_max_sq", 1.6e4, 1.0, 1.6e4, "(m/s^2)^2", above),
     )
 
 
 def gyro_params(default: float) -> tuple[Param, ...]:
     """Roots of Qg."""
-    return tuple(
-        Param(
-            f"gyro_sd_{axis}",
-            default,
-            0.0,
-            2.0,
-            "rad/s",
-            "standard deviation of a "
-            "gyro sample (root of Qg): small trusts the gyro, large the measurements",
-        )
-        for axis in "xyz"
-    )
+    meaning = "standard deviation of a gyro sample (root of Qg): small trusts the gyro, "
+    meaning += "large the measurements"
+    return tuple(Param(f"gyro_sd_{a}", default, 0.0, 2.0, "rad/s", meaning) for a in "xyz")
 
 
 def attitude_states() -> tuple[State, ...]:
@@ -138,10 +105,7 @@ def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
 
 def sum_of(parts: Any) -> Any:
     """Sum of an iterable of scalars."""
-    total: Any = 0.0
-    for part in parts:
-        total = total + part
-    return total
+    return sum(parts, 0.0)
 
 
 # -- prediction -----------------------------------------------------------------------------------
@@ -181,16 +145,7 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any, full: Any) -> S
         return bounded_element(value, i, j)
 
     turned = congruence(c, [row[1:] for row in a[1:]], element)
-    norm = [
-        ops.bounded(
-            dot([row[k] for row in c], a[0][1:]),
-            -BELOW_ONE,
-            BELOW_ONE,
-            "covariance",
-            unless=NO_COVARIANCE,
-        )
-        for k in range(3)
-    ]
+    norm = [part(dot([row[k] for row in c], a[0][1:]), "covariance") for k in range(3)]
     return symmetric(
         4, lambda i, j: a[0][0] if j == 0 else norm[j - 1] if i == 0 else turned[i - 1][j - 1]
     )
@@ -213,14 +168,7 @@ def update(
     """
     weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
-    gains.append(
-        [
-            ops.bounded(
-                c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance", unless=NO_COVARIANCE
-            )
-            for c in column
-        ]
-    )
+    gains.append([part(c * weight, "root of a variance") for c in column])
 
 
 def update_along(
@@ -238,23 +186,14 @@ def update_along(
     ``row``: the nonzero components of the Jacobian, by state. ``innovation`` is that before any of
     the updates. Where ``moving`` fails the state stays; where ``counting`` fails P stays, too.
     """
-    along = [
-        ops.bounded(
-            dot(list(row.values()), [g[k] for k in row]),
-            -BELOW_ONE,
-            BELOW_ONE,
-            "component",
-            unless=NO_COVARIANCE,
-        )
-        for g in gains
-    ]
+    along = [part(dot(list(row.values()), [g[k] for k in row]), "component") for g in gains]
     column = []
     for i in range(len(p)):
         value = dot(list(row.values()), [p[k][i] for k in row])
         for g, c in zip(gains, along, strict=True):
             value = value - g[i] * c
         value = value if counting is None else ops.where(counting, value, 0.0)
-        column.append(ops.bounded(value, -BELOW_ONE, BELOW_ONE, "covariance", unless=NO_COVARIANCE))
+        column.append(part(value, "covariance"))
     for move, c in zip(moves, along, strict=True):
         innovation = innovation - move * c
     innovation = innovation if moving is None else ops.where(moving, innovation, 0.0)
@@ -326,16 +265,8 @@ def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> 
 def named_outputs(angles: Any, q: Any, status: Any) -> dict[str, Any]:
     """Outputs by name of pitch, roll, heading, of a quaternion and a status word."""
     pitch, roll, heading = angles
-    return {
-        "pitch": pitch,
-        "roll": roll,
-        "heading": heading,
-        "qw": q[0],
-        "qx": q[1],
-        "qy": q[2],
-        "qz": q[3],
-        "status": status,
-    }
+    components = {f"q{a}": c for a, c in zip("wxyz", q, strict=True)}
+    return {"pitch": pitch, "roll": roll, "heading": heading, **components, "status": status}
 
 
 def status_word(flags: dict[int, Any]) -> Any:

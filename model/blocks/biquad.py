@@ -88,7 +88,7 @@ class Cascade:
         InputError
             The poles are too near the unit circle for a bound.
         """
-        sums = _absolute_sums([self.sections[: k + 1] for k in range(len(self.sections))])
+        sums = (_absolute_sum(self.sections[: k + 1]) for k in range(len(self.sections)))
         return (self.largest, *(_MARGIN * self.largest * total for total in sums))
 
     @cached_property
@@ -103,8 +103,8 @@ class Cascade:
         ]
         magnitudes = [math.ldexp(1.0, binary_exponent(bound)) for bound in self.largest_values[1:]]
         return sum(
-            0.5 * total * size / magnitudes[-1]
-            for total, size in zip(_absolute_sums(tails), magnitudes, strict=True)
+            0.5 * _absolute_sum(tail) * size / magnitudes[-1]
+            for tail, size in zip(tails, magnitudes, strict=True)
         )
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
@@ -147,15 +147,8 @@ class Cascade:
         return after | {f"{name}{last}_1": signal, f"{name}{last}_2": old[last][0]}, signal
 
 
-def _absolute_sums(chains: Iterable[Sequence[Sequence[float]]]) -> list[float]:
-    """Sum of the absolute impulse response of each chain of sections.
-
-    Only additions and products: the same on every machine.
-    """
-    return [_absolute_sum(chain) for chain in chains]
-
-
 def _absolute_sum(chain: Sequence[Sequence[float]]) -> float:
+    """Sum of the absolute impulse response: additions and products, the same on every machine."""
     total, quiet = 0.0, 0
     memory = [[0.0] * 4 for _ in chain]
     for n in range(_MOST):
