@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from boresight.model.errors import InputError as InputError
     from boresight.model.errors import ToolMissing as ToolMissing
     from boresight.model.estimator import Estimator as Estimator
-    from boresight.regression import baseline as baseline
+    from boresight.sim.baseline import baseline as baseline
     from boresight.sim.experiments.experiment import Experiment as Experiment
     from boresight.sim.experiments.experiment import ExperimentResult as ExperimentResult
     from boresight.sim.experiments.experiment import Target as Target
@@ -72,7 +72,7 @@ _EXPORTS = {
     "model.declarations": "Input Output Param State",
     "model.errors": "InputError ToolMissing",
     "model.estimator": "Estimator",
-    "regression": "baseline",
+    "sim.baseline": "baseline",
     "sim.experiments.experiment": "Experiment ExperimentResult Target",
     "sim.records.files": "record_of",
     "sim.records.record": "Record",

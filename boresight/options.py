@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -187,3 +187,34 @@ class Tolerances(Group):
     def context(self) -> AbstractContextManager[Any]:
         """Outputs are judged by these tolerances."""
         return tolerances(self.tolerance)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Baseline(Group):
+    """With which earlier result the result is compared."""
+
+    baseline: Annotated[
+        str | None,
+        Parameter(
+            name="--baseline",
+            metavar="FILE",
+            help="An earlier result, from --json: fails where a figure is worse than accepted.",
+        ),
+    ] = None
+
+    def judged(self, result: Any) -> Any:
+        """The result, and what has changed since the earlier one."""
+        if self.baseline is None:
+            return result
+        from boresight.sim.baseline import baseline
+
+        found = baseline(result, self.baseline)
+        return replace(
+            result,
+            data={**result.data, "baseline": found.to_json()},
+            summary=f"{result.summary}\n{found.summary}",
+            tables={**result.tables, **found.tables},
+            notes=(*result.notes, *found.notes),
+            failures=(*result.failures, *found.failures),
+        )

@@ -61,6 +61,33 @@ class _Found(NamedTuple):
     tolerance: float | None
 
 
+def baseline(result: Result, file: str | Path) -> Result:
+    """Compare a result with an earlier one.
+
+    Parameters
+    ----------
+    result : Result
+        Of `boresight.check`, `compile` or `accuracy`.
+    file : path
+        Output of the verb with ``--json``; or ``json.dumps(result.to_json())``.
+
+    Returns
+    -------
+    Result
+        ``changes``; good unless something is worse than accepted (see this module).
+
+    Raises
+    ------
+    InputError
+        A file that is not such a result, or a result of something else.
+    """
+    if not result.judged:
+        wanted, fix = "a result of check, compile or accuracy", "compare one of these"
+        raise InputError.at("baseline", wanted=wanted, found="one of another verb", fix=fix)
+    earlier = read_baseline(file, result.judged)
+    return compared(result.to_json(), earlier, result.judged, file=file)
+
+
 def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
     """An earlier result.
 

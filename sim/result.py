@@ -73,12 +73,8 @@ class Result(Mapping[str, Any]):
         """Plain data: ``good``, the data, ``notes`` and ``failures``."""
         data = plain(self.data)
         assert isinstance(data, dict)
-        return {
-            "good": self.good,
-            **data,
-            "notes": list(self.notes),
-            "failures": list(self.failures),
-        }
+        told: JsonObject = {"notes": list(self.notes), "failures": list(self.failures)}
+        return {"good": self.good, **data, **told}
 
     def __str__(self) -> str:
         parts = [self.summary] if self.summary else []
@@ -92,13 +88,7 @@ class Result(Mapping[str, Any]):
 
 
 def plain(value: Any) -> Json:
-    """Convert a value to plain data; NaN and infinity become None.
-
-    Raises
-    ------
-    TypeError
-        The value has no form in JSON.
-    """
+    """Convert a value to plain data; NaN and infinity become None. Raises TypeError."""
     if hasattr(value, "to_json"):
         data: JsonObject = value.to_json()
         return data
@@ -138,7 +128,7 @@ def table_text(rows: Sequence[Row], title: str = "") -> str:
     from rich.text import Text
 
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, title_justify="left")
-    heads = _heads(rows)
+    heads = [*dict.fromkeys(name for row in rows for name, v in row.items() if v is not None)]
     for head in heads:
         numbers = any(_is_number(row.get(head)) for row in rows)
         table.add_column(Text(head), justify="right" if numbers else "left", overflow="fold")
@@ -149,11 +139,6 @@ def table_text(rows: Sequence[Row], title: str = "") -> str:
     Console(file=text, width=width, color_system=None, highlight=False).print(table)
     lines = [line.rstrip() for line in text.getvalue().splitlines()]
     return "\n".join([title] * bool(title) + lines)
-
-
-def _heads(rows: Sequence[Row]) -> list[str]:
-    """Names of the columns that hold something."""
-    return [*dict.fromkeys(name for row in rows for name, v in row.items() if v is not None)]
 
 
 def _is_number(value: Any) -> bool:

@@ -21,6 +21,7 @@ from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offere
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.options import (
+    Baseline,
     EstimatorNames,
     Jobs,
     LogRows,
@@ -32,7 +33,6 @@ from boresight.options import (
     Word,
 )
 from boresight.parameters import estimator_names, params_of_each
-from boresight.regression import Baseline
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers

@@ -24,6 +24,7 @@ from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import check_word
 from boresight.options import (
+    Baseline,
     Config,
     EstimatorNames,
     Level,
@@ -39,7 +40,6 @@ from boresight.options import (
     Word,
 )
 from boresight.parameters import estimator_names, params_of_each
-from boresight.regression import Baseline
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.check import EXACT, ROWS, Check
 from boresight.sim.compare.results import CheckResult, verdict

@@ -49,6 +49,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.options import (
+    Baseline,
     Config,
     EstimatorNames,
     OutputFolder,
@@ -59,7 +60,6 @@ from boresight.options import (
     Word,
 )
 from boresight.parameters import estimator_names, params_of_each
-from boresight.regression import Baseline
 from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.explore.measure import map_core, route_core

@@ -43,8 +43,8 @@ PAGES = sorted(
     for path in ROOT.glob(pattern)
     if path.name != "commands.md"  # `make docs` writes it
 )
-#: First words of command lines that set up an environment or need more than a computer.
-SETUP = ("python3", ".", "pip", "make", "source")
+#: First words of command lines that set up an environment, or wait for a person.
+SETUP = ("python3", ".", "pip", "make", "source", "gtkwave")
 #: First words of command lines that are run as they are.
 TOOLS = ("sed", "mkdir", "cp", "python")
 #: How far a decimal may be from the page's.
