@@ -53,7 +53,6 @@ from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feeds
 from boresight.sim.records.files import (
     FORMATS,
-    ahead,
     blocks_of,
     check_written,
     content_of,
@@ -396,13 +395,13 @@ def _on_log(
         """The level on the log, piece by piece, with what it ran on."""
         read = _read(log, steps, rows)
         anew = True
-        for columns in feeds(estimator, read if rows is None else ahead(read)):
+        for columns in feeds(estimator, read):
             (loop,) = drive(columns, machine, anew=anew)
             anew = False
             yield columns, loop
 
     def written(machine: Machine) -> Iterator[Record]:
-        for columns, loop in runs(machine) if rows is None else ahead(runs(machine)):
+        for columns, loop in runs(machine):
             summary.add(columns, loop)
             if target is not None:
                 yield _record(estimator, columns.t, loop.outputs)

@@ -17,7 +17,7 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.methods import called
 from boresight.model.units import linear
 from boresight.model.words.program import Program
-from boresight.sim.records.files import Log, ahead
+from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import ROWS, Place, Record, check_norm, joined, truth_names
@@ -171,7 +171,7 @@ class LongFeed:
         InputError
             As `feed`, and as the log's reader.
         """
-        yield from ahead(feeds(self.estimator, self.log.blocks(ROWS)))
+        yield from feeds(self.estimator, self.log.blocks(ROWS))
 
 
 def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:

@@ -9,13 +9,10 @@ import gzip
 import io
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 from dataclasses import dataclass
-from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, TypeVar
+from typing import Any, BinaryIO, NamedTuple
 
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.extras import optional
@@ -28,8 +25,6 @@ from boresight.sim.records.record import ROWS, Record, joined, resized, timed
 from boresight.sim.records.recordings import read_bag, read_ulog
 from boresight.sim.records.selection import selection
 from boresight.sim.records.text import read_csv, write_csv
-
-T = TypeVar("T")
 
 
 class Format(NamedTuple):
@@ -376,13 +371,3 @@ def logs_of(logs: Iterable[Any], steps: int | None = None, *, load: bool = False
         name = f"record{unnamed if unnamed > 1 else ''}"
         out.append(Log.of(log, steps, name=name, load=load))
     return out
-
-
-def ahead(items: Iterable[T]) -> Iterator[T]:
-    """The same items, none of them None, each made in a thread while the last one is used."""
-    make = partial(copy_context().run, next, iter(items), None)
-    with ThreadPoolExecutor(1) as thread:
-        future = thread.submit(make)
-        while (item := future.result()) is not None:
-            future = thread.submit(make)
-            yield item

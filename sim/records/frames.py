@@ -14,21 +14,21 @@ from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.rotations.rotation import matrix_to_quaternion, quaternion_multiply
 
-#: Axis and sign of each letter, in FLU and in ENU.
-_BODY = {"F": (0, 1), "B": (0, -1), "L": (1, 1), "R": (1, -1), "U": (2, 1), "D": (2, -1)}
-_NAVIGATION = {"E": (0, 1), "W": (0, -1), "N": (1, 1), "S": (1, -1), "U": (2, 1), "D": (2, -1)}
+#: Letters of the axes of FLU and ENU, and of the opposite ones.
+_BODY, _NAVIGATION = ("FLU", "BRD"), ("ENU", "WSD")
 
 
-def _matrix(where: str, name: str, *letters: dict[str, tuple[int, int]]) -> FloatArray:
+def _matrix(where: str, name: str, *letters: tuple[str, str]) -> FloatArray:
     """Columns: the axes of ``name`` in FLU or ENU."""
-    for axes in letters:
-        if len(name) == 3 and set(name) <= set(axes):
-            matrix = np.zeros((3, 3))
-            for k, letter in enumerate(name):
-                matrix[axes[letter][0], k] = axes[letter][1]
+    for axes, opposite in letters:
+        if len(name) == 3 and set(name) <= {*axes, *opposite}:
+            columns = [
+                np.eye(3)[axes.find(x)] if x in axes else -np.eye(3)[opposite.find(x)] for x in name
+            ]
+            matrix = np.stack(columns, axis=1)
             if np.linalg.det(matrix) > 0.5:
                 return matrix
-    allowed = "".join(dict.fromkeys(chain.from_iterable(letters)))
+    allowed = "".join(dict.fromkeys("".join(chain.from_iterable(letters))))
     raise InputError.at(
         where,
         wanted=f"three letters of {allowed} for right-handed axes, as FRD or NED",

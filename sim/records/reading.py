@@ -12,11 +12,6 @@ from typing import Any, BinaryIO
 
 from boresight.model.errors import InputError
 
-#: Maximum number of digits of a number in JSON.
-_DIGITS = 100
-#: Largest file of JSON, bytes.
-_LARGEST_JSON = 64 << 20
-
 
 def reason(error: OSError) -> str:
     """Reason of an OSError, for ``found`` of an `InputError`."""
@@ -71,8 +66,6 @@ def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
     """
     content = read_bytes(path, f"{wanted} that can be read")
     try:
-        if len(content) > _LARGEST_JSON:
-            raise ValueError(f"{len(content):,} bytes")
         return json.loads(
             content.decode("utf-8-sig"),
             parse_int=_integer,
@@ -95,7 +88,7 @@ def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
 
 
 def _integer(digits: str) -> int:
-    if len(digits) > _DIGITS:
+    if len(digits) > 100:  # none of a float
         raise ValueError(f"a number of {len(digits)} digits")
     return int(digits)
 

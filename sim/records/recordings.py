@@ -91,16 +91,17 @@ def _complete_messages(content: bytes) -> tuple[bytes, int, bool]:
     while offset + 3 <= len(content):
         end = _message_end(content, offset)
         if end is None:
-            start = offset
+            damage = offset
             while offset + 3 <= len(content) and not _begins(content, offset):
                 offset += 1
-            lost += offset - start
-            continue
-        if end > len(content):
-            return b"".join(parts), lost, True
-        parts.append(content[offset:end])
-        offset = end
-    return b"".join(parts), lost, offset < len(content) and not lost
+            lost += offset - damage
+        elif end > len(content):
+            break
+        else:
+            parts.append(content[offset:end])
+            offset = end
+    is_cut = offset < len(content) and (not lost or offset + 3 <= len(content))
+    return b"".join(parts), lost, is_cut
 
 
 def _message_end(content: bytes, offset: int) -> int | None:
@@ -110,15 +111,15 @@ def _message_end(content: bytes, offset: int) -> int | None:
 
 
 def _begins(content: bytes, offset: int) -> bool:
-    """Whether several whole messages follow from here."""
+    """Whether several whole messages follow from here, up to the end."""
     for _ in range(_FOLLOWING):
-        if offset == len(content):
-            return True
-        end = _message_end(content, offset) if offset + 3 <= len(content) else None
-        if end is None or end > len(content):
+        if offset + 3 > len(content):
+            return offset == len(content)
+        end = _message_end(content, offset)
+        if end is None:
             return False
         offset = end
-    return True
+    return offset <= len(content)
 
 
 def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any, BinaryIO, TypeAlias
@@ -172,9 +171,8 @@ def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
     """Columns of a Parquet file, 65,536 rows at a time."""
     parquet, is_empty = _arrow("parquet"), True
     file = file if file.seekable() else io.BytesIO(file.read())
-    with _pool():
-        # It would hold its read-ahead buffers to the end of the file.
-        table = parquet.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
+    # A buffer for reading ahead would be held to the end of the file.
+    table = parquet.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
     for batch in table.iter_batches(batch_size=1 << 16):
         is_empty = False
         yield _numbers(batch)
@@ -192,22 +190,6 @@ def _numbers(table: Any) -> Arrays:
 
 def _arrow(name: str = "") -> ModuleType:
     return optional(f"pyarrow.{name}" if name else "pyarrow")
-
-
-@contextmanager
-def _pool() -> Iterator[Any]:
-    """Memory of the C library, for arrow's readers that are made meanwhile.
-
-    Its own, by default, gives memory back between the pieces of a log and takes it again page by
-    page: an eighth of the time of a run.
-    """
-    arrow = _arrow()
-    previous = arrow.default_memory_pool()
-    arrow.set_memory_pool(arrow.system_memory_pool())
-    try:
-        yield arrow.system_memory_pool()
-    finally:
-        arrow.set_memory_pool(previous)
 
 
 def _heads(record: Record) -> dict[str, FloatArray]:
@@ -250,15 +232,8 @@ def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
     for block in blocks:
         table = _arrow().table(_heads(block))
         if writer is None:
-            with _pool() as pool:
-                writer = parquet.ParquetWriter(
-                    file,
-                    table.schema,
-                    compression="lz4",
-                    use_dictionary=False,
-                    use_byte_stream_split=True,
-                    memory_pool=pool,
-                )
+            options = {"use_dictionary": False, "use_byte_stream_split": True}
+            writer = parquet.ParquetWriter(file, table.schema, compression="lz4", **options)
         writer.write_table(table)
     if writer is not None:
         writer.close()

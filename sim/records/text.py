@@ -47,15 +47,9 @@ def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
             heads = (column.head(name) for name, column in record.columns.items())
             csv.writer(header, lineterminator="\n").writerow(heads)
             file.write(header.getvalue().encode())
-        values = [c.values for c in record.columns.values()]
-        fast = _fast_lines(values) if k or len(record) * len(values) > _FAST_FROM else None
-        file.write(_lines(values) if fast is None else fast)
-
-
-def _lines(values: list[FloatArray]) -> bytes:
-    rows = np.column_stack(values).tolist()
-    body = "\n".join(",".join(map(repr, row)) for row in rows)
-    return f"{body}\n".replace("nan", "").encode()
+        rows = np.column_stack([c.values for c in record.columns.values()]).tolist()
+        body = "\n".join(",".join(map(repr, row)) for row in rows)
+        file.write(f"{body}\n".replace("nan", "").encode())
 
 
 def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
@@ -175,7 +169,7 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
                 found=name,
                 fix="export it so" if packed else f"export it so, or: {command}",
             )
-    fields = _fields(where, line)
+    fields = _fields(where, line) if '"' in line else line.split(",")
     if not fields[-1].strip() and all(map(str.strip, fields[:-1])):
         raise InputError.at(
             where,
@@ -208,8 +202,6 @@ def _beside(path: Path, what: str) -> str:
 
 def _fields(where: str, line: str) -> list[str]:
     """Fields of a line; raises InputError for a quote that does not end in it."""
-    if '"' not in line:
-        return line.split(",")
     try:
         (fields,) = csv.reader([line], strict=True, skipinitialspace=True)
     except csv.Error:
@@ -233,35 +225,25 @@ def _table(
         A line of too few or too many fields.
     """
     width = len(names)
-    quoted = {
-        k: _fields(f"{path}, line {k + first_line}", row)
+    split = [
+        _fields(f"{path}, line {k + first_line}", row) if '"' in row else row.split(",")
         for k, row in enumerate(rows)
-        if '"' in row
-    }
-    counts = np.array([row.count(",") for row in rows]) + 1
-    for k, parts in quoted.items():
-        counts[k] = len(parts)
-    if (counts != width).any():
-        row = int(np.argmax(counts != width))
+    ]
+    wrong = next((k for k, parts in enumerate(split) if len(parts) != width), None)
+    if wrong is not None:
         raise InputError.at(
-            f"{path}, line {row + first_line}",
+            f"{path}, line {wrong + first_line}",
             wanted=f"{width} fields, as in the header",
-            found=str(counts[row]) if rows[row].strip() else "an empty line",
+            found=str(len(split[wrong])) if rows[wrong].strip() else "an empty line",
             fix="complete or remove the line",
         )
-    body = ",".join(rows)
-    fields = body.split(",")
-    if quoted:
-        split = (quoted.get(k) or row.split(",") for k, row in enumerate(rows))
-        fields = list(chain.from_iterable(split))
-    table = _numbers(body, fields).reshape(-1, width)
+    table = _numbers(",".join(rows), list(chain.from_iterable(split))).reshape(-1, width)
     invalid = np.isinf(table)
     faults = {}
     for column in np.flatnonzero(invalid.any(axis=0)).tolist():
         row = int(np.argmax(invalid[:, column]))
-        field = fields[row * width + column].strip()
-        line = [f.strip().partition("[")[0] for f in fields[row * width : (row + 1) * width]]
-        if line == names:
+        field = split[row][column].strip()
+        if [f.strip().partition("[")[0] for f in split[row]] == names:
             faults[names[column]] = InputError.at(
                 f"{path}, line {row + first_line}",
                 wanted="a sample",
@@ -350,32 +332,3 @@ def _fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None
     # A row without any number may be an empty line, which arrow takes for one.
     blank = np.isnan(values[:, 0])
     return None if blank.any() and np.isnan(values[blank]).all(axis=1).any() else values
-
-
-def _fast_lines(columns: list[FloatArray]) -> bytes | None:
-    """Write lines as `_lines` does, to the byte; None without pyarrow."""
-    try:
-        arrow, compute = import_module("pyarrow"), import_module("pyarrow.compute")
-    except ImportError:
-        return None
-    texts = []
-    for values in columns:
-        text = compute.cast(arrow.array(values), arrow.string())
-        size = np.abs(values)
-        # Python writes "5.0", where arrow has "5"; beyond these limits the exponents differ too.
-        is_integer = (values == np.floor(values)) & (size < 1e10)
-        by_repr = ~is_integer & ((size < 1e-4) | (size >= 1e10))
-        if is_integer.any():
-            zero = compute.binary_join_element_wise(text.filter(arrow.array(is_integer)), ".0", "")
-            text = compute.replace_with_mask(text, arrow.array(is_integer), zero)
-        if by_repr.any():
-            reprs = arrow.array(list(map(repr, values[by_repr].tolist())))
-            text = compute.replace_with_mask(text, arrow.array(by_repr), reprs)
-        if (missing := np.isnan(values)).any():
-            text = compute.if_else(arrow.array(missing), "", text)
-        texts.append(text)
-    lines = compute.binary_join_element_wise(*texts, ",")
-    rows = compute.binary_join_element_wise(lines, "", "\n")
-    first, last = rows.offset, rows.offset + len(rows)
-    ends = np.frombuffer(rows.buffers()[1], np.int32)
-    return memoryview(rows.buffers()[2])[ends[first] : ends[last]].tobytes()

@@ -6,44 +6,24 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from boresight.model.errors import InputError
 from boresight.sim.attitude.worlds.make_synthetic import synthetic_60s
-from boresight.sim.data.convert_broad import broad_record, broad_trials
+from boresight.sim.data.convert_broad import convert
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from tests.support.broad import trial
-
-# -- A trial as BROAD stores it becomes a record, and what is none is refused ---------------------
 
 
-def test_a_trial_becomes_a_record(tmp_path: Path) -> None:
-    held = trial()
-    savemat(tmp_path / "01_slow.mat", held)
-    (path,) = broad_trials(tmp_path)
-    log = NineAxis.of(broad_record(path))
-    assert log.name == "01_slow"
+def test_a_trial_of_broad_becomes_a_log(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    vectors = {f"imu_{n}": rng.standard_normal((40, 3)) for n in ("gyr", "acc", "mag")}
+    held = {**vectors, "opt_quat": np.full((40, 4), 0.5), "movement": np.arange(40)[:, None] > 10}
+    savemat(tmp_path / "a.mat", {**held, "sampling_rate": 2000.0 / 7.0})
+    convert(tmp_path / "a.mat", tmp_path / "a.npz")
+    log = NineAxis.of(read_record(tmp_path / "a.npz"))
     assert log.dt == pytest.approx(7.0 / 2000.0) and log.counts.sum() == 29
-    for name, key in (("gyr", "imu_gyr"), ("acc", "imu_acc"), ("mag", "imu_mag")):
-        assert getattr(log, name) == pytest.approx(held[key])
-    assert log.attitude == pytest.approx(held["opt_quat"], nan_ok=True)
-
-
-@pytest.mark.parametrize("name", ["imu_gyr", "sampling_rate", "movement"])
-def test_what_is_no_trial_is_refused(name: str, tmp_path: Path) -> None:
-    held = trial()
-    if name == "movement":
-        held[name] = np.zeros((7, 1))
-    else:
-        del held[name]
-    savemat(tmp_path / "a.mat", held)
-    with pytest.raises(InputError, match=r"a\.mat: wanted "):
-        broad_record(tmp_path / "a.mat")
-
-
-def test_no_trial_at_all(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"BROAD's \.mat files"):
-        broad_trials(tmp_path)
+    for name, values in vectors.items():
+        assert getattr(log, name.removeprefix("imu_")) == pytest.approx(values)
+    assert log.attitude == pytest.approx(0.5)
 
 
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q")

@@ -5,7 +5,6 @@ import os
 import re
 import sys
 import threading
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +101,7 @@ FIELDS = st.one_of(
 
 @settings(max_examples=200)
 @given(st.lists(st.lists(FIELDS, min_size=2, max_size=2), min_size=1, max_size=4), st.data())
-def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
+def test_pyarrow_reads_what_the_slow_way_reads(rows, data) -> None:
     end = data.draw(st.sampled_from(["\n", "\r\n"]))
     head = data.draw(st.sampled_from(["a,b", "# note\n\na[s], b", "\ufeffa,b", "a,b,c", "1,2"]))
     last = data.draw(st.sampled_from(["", end, 2 * end]))
@@ -117,8 +116,7 @@ def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
                 return str(error)
             values = {n: (c.unit, c.values.tobytes()) for n, c in result.columns.items()}
             faults = {n: str(error) for n, error in result.faults.items()}
-            written = content_of("a.csv", replace(result, faults={}))
-            return values, faults, result.place(1, "b"), written
+            return values, faults, result.place(1, "b")
 
     whole = read(0)
     assert whole == read(1 << 40)
@@ -131,7 +129,7 @@ def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
         else:
             values = {n: (c.unit, c.values.tobytes()) for n, c in found.columns.items()}
             faults = {n: str(error) for n, error in found.faults.items()}
-            assert (values, faults, found.place(1, "b")) == whole[:3]
+            assert (values, faults, found.place(1, "b")) == whole
 
 
 def test_a_wrong_cell_of_a_long_file_is_named() -> None:
