@@ -36,9 +36,7 @@ class Adaptive(Kalman):
         return {"pos": ahead, "r": ops.clip(r, 0.01, 16.0)}
 
     def noise(self, x, u, p):
-        """Random acceleration."""
         return {"vel": DT * Q}
 
     def measure(self, x, u, p):
-        """The position."""
         return [Measurement(u.z, x.pos, x.r)]

@@ -30,7 +30,6 @@ class AlphaBetaGamma(Estimator):
     )
 
     def step(self, x, u, p):
-        """Predict, then share the residual."""
         r, v = x.r + T * x.v + 0.5 * T**2 * x.a, x.v + T * x.a
         residual = ops.clip(u.z - r, -50.0, 50.0)
         after = {

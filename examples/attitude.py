@@ -50,7 +50,6 @@ class AttitudeFromModel(Kalman):
         return {"q": [ops.saturated(u.dt * (g - b), 0.5) for g, b in pairs]}
 
     def noise(self, x, u, p):
-        """Random walks."""
         return {"q": p.gyro_var * u.dt, "b": p.bias_var * u.dt}
 
     def measure(self, x, u, p):
@@ -69,7 +68,6 @@ class AttitudeFromModel(Kalman):
         ]
 
     def shown(self, x, u, p):
-        """Euler angles."""
         (_, east, _), (_, north, _), (left, up, top) = x.q.matrix
         level = ops.sqrt(ops.bounded(left * left + top * top, 0.0, 1.0, "of a unit vector"))
         return {

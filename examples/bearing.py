@@ -28,13 +28,10 @@ class Bearing(Kalman):
     rates_hz = {"dt": 1.0 / DT}
 
     def f(self, x, u, p):
-        """A step of DT."""
         return {"px": x.px + DT * x.vx, "py": x.py + DT * x.vy}
 
     def noise(self, x, u, p):
-        """Variances of the velocity that a step adds."""
         return {"vx": 0.001, "vy": 0.001}
 
     def measure(self, x, u, p):
-        """The bearing, rad."""
         return [Measurement(u.z, np.arctan2(x.py - u.oy, x.px), 4e-6, sd_max=0.05)]

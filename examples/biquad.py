@@ -36,7 +36,6 @@ class Biquad(Estimator):
     outputs = (Output("y", "V", tolerance=1e-6),)
 
     def step(self, x, u, p):
-        """One sample."""
         signal, after = u.x, {}
         for name, ((b0, b1, b2), (a1, a2)) in zip("ab", SECTIONS, strict=True):
             z1, z2 = getattr(x, f"{name}1"), getattr(x, f"{name}2")

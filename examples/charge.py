@@ -18,11 +18,9 @@ class Charge(Kalman):
     outputs = (Output("soc", tolerance=1e-4), Output("v1", "V", tolerance=1e-5))
 
     def f(self, x, u, p):
-        """Charge drawn, relaxation."""
         return {"soc": x.soc - u.i * (1.0 / 9000.0), "v1": 0.96 * x.v1 + 0.04 * 0.02 * u.i}
 
     def noise(self, x, u, p):
-        """Of current and capacity, of the relaxation."""
         return {"soc": 1e-9, "v1": 1e-8}
 
     def measure(self, x, u, p):

@@ -38,5 +38,4 @@ class Falling(Kalman):
         return {"h": 1e-6, "v": 1e-5, "c": 1e-6}
 
     def measure(self, x, u, p):
-        """The distance."""
         return [Measurement(u.z, np.hypot(30.0, x.h - 30.0), 9e-4)]

@@ -51,6 +51,5 @@ class GpsImu(Kalman):
         return {"speed": 1e-4, "heading": 4e-9, "bias": 1e-10}
 
     def measure(self, x, u, p):
-        """The fix."""
         new = u.new > 0.5
         return [Measurement(z, h, 2.25, valid=new) for z, h in ((u.fx, x.px), (u.fy, x.py))]

@@ -44,5 +44,4 @@ class Induction(Kalman):
         return {"ia": 1e-3, "ib": 1e-3, "fa": 1e-7, "fb": 1e-7, "w": 1.0}
 
     def measure(self, x, u, p):
-        """Both currents."""
         return [Measurement(u.ia_z, x.ia, 0.04), Measurement(u.ib_z, x.ib, 0.04)]

@@ -26,7 +26,6 @@ class Lqg(Estimator):
     outputs = (Output("drive", "m/s^2", tolerance=1e-3), Output("angle", "rad", tolerance=1e-5))
 
     def step(self, x, u, p):
-        """Correct, drive, predict."""
         x = np.array([x.x0, x.x1, x.x2, x.x3])
         x = x + L @ (np.array([u.z, u.phi]) - C @ x)
         drive = np.clip(-K @ x, -30.0, 30.0)

@@ -33,7 +33,6 @@ class Madgwick(Estimator):
     outputs = tuple(Output(n, tolerance=1e-5) for n in Q)
 
     def step(self, x, u, p):
-        """Integrate the rate, go down the gradient, normalise."""
         w, a, b, c = x.qw, x.qx, x.qy, x.qz
         norm = ops.rsqrt(u.ax * u.ax + u.ay * u.ay + u.az * u.az)
         ax, ay, az = (

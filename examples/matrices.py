@@ -27,7 +27,6 @@ class Matrices(Estimator):
     outputs = tuple(Output(n, "m" if n[0] == "p" else "m/s", tolerance=1e-3) for n in NAMES)
 
     def step(self, x, u, p):
-        """Predict, then correct."""
         m = np.array([getattr(x, n) for n in NAMES])
         P = np.array([[getattr(x, f"p{max(i, j)}{min(i, j)}") for j in range(4)] for i in range(4)])
         m, P = F @ m, F @ P @ F.T + np.diag([0.0, 0.0, Q * DT, Q * DT])

@@ -31,7 +31,6 @@ class Observer(Estimator):
     )
 
     def step(self, x, u, p):
-        """Predict, then correct by what is measured."""
         x = A @ np.array([x.angle, x.speed, x.current]) + B * u.volts
         angle, speed, current = x + L * ops.clip(u.z - C @ x, -0.1, 0.1)
         after = {"angle": angle, "speed": speed, "current": current}

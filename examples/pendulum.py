@@ -39,9 +39,7 @@ class Pendulum(Kalman):
         return {"angle": x.angle + DT * rate, "rate": rate}
 
     def noise(self, x, u, p):
-        """Variance of the rate that a step adds."""
         return {"rate": DT * p.q}
 
     def measure(self, x, u, p):
-        """The bob's sideways position, m."""
         return [Measurement(u.z, np.sin(x.angle), p.r)]

@@ -25,7 +25,6 @@ class Pi(Estimator):
     outputs = (Output("drive", "V", tolerance=1e-4),)
 
     def step(self, x, u, p):
-        """One period."""
         error = u.target - u.speed
         integral = ops.clip(x.integral + p.ki * (error * DT), -24.0, 24.0)
         drive = ops.clip(p.kp * error + integral, -24.0, 24.0)
@@ -39,7 +38,6 @@ class Motor(World):
         self.steps = steps
 
     def start(self):
-        """At rest."""
         self.speed, self.k = 0.0, 0
 
     def record(self, outputs):

@@ -29,7 +29,6 @@ class Pmsm(Kalman):
     rates_hz = {"dt": 1.0 / DT}
 
     def f(self, x, u, p):
-        """Voltages of both windings, torque, turn."""
         sine, cosine = ops.sincos_ht(x.angle)
         return {
             "ia": x.ia + DT / L * (u.ua - R * x.ia + FLUX * (x.speed * sine)),
@@ -44,5 +43,4 @@ class Pmsm(Kalman):
         return {"ia": 1e-4, "ib": 1e-4, "speed": 1e-3, "angle": 1e-9}
 
     def measure(self, x, u, p):
-        """Both currents."""
         return [Measurement(u.ia_z, x.ia, 0.01), Measurement(u.ib_z, x.ib, 0.01)]

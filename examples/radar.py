@@ -26,11 +26,9 @@ class Radar(Kalman):
     rates_hz = {"dt": 1.0 / DT}
 
     def f(self, x, u, p):
-        """x += dt v."""
         return {"px": x.px + DT * x.vx, "py": x.py + DT * x.vy}
 
     def noise(self, x, u, p):
-        """Random acceleration."""
         pos, vel, both = Q * DT**3 / 3, Q * DT, Q * DT**2 / 2
         return {"px": pos, "py": pos, "vx": vel, "vy": vel, ("px", "vx"): both, ("py", "vy"): both}
 

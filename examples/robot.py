@@ -36,13 +36,11 @@ class Robot(Kalman):
     rates_hz = {"dt": 1.0 / DT}
 
     def f(self, x, u, p):
-        """Along the heading, then turned."""
         sine, cosine = ops.sincos_ht(x.heading)
         way, turn = DT * u.speed, DT / np.pi * u.turn
         return {"px": x.px + way * cosine, "py": x.py + way * sine, "heading": x.heading + turn}
 
     def noise(self, x, u, p):
-        """Of the odometry."""
         return {"px": 2.5e-5, "py": 2.5e-5, "heading": (0.02 * DT / np.pi) ** 2}
 
     def measure(self, x, u, p):

@@ -38,7 +38,6 @@ class SigmaPoints(Estimator):
     outputs = (Output("angle", "rad", tolerance=1e-4), Output("rate", "rad/s", tolerance=1e-3))
 
     def step(self, x, u, p):
-        """Predict by five points, correct by the same five."""
         a = ops.sqrt(3 * ops.maximum(x.p00, 1e-5))
         b = ops.bounded(3 * x.p01 / a, -1.25, 1.25, "sqrt(3 p11)")
         c = ops.sqrt(ops.maximum(3 * x.p11 - b * b, 1e-4))

@@ -31,5 +31,4 @@ class Tanks(Kalman):
         return {"h1": 1e-3, "h2": 1e-3}
 
     def measure(self, x, u, p):
-        """The gauge."""
         return [Measurement(u.z, x.h2, 0.01)]

@@ -30,9 +30,7 @@ class Thermal(Kalman):
         }
 
     def noise(self, x, u, p):
-        """Of the losses, and of the air."""
         return {"winding": 1e-2, "housing": 1e-4}
 
     def measure(self, x, u, p):
-        """The housing."""
         return [Measurement(u.z, x.housing, 0.04)]

@@ -25,11 +25,9 @@ class Tilt(Kalman):
     rates_hz = {"dt": 1.0 / DT}
 
     def f(self, x, u, p):
-        """The turn of an update."""
         return {"q": DT * (u.g - x.b)}
 
     def noise(self, x, u, p):
-        """Of the gyro; drift of its bias."""
         return {"q": 1e-8, "b": 1e-10}
 
     def measure(self, x, u, p):

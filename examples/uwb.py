@@ -27,7 +27,6 @@ class Uwb(Kalman):
     rates_hz = {"dt": 1.0 / DT}
 
     def f(self, x, u, p):
-        """p += dt v."""
         return {"px": x.px + DT * x.vx, "py": x.py + DT * x.vy}
 
     def noise(self, x, u, p):

@@ -21,11 +21,9 @@ class Sensors(World):
         self.n, self.seed = n, seed
 
     def draw(self, seed):
-        """Other noise."""
         self.seed = seed
 
     def pieces(self):
-        """All samples."""
         self.noise = np.random.default_rng(self.seed).normal
         yield self.columns(np.arange(self.n))
 
@@ -43,7 +41,6 @@ class Matrices(Sensors):
     """A vehicle at 12 m/s that turns slowly; positions with 2 m of noise."""
 
     def columns(self, k):
-        """Every 0.1 s."""
         t, (vx, vy) = 0.1 * k, self.noise(0.0, 0.03, (2, self.n)).cumsum(axis=1)
         vx, vy = 12.0 * np.cos(0.05 * t) + vx, 12.0 * np.sin(0.05 * t) + vy
         px, py = 0.1 * np.cumsum(vx), 0.1 * np.cumsum(vy)
@@ -55,7 +52,6 @@ class Radar(Sensors):
     """An aircraft that passes at 2 km; 10 m and 5 mrad of noise."""
 
     def columns(self, k):
-        """Every 0.5 s."""
         t = 0.5 * (k - 0.5 * self.n)
         px, py = 25.0 * t, 2000.0 + 5.0 * t
         r, b = np.hypot(px, py), np.arctan2(py, px)
@@ -66,7 +62,6 @@ class Bearing(Sensors):
     """A ship at 3 km, seen from an observer that swings across the line of sight."""
 
     def columns(self, k):
-        """Every 0.5 s."""
         t = 0.5 * k
         px, py, oy = 2900.0 - 4.0 * t, 800.0 - 5.0 * t, 700.0 * np.sin(0.05 * t)
         z = self.noisy(np.arctan2(py - oy, px), 2e-3)
@@ -96,7 +91,6 @@ class Pendulum(Sensors):
     """A pendulum that swings by half a radian; its bob with 2 cm of noise."""
 
     def columns(self, k):
-        """Every 10 ms."""
         angle, rate, states = 0.6, 0.0, []
         for _ in k:
             rate += 0.01 * (-9.81 * np.sin(angle) - 0.1 * rate)
@@ -114,7 +108,6 @@ class Altitude(Sensors):
     """A drone at 100 Hz; a barometer that is 0.12 s late, a lidar with outliers."""
 
     def columns(self, k):
-        """Height, its rate, and what the sensors show."""
         t = 0.01 * k
         h, v = 12.0 + 8.0 * np.sin(0.5 * t), 4.0 * np.cos(0.5 * t)
         late = 12.0 + 8.0 * np.sin(0.5 * (t - 0.12))
@@ -131,7 +124,6 @@ class Robot(Sensors):
     """A robot on a circle; in each sample it sees one of three landmarks."""
 
     def columns(self, k):
-        """Every 0.1 s."""
         speed, turn = 0.8 + 0.0 * k, 0.25 + 0.0 * k
         heading = 0.3 + 0.025 * k
         px = 5.0 + np.cumsum(0.08 * np.cos(heading)) - 0.08 * np.cos(heading)
@@ -150,7 +142,6 @@ class Uwb(Sensors):
     """A tag that is carried through a hall of 20 m by 12 m; distances with 10 cm of noise."""
 
     def columns(self, k):
-        """Every 0.1 s."""
         px, py = 10.0 + 7.0 * np.cos(0.02 * k), 6.0 + 4.0 * np.sin(0.03 * k)
         corners = ((0.0, 0.0), (20.0, 0.0), (20.0, 12.0), (0.0, 12.0))
         distances = [np.sqrt((px - x) ** 2 + (py - y) ** 2 + 4.0) for x, y in corners]
@@ -195,7 +186,6 @@ class Pmsm(Sensors):
     """A synchronous motor on a voltage that turns twice a second; currents with 0.1 A of noise."""
 
     def columns(self, k):
-        """Every 0.2 ms."""
         ua, ub = 4.0 * np.sin(0.0025 * k), -4.0 * np.cos(0.0025 * k)
         ia = ib = speed = angle = 0.0
         states = []
@@ -244,7 +234,6 @@ class Charge(Sensors):
     """A cell of 2.5 Ah that is drawn from in pulses; its voltage with 5 mV of noise."""
 
     def columns(self, k):
-        """Every second."""
         i = np.where(k % 60 < 40, 4.0, -1.0) + np.sin(0.1 * k)
         soc = 0.8 - np.cumsum(i) / 9000.0
         v1 = np.zeros(self.n)
@@ -276,7 +265,6 @@ class Thermal(Sensors):
     """A winding that heats its housing; only the housing is measured, with 0.2 K of noise."""
 
     def columns(self, k):
-        """Every second."""
         power = np.where(k % 200 < 120, 80.0, 10.0)
         winding, housing, states = 20.0, 20.0, []
         for p in power:
@@ -293,7 +281,6 @@ class Observer(Sensors):
     """A servo motor on a square voltage; its angle from an encoder of 1 mrad."""
 
     def columns(self, k):
-        """Every millisecond."""
         volts = np.where(k // 100 % 2, -6.0, 6.0)
         angle, speed, current, states = 0.0, 0.0, 0.0, []
         for u in volts:
@@ -325,7 +312,6 @@ class AlphaBetaGamma(Sensors):
     """A target that brakes and accelerates; ranges with 3 m of noise."""
 
     def columns(self, k):
-        """Every 50 ms."""
         t = 0.05 * k
         r, v, a = 1000.0 + 300.0 * np.sin(0.2 * t), 60.0 * np.cos(0.2 * t), -12.0 * np.sin(0.2 * t)
         return {"z": self.noisy(r, 3.0), "r_true": r, "v_true": v, "a_true": a}
@@ -335,7 +321,6 @@ class Adaptive(Sensors):
     """A cart; the noise of its positions is five times as large in the second half."""
 
     def columns(self, k):
-        """Every 20 ms."""
         t = 0.02 * k
         pos, vel = 20.0 * np.sin(0.5 * t), 10.0 * np.cos(0.5 * t)
         sd = np.where(k < self.n // 2, 0.2, 1.0)
@@ -350,7 +335,6 @@ class Loop(World):
         self.n = n
 
     def record(self, outputs):
-        """The next sample, after the drive of the last one."""
         if self.k == self.n:
             return None
         sample = self.moved(0.0 if outputs is None else outputs["drive"])
@@ -362,7 +346,6 @@ class Pid(Loop):
     """A servo axis with a resonance at 50 Hz, 1 kHz; its target jumps by 1 rad."""
 
     def start(self):
-        """At rest."""
         self.k, self.angle, self.speed, self.bend, self.rate = 0, 0.0, 0.0, 0.0, 0.0
 
     def moved(self, drive):
@@ -379,11 +362,9 @@ class Lqg(Loop):
     """An inverted pendulum on a cart, 100 Hz; position and angle with noise."""
 
     def start(self):
-        """Tilted by 0.05 rad."""
         self.k, self.x, self.noise = 0, np.array([0.0, 0.0, 0.05, 0.0]), np.random.default_rng(1)
 
     def moved(self, drive):
-        """One period."""
         _, speed, angle, rate = self.x
         acc = -0.2 * speed - 1.0 * angle + 1.0 * drive
         turn = 0.2 * speed + 20.0 * angle - 2.0 * drive

@@ -274,7 +274,7 @@ def _in_loop(
 
     loops = {name: close(name) for name in dict.fromkeys(levels)}
     first, loop = next(iter(loops.items()))
-    partings = {n: parting(estimator, loop, other) for n, other in loops.items() if n != first}
+    partings = {n: parting(loop, other) for n, other in loops.items() if n != first}
     judged = next((x for n, x in loops.items() if n not in _FLOATS), loop)
     reference = make_level("float", build).run(judged.inputs)
     accuracy = judge(build, 0, judged.inputs, judged.run, reference, judged.clamped)
@@ -289,7 +289,7 @@ def _in_loop(
         if parted is None:
             lines.append(f"the same records and outputs as on {name}, bit by bit")
         else:
-            lines.append(parted.line())
+            lines.append(parted)
             failures += [f"{first} and {name} part"] * (not {first, name} & _FLOATS)
     if loop.unused:
         lines.append(
@@ -310,7 +310,7 @@ def _in_loop(
         "levels": [*loops],
         "records": len(loop.inputs),
         "records_per_s": round(loop.records_per_s),
-        "parting": {n: None if p is None else p.line() for n, p in partings.items()},
+        "parting": partings,
         "accuracy": [*accuracy.differences],
         "truth": truth,
         "clamped": loop.clamped,

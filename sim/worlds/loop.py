@@ -74,12 +74,7 @@ class Loop:
         new = np.concatenate([part.new for part in parts])
         truth = {
             name: np.concatenate(
-                [
-                    part.truth[name]
-                    if name in part.truth
-                    else np.full(part.inputs.shape[:-1], np.nan)
-                    for part in parts
-                ]
+                [part.truth.get(name, np.full(part.new.shape[:-1], np.nan)) for part in parts]
             )
             for name in run.outputs
             if any(name in part.truth for part in parts)
@@ -102,39 +97,6 @@ class Loop:
         }
         columns |= {f"{n}{TRUTH}": Column(v) for n, v in self.truth.items()}
         return Record(name, columns, Place(name))
-
-
-@dataclass(frozen=True)
-class Parting:
-    """Where two loops part.
-
-    Attributes
-    ----------
-    step : int
-        First step in which they differ.
-    what : str
-        Name of the first input that differs there; an output's, if the records were still equal:
-        then it is the level, not the loop.
-    levels : (str, str)
-    values : (float, float)
-    same_records : bool
-        The records were equal up to and with this step: the levels are to blame.
-    """
-
-    step: int
-    what: str
-    levels: tuple[str, str]
-    values: tuple[float, float]
-    same_records: bool
-
-    def line(self) -> str:
-        """One line for people."""
-        a, b = self.levels
-        cause = "on the same records: these levels differ" if self.same_records else "of the record"
-        return (
-            f"{a} and {b} part in step {self.step}: {self.what} {cause}, "
-            f"{self.values[0]!r} and {self.values[1]!r}"
-        )
 
 
 def drive(
@@ -314,29 +276,22 @@ def _rows(
     return {name: c[:, None] if c.ndim == 1 else c for name, c in columns.items()}, n
 
 
-def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:
-    """Where two loops of one world part; None if they never do.
+def parting(first: Loop, second: Loop) -> str | None:
+    """Where two loops of one world part, as a line for people; None if they never do.
 
-    Records and outputs are compared exactly: equal levels give equal loops.
+    Outputs are compared exactly. A world gives the same records until they differ.
     """
-    n = min(len(first.inputs), len(second.inputs))
-    inputs_differ = first.inputs[:n] != second.inputs[:n]
     names = list(first.outputs)
-    outputs_differ = np.stack(
-        [first.outputs[k][:n] != second.outputs[k][:n] for k in names], axis=1
-    )
-    differs = inputs_differ.any(axis=1) | outputs_differ.any(axis=1)
-    if not differs.any():
+    pairs = [(first.outputs[name], second.outputs[name]) for name in names]
+    differ = np.stack([a[: len(b)] != b[: len(a)] for a, b in pairs], axis=1)
+    if not differ.any():
         return None
-    step = int(np.argmax(differs))
-    levels = (first.level, second.level)
-    if inputs_differ[step].any():
-        k = int(np.argmax(inputs_differ[step]))
-        values = (float(first.inputs[step, k]), float(second.inputs[step, k]))
-        return Parting(step, f"input {estimator.inputs[k].name}", levels, values, False)
-    name = names[int(np.argmax(outputs_differ[step]))]
-    pair = (float(first.outputs[name][step]), float(second.outputs[name][step]))
-    return Parting(step, f"output {name}", levels, pair, True)
+    step = int(np.argmax(differ.any(axis=1)))
+    k = int(np.argmax(differ[step]))
+    a, b = (float(values[step]) for values in pairs[k])
+    return (
+        f"{first.level} and {second.level} part in step {step}: output {names[k]}, {a!r} and {b!r}"
+    )
 
 
 def _guarded(world: World, call: Callable[..., Any], *args: object, step: int | None = None) -> Any:
