@@ -13,13 +13,13 @@ from boresight.model.words.fixed import Arithmetic
 class Field:
     """One field of the microword.
 
-    ``stage`` is the pipeline stage (cycles after the address stage) that reads it.
+    ``stage`` is the pipeline stage (cycles after the address stage) that reads it;
+    `docs/engine.md` says what the field does.
     """
 
     name: str
     width: int
     stage: int
-    meaning: str
 
 
 @dataclass(frozen=True)
@@ -207,53 +207,32 @@ class Machine:
     @cached_property
     def fields(self) -> tuple[Field, ...]:
         """Fields of the microword, least significant first; a lane's fields end in its number."""
-        at = self.stages
-        lane = [
-            Field("a_addr", self.register_bits, 0, "register address of operand a"),
-            Field(
-                "b_addr",
-                self.register_bits,
-                0,
-                "register address of operand b, or with table: "
-                "bits 1:0 coefficient, bits 3:2 block",
+        at, address = self.stages, self.register_bits
+        lane = (
+            (0, {"a_addr": address, "b_addr": address, "table": 1}),
+            (at.read, dict.fromkeys(("frac_a", "frac_b", "cap_index", "cap_flag", "cap_norm"), 1)),
+            (at.read, {"quarter": 1}),
+            (at.condition, dict.fromkeys(("neg", "neg_flag", "when", "when_flag"), 1)),
+            (at.amount, {"shift": 5, "scale": 2}),
+            (at.accumulate, {"first": 1}),
+            (at.write, {"we": 1}),
+            (at.limit, {"wrap": 1}),
+            (at.write, {"sticky": 1, "dest": self.offset_bits}),
+        )
+        common = (
+            (at.write, ("get", "get_last")),
+            (at.read, ("emit", "emit_last")),
+            (at.write, ("home",)),
+        )
+        return (
+            *(
+                Field(f"{name}{k}", width, stage)
+                for k in range(self.lanes)
+                for stage, fields in lane
+                for name, width in fields.items()
             ),
-            Field("table", 1, 0, "operand b comes from the table memory"),
-            Field("frac_a", 1, at.read, "replace a by its bits below the segment index"),
-            Field("frac_b", 1, at.read, "replace b by its bits below the segment index"),
-            Field("cap_index", 1, at.read, "capture the segment index of a"),
-            Field("cap_flag", 1, at.read, "capture the sign of a"),
-            Field("cap_norm", 1, at.read, "capture the leading-sign count of a"),
-            Field("quarter", 1, at.read, "captures see a plus a quarter of the word's range"),
-            Field("neg", 1, at.condition, "negate the term"),
-            Field("neg_flag", 1, at.condition, "exclusive-or the negation with the flag"),
-            Field(
-                "when", 1, at.condition, "the term takes part (with when_flag: when the flag is 0)"
-            ),
-            Field("when_flag", 1, at.condition, "exclusive-or when with the flag"),
-            Field("shift", 5, at.amount, "right shift of the product"),
-            Field(
-                "scale",
-                2,
-                at.amount,
-                "0: shift, 1: shift - n, 2: shift - (n & ~1), 3: shift - (n >> 1)",
-            ),
-            Field("first", 1, at.accumulate, "first slot of a group: start from the rounding half"),
-            Field("we", 1, at.write, "write the result"),
-            Field("wrap", 1, at.limit, "result is modulo 2^W"),
-            Field("sticky", 1, at.write, "saturation raises the flag"),
-            Field("dest", self.offset_bits, at.write, "offset in the lane's bank"),
-        ]
-        out = [replace(f, name=f"{f.name}{k}") for k in range(self.lanes) for f in lane]
-        out += [
-            Field("get", 1, at.write, "lane 0 writes the next input word instead of a result"),
-            Field("get_last", 1, at.write, "this get is the last of the record"),
-            Field("emit", 1, at.read, "raw a of lane 0 goes to the output stream"),
-            Field("emit_last", 1, at.read, "this emit is the last of the record"),
-            Field(
-                "home", 1, at.write, "last word: the states' parity flips, the program begins anew"
-            ),
-        ]
-        return tuple(out)
+            *(Field(name, 1, stage) for stage, names in common for name in names),
+        )
 
     @property
     def word_bits(self) -> int:

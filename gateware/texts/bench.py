@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -53,7 +53,15 @@ def input_hex(core: Description, runs: Sequence[Recorded]) -> str:
     0 says that they are not compared. Of the marks 1 is the last word of the record, 2 that pauses
     are made.
     """
-    return "".join(_input_lines(core, runs))
+    lines = []
+    for run in runs:
+        interval, last = core.programs[run.number].interval, run.inputs.shape[1] - 1
+        for k, record in enumerate(run.inputs.tolist()):
+            cycles = interval if 0 < k < run.unhurried else 0
+            for n, word in enumerate(record):
+                marks = LAST * (n == last) + PAUSES * (k >= run.unhurried)
+                lines.append(_line(cycles if n == 0 else 0, marks, word, core.word))
+    return "".join(lines)
 
 
 def expected_hex(core: Description, runs: Sequence[Recorded]) -> str:
@@ -63,29 +71,15 @@ def expected_hex(core: Description, runs: Sequence[Recorded]) -> str:
     are not compared. Mark 1 is the last word of the record; with it, 2 says that the update
     saturated and 4 that an input word was beyond its range.
     """
-    return "".join(_expected_lines(core, runs))
-
-
-def _input_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str]:
+    lines = []
     for run in runs:
-        interval = core.programs[run.number].interval
-        last = run.inputs.shape[1] - 1
-        for k, record in enumerate(run.inputs):
-            for n, value in enumerate(record):
-                marks = LAST * (n == last) + PAUSES * (k >= run.unhurried)
-                timed = n == 0 and 0 < k < run.unhurried
-                yield _line(interval if timed else 0, marks, int(value), core.word)
-
-
-def _expected_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str]:
-    for run in runs:
-        latencies = core.programs[run.number].latencies
-        for k, record in enumerate(run.outputs):
-            for n, value in enumerate(record):
-                timed = k < run.unhurried
-                flags = SATURATED * bool(run.saturated[k]) + BEYOND * bool(run.beyond[k])
-                marks = (LAST + flags) * (n == len(latencies) - 1)
-                yield _line(latencies[n] if timed else 0, marks, int(value), core.word)
+        latencies, last = core.programs[run.number].latencies, run.outputs.shape[1] - 1
+        for k, record in enumerate(run.outputs.tolist()):
+            flags = LAST + SATURATED * bool(run.saturated[k]) + BEYOND * bool(run.beyond[k])
+            for n, word in enumerate(record):
+                cycles = latencies[n] if k < run.unhurried else 0
+                lines.append(_line(cycles, flags * (n == last), word, core.word))
+    return "".join(lines)
 
 
 def _line(cycles: int, marks: int, value: int, word: int) -> str:

@@ -130,13 +130,8 @@ class StreamHarness(Harness[T]):
 
     Subclasses implement `ends` and `script`.
 
-    Attributes
-    ----------
-    patience : int
-        Most cycles in which source and sink are willing and no word is transferred.
+    At most two cycles pass in which source and sink are willing and no word is transferred.
     """
-
-    patience = 2
 
     def ends(self, dut: T) -> tuple[Stream, Stream]:
         """Input and output stream."""
@@ -156,7 +151,7 @@ class StreamHarness(Harness[T]):
         all_sent, all_there = place == len(inputs), number == len(outputs)
         m.d.comb += Assume(~source.valid | ~all_sent)
         m.d.sync += [place.eq(place + source.transfer), number.eq(number + sink.transfer)]
-        idle = Signal(range(self.patience + 2))
+        idle = Signal(range(4))
         stuck = (all_sent | source.valid) & sink.ready & ~source.transfer & ~sink.transfer
         m.d.sync += idle.eq(idle + stuck)
         with m.If(source.transfer | sink.transfer | all_there):
@@ -164,7 +159,7 @@ class StreamHarness(Harness[T]):
         expected = Array([*outputs, outputs[-1]])[number]
         m.d.comb += [
             Assert(~sink.valid | (~all_there & (sink.payload == expected))),
-            Assert(idle <= self.patience),
+            Assert(idle <= 2),
             reached(m, all_there, "all_there"),
             reached(m, sink.valid & ~sink.ready & source.valid & ~source.ready, "both_wait"),
         ]

@@ -32,9 +32,6 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.folders import yosys_environment
 from boresight.sim.formal.harness import Harness
 
-#: Longest run of one task, seconds.
-TIMEOUT_S = 600
-
 _CONFIG = """\
 [tasks]
 check
@@ -45,7 +42,7 @@ check: depth {depth}
 cover: mode cover
 cover: depth {depth_of_cover}
 cover: skip {cover}
-timeout {timeout}
+timeout 600
 [engines]
 smtbmc yices
 [script]
@@ -82,8 +79,6 @@ class Proof:
         cycles.
     cover : int, optional
         Cycles after which each ``Cover`` is reached; by default ``depth``.
-    reset : bool
-        Whether resets come at any time.
     short : bool
         Whether the proof takes a few seconds; the tests run such proofs.
     """
@@ -94,7 +89,6 @@ class Proof:
     depth: int
     induction: bool = False
     cover: int | None = None
-    reset: bool = True
     short: bool = True
 
     @property
@@ -162,16 +156,12 @@ def prove(proof: Proof, *, folder: Path | None = None) -> Result:
         with tempfile.TemporaryDirectory(prefix="proof") as name:
             return prove(proof, folder=Path(name))
     start = time.monotonic()
-    for name, reset in (("design.il", proof.reset), ("quiet.il", False)):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, reset in (("design.il", True), ("quiet.il", False)):
         (folder / name).write_text(_rtlil(proof, reset=reset))
     cover = proof.depth if proof.cover is None else proof.cover
-    config = _CONFIG.format(
-        mode="prove" if proof.induction else "bmc",
-        depth=proof.depth,
-        cover=cover,
-        depth_of_cover=cover + 1,
-        timeout=TIMEOUT_S,
-    )
+    mode, after = "prove" if proof.induction else "bmc", cover + 1
+    config = _CONFIG.format(mode=mode, depth=proof.depth, cover=cover, depth_of_cover=after)
     (folder / f"{proof.name}.sby").write_text(config)
     run = subprocess.run(
         [*_sby(), "-f", f"{proof.name}.sby"],
@@ -202,7 +192,7 @@ def prove(proof: Proof, *, folder: Path | None = None) -> Result:
 
 
 def _rtlil(proof: Proof, *, reset: bool) -> str:
-    """The harness for yosys; an undriven clock or reset is an input."""
+    """The harness for yosys; an undriven clock or reset is an input, so resets come at any time."""
     m = Module()
     m.submodules.harness = proof.harness(proof.dut())
     ports = []

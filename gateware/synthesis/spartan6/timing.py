@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import csv
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -26,25 +25,12 @@ _NETS: Final = ("median", "p75")
 _CLOCK: Final = "clock"
 
 
-class _Arc(NamedTuple):
-    """A row of ``delays.csv``: from a pin, or the clock, to a pin, or the clock."""
-
-    source: str
-    target: str
-    when: str
-    ns: float
-
-
 class _Pin(NamedTuple):
     """A bit of a port of a cell."""
 
     cell: str
     port: str
     bit: int
-
-    @property
-    def pattern(self) -> str:
-        return f"{self.port}.{self.bit}"
 
 
 class _Edge(NamedTuple):
@@ -54,17 +40,10 @@ class _Edge(NamedTuple):
     ns: float
 
 
-@dataclass(frozen=True)
-class _Delays:
-    """Delays of one speed grade [ns]: of cells by type, of nets by largest fan-out, and others."""
-
-    cells: Mapping[str, tuple[_Arc, ...]]
-    nets: Mapping[str, Mapping[str, float]]
-
-
 @cache
-def _delays(grade: int) -> _Delays:
-    cells: dict[str, list[_Arc]] = defaultdict(list)
+def _delays(grade: int) -> tuple[Mapping[str, Any], Mapping[str, Mapping[str, float]]]:
+    """Delays of a grade [ns]: of cells by type (from, to, when, delay), of nets by most loads."""
+    cells: dict[str, list[tuple[str, str, str, float]]] = defaultdict(list)
     nets: dict[str, dict[str, float]] = defaultdict(dict)
     with Path(__file__).with_name("delays.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -74,65 +53,22 @@ def _delays(grade: int) -> _Delays:
                     nets[model][row["to"]] = ns
                 continue
             for kind in row["cells"].split():
-                cells[kind].append(_Arc(row["from"], row["to"], row["when"], ns))
-    return _Delays({kind: tuple(arcs) for kind, arcs in cells.items()}, nets)
+                cells[kind].append((row["from"], row["to"], row["when"], ns))
+    return cells, nets
 
 
-class _Netlist:
-    """Cells, and the drivers and loads of nets, of a flat netlist of yosys."""
-
-    def __init__(self, module: Mapping[str, Any]) -> None:
-        self.cells: Mapping[str, Mapping[str, Any]] = module["cells"]
-        self.inputs: dict[str, list[tuple[_Pin, int]]] = defaultdict(list)
-        self.outputs: dict[str, list[tuple[_Pin, int]]] = defaultdict(list)
-        self.driver: dict[int, _Pin] = {}
-        self.loads: dict[int, list[_Pin]] = defaultdict(list)
-        for name, cell in self.cells.items():
-            for port, bits in cell["connections"].items():
-                for index, bit in enumerate(bits):
-                    pin = _Pin(name, port, index)
-                    if not isinstance(bit, int):
-                        continue
-                    if cell["port_directions"][port] == "output":
-                        self.outputs[name].append((pin, bit))
-                        self.driver[bit] = pin
-                    else:
-                        self.inputs[name].append((pin, bit))
-                        self.loads[bit].append(pin)
-        self.leaving = {
-            bit
-            for port in module["ports"].values()
-            if port["direction"] != "input"
-            for bit in port["bits"]
-        }
-        self.names = _names(module.get("netnames", {}))
-
-    def kind(self, pin: _Pin) -> str:
-        return str(self.cells[pin.cell]["type"])
-
-    def fanout(self, bit: int) -> int:
-        return len(self.loads[bit]) + (bit in self.leaving)
-
-    def label(self, cell: str) -> str:
-        """Name of a cell; of one that yosys named, its type and the net that it drives."""
-        if not cell.startswith("$"):
-            return cell
-        nets = [self.names[bit] for _, bit in self.outputs[cell] if bit in self.names]
-        return " ".join((self.cells[cell]["type"], *nets[:1]))
-
-    def holds(self, cell: str, condition: str) -> bool:
-        """Whether all words of a condition hold: ``A0REG|A1REG``, one of these; ``!MREG``, not."""
-        parameters = self.cells[cell].get("parameters", {})
-        return all(
-            any(_is_set(parameters.get(name)) for name in word.removeprefix("!").split("|"))
-            != word.startswith("!")
-            for word in condition.split()
-        )
+def _holds(parameters: Mapping[str, object], condition: str) -> bool:
+    """Whether all words of a condition hold: ``A0REG|A1REG``, one is not 0; ``!MREG``, not."""
+    return all(
+        any(str(parameters.get(name) or "").strip("0") for name in word.lstrip("!").split("|"))
+        != word.startswith("!")
+        for word in condition.split()
+    )
 
 
-def _is_set(value: object) -> bool:
-    """Whether a parameter is not 0, as yosys writes it."""
-    return bool(value) and str(value).strip("0") != ""
+def _matching(pins: Sequence[_Pin], pattern: str) -> list[_Pin]:
+    """Pins of a pattern, ``I*`` or ``O.0``."""
+    return [pin for pin in pins if fnmatchcase(f"{pin.port}.{pin.bit}", pattern)]
 
 
 def _names(netnames: Mapping[str, Any]) -> dict[int, str]:
@@ -149,58 +85,71 @@ def _names(netnames: Mapping[str, Any]) -> dict[int, str]:
 
 
 class _Graph:
-    """What feeds each net, and where paths end, at one speed grade."""
+    """What feeds each net of a flat module, and where paths end, at one speed grade."""
 
-    def __init__(self, netlist: _Netlist, grade: int) -> None:
-        self.netlist = netlist
-        self.delays = _delays(grade)
+    def __init__(self, module: Mapping[str, Any], grade: int) -> None:
+        self.cells: Mapping[str, Mapping[str, Any]] = module["cells"]
+        arcs, self.delays = _delays(grade)
+        self.driver: dict[int, _Pin] = {}
+        self.loads: dict[int, list[_Pin]] = defaultdict(list)
         self.into: dict[int, list[_Edge]] = defaultdict(list)
         self.ends: list[tuple[str, _Edge]] = []
-        for cell in netlist.cells:
-            self._add(cell)
-        loads = {
-            net: [self._net(edge.load) for edge in edges if edge.load is not None]
+        for name, cell in self.cells.items():
+            ends: dict[str, list[_Pin]] = {"input": [], "output": []}
+            for port, bits in cell["connections"].items():
+                pins = [_Pin(name, port, k) for k, bit in enumerate(bits) if isinstance(bit, int)]
+                ends[cell["port_directions"][port]] += pins
+            self.driver |= {self.net(pin): pin for pin in ends["output"]}
+            for pin in ends["input"]:
+                self.loads[self.net(pin)].append(pin)
+            for source, target, when, ns in arcs.get(cell["type"], ()):
+                if not _holds(cell.get("parameters", {}), when):
+                    continue
+                starts = [None] if source == _CLOCK else _matching(ends["input"], source)
+                if target == _CLOCK:
+                    self.ends += [(name, _Edge(start, ns)) for start in starts]
+                    continue
+                for pin in _matching(ends["output"], target):
+                    self.into[self.net(pin)] += [_Edge(start, ns) for start in starts]
+        ports = (port for port in module["ports"].values() if port["direction"] != "input")
+        self.leaving = {bit for port in ports for bit in port["bits"]}
+        self.names = _names(module.get("netnames", {}))
+        before = {
+            net: [self.net(edge.load) for edge in edges if edge.load is not None]
             for net, edges in self.into.items()
         }
         try:
-            self.order = [*TopologicalSorter(loads).static_order()]
+            self.order = [*TopologicalSorter(before).static_order()]
         except CycleError as error:
-            cells = " -> ".join(netlist.label(netlist.driver[net].cell) for net in error.args[1])
+            cells = " -> ".join(self.label(self.driver[net].cell) for net in error.args[1])
             raise ValueError(f"netlist has a combinational loop: {cells}") from None
 
-    def _add(self, cell: str) -> None:
-        netlist = self.netlist
-        for arc in self.delays.cells.get(netlist.cells[cell]["type"], ()):
-            if not netlist.holds(cell, arc.when):
-                continue
-            loads: list[_Pin | None] = [None]
-            if arc.source != _CLOCK:
-                loads = [p for p, _ in netlist.inputs[cell] if fnmatchcase(p.pattern, arc.source)]
-            if arc.target == _CLOCK:
-                self.ends += [(cell, _Edge(load, arc.ns)) for load in loads]
-                continue
-            for pin, net in netlist.outputs[cell]:
-                if fnmatchcase(pin.pattern, arc.target):
-                    self.into[net] += [_Edge(load, arc.ns) for load in loads]
-
-    def _net(self, load: _Pin) -> int:
-        net: int = self.netlist.cells[load.cell]["connections"][load.port][load.bit]
+    def net(self, pin: _Pin) -> int:
+        """Net at a pin."""
+        net: int = self.cells[pin.cell]["connections"][pin.port][pin.bit]
         return net
+
+    def label(self, cell: str) -> str:
+        """Name of a cell; of one that yosys named, its type and the net that it drives."""
+        if not cell.startswith("$"):
+            return cell
+        named = (net for net, pin in self.driver.items() if pin.cell == cell and net in self.names)
+        return " ".join((self.cells[cell]["type"], *(self.names[net] for net in [*named][:1])))
 
     def hop(self, load: _Pin, model: str) -> float:
         """Delay of the net that ends at a pin [ns]; wires inside a slice take no time."""
-        net, nets = self._net(load), self.delays.nets[model]
-        if net not in self.netlist.driver:
+        net, nets = self.net(load), self.delays[model]
+        if net not in self.driver:
             return 0.0
-        driver, fanout = self.netlist.driver[net], self.netlist.fanout(net)
-        source, target = self.netlist.kind(driver), self.netlist.kind(load)
+        driver, fanout = self.driver[net], len(self.loads[net]) + (net in self.leaving)
+        source, target = (str(self.cells[pin.cell]["type"]) for pin in (driver, load))
         routed = next(ns for most, ns in nets.items() if not most or fanout <= int(most))
         is_table = source.startswith("LUT") or source == "INV"
-        if source == "CARRY4" and driver.pattern == "CO.3":
+        if source == "CARRY4" and driver[1:] == ("CO", 3):
             is_chain = target == "CARRY4" and load.port == "CI"
             return nets["carry"] if is_chain else routed + nets["carry_exit"]
         if (target == "CARRY4" and load.port == "S") or (target == "MUXF7" and load.port != "S"):
-            rivals = [p for p in self.netlist.loads[net] if self.netlist.kind(p) == target]
+            rivals = [p for p in self.loads[net] if self.cells[p.cell]["type"] == target]
             alone = sum((p.port == "S") == (load.port == "S") for p in rivals) == 1
             return 0.0 if is_table and alone else routed + nets["table"]
         if source == "MUXF7" and target == "MUXF8" and load.port != "S":
@@ -220,14 +169,14 @@ class _Graph:
         def time(edge: _Edge) -> float | None:
             if edge.load is None:
                 return edge.ns
-            before = arrival.get(self._net(edge.load))
+            before = arrival.get(self.net(edge.load))
             return None if before is None else before + self.hop(edge.load, model) + edge.ns
 
         for net in self.order:
             times = [(t, edge) for edge in self.into[net] if (t := time(edge)) is not None]
             if times:
                 arrival[net], reason[net] = max(times, key=lambda item: item[0])
-        skew = self.delays.nets[model]["uncertainty"]
+        skew = self.delays[model]["uncertainty"]
         ends = [
             (t + (skew if edge.load is not None else 0.0), cell, edge)
             for cell, edge in self.ends
@@ -250,19 +199,19 @@ class _Graph:
         """Steps of a path, from its end to its start."""
         edge, kind, leaving = end, "setup", _CLOCK
         while edge.load is not None:
-            net = self._net(edge.load)
-            driver, label = self.netlist.driver[net], self.netlist.label(cell)
+            net = self.net(edge.load)
+            driver, label = self.driver[net], self.label(cell)
             entry = f"{label}.{edge.load.port}"
             yield Step(kind=kind, ns=round(edge.ns, 3), start=entry, end=f"{label}.{leaving}")
             yield Step(
                 kind="routing",
                 ns=round(self.hop(edge.load, model), 3),
-                start=f"{self.netlist.label(driver.cell)}.{driver.port}",
+                start=f"{self.label(driver.cell)}.{driver.port}",
                 end=entry,
-                net=self.netlist.names.get(net, f"net {net}"),
+                net=self.names.get(net, f"net {net}"),
             )
             edge, cell, kind, leaving = reason[net], driver.cell, "logic", driver.port
-        label = self.netlist.label(cell)
+        label = self.label(cell)
         kind = "clk-to-q" if edge is not end else "period"
         yield Step(kind=kind, ns=edge.ns, start=f"{label}.{_CLOCK}", end=f"{label}.{leaving}")
 
@@ -279,7 +228,7 @@ def estimate_clock(netlist: Mapping[str, Any], top: str, grade: int) -> ClockEst
     grade : int
         Speed grade, 2 or 3.
     """
-    graph = _Graph(_Netlist(netlist["modules"][top]), grade)
+    graph = _Graph(netlist["modules"][top], grade)
     paths = {model: graph.longest(model) for model in _NETS}
     if not all(ns for ns, _ in paths.values()):
         return None

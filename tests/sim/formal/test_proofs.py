@@ -100,7 +100,7 @@ def test_vacuous_proof_fails() -> None:
 
 
 def test_command_line(capsys, tmp_path) -> None:
-    assert main(arguments=["registers.small_1", "-o", str(tmp_path)]) == 0
+    assert main(["registers.small_1", "-o", str(tmp_path)]) == 0
     assert "1 of 1 proven" in capsys.readouterr().out
     assert (tmp_path / "registers.small_1").is_dir()
-    assert main(arguments=["nothing"]) == 2
+    assert main(["nothing"]) == 2
