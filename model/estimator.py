@@ -222,11 +222,7 @@ class Estimator:
     # -- float reference ------------------------------------------------------------------------
 
     def run_float(
-        self,
-        inputs: FloatArray,
-        *,
-        params: Mapping[str, float] | None = None,
-        progress: Callable[[int], None] | None = None,
+        self, inputs: FloatArray, *, params: Mapping[str, float] | None = None
     ) -> FloatRun:
         """Run the float64 reference.
 
@@ -248,8 +244,6 @@ class Estimator:
                 x, y = self.checked_step(Values("state", x), u, p, arrays=True)
                 for name, value in y.items():
                     out[name][k] = value
-                if progress is not None:
-                    progress(k)
         return FloatRun(out)
 
     # -- program --------------------------------------------------------------------------------

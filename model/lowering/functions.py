@@ -42,7 +42,7 @@ class Functions:
                 Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP),
                 frac=arith.word - 1,
             )
-        c = table.coefficients()
+        c = table.coefficients
         parts = {}
         for first, part in ((2, "t"), (0, "w")):
             low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())

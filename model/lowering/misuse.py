@@ -6,14 +6,14 @@ the record, is refused with its line.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from boresight.model.errors import InputError
 from boresight.model.places import author_line
 
 #: The operation of these methods, and what to write instead.
-Refused = Mapping[tuple[str, ...], tuple[str, str]]
+Refused = Mapping[str, tuple[str, str]]
 
 _TRUTH = (
     "if, and, or, not, max, min of a traced value",
@@ -21,45 +21,36 @@ _TRUTH = (
 )
 _KEY = ("a traced value in a set, as a key, or in a cache", "use its name, or its place in a list")
 NO_NUMBER: Refused = {
-    ("__bool__",): _TRUTH,
-    ("__hash__",): _KEY,
-    ("__float__", "__complex__"): (
+    "bool": _TRUTH,
+    "hash": _KEY,
+    "float complex": (
         "float() or a function of math, of a traced value",
         "use the functions of boresight.ops; numbers stay as they are; an array of "
         "traced values is made by np.array([...]) or with dtype=object",
     ),
-    ("__int__", "__index__", "__round__", "__trunc__", "__floor__", "__ceil__"): (
+    "int index round trunc floor ceil": (
         "a traced value as a whole number",
         "choose with ops.where and comparisons",
     ),
-    ("__rmod__", "__floordiv__", "__rfloordiv__", "__divmod__", "__rdivmod__"): (
+    "rmod floordiv rfloordiv divmod rdivmod": (
         "// or divmod of a traced value, or % by one",
         "x - x % c is a multiple of a number c",
     ),
-    ("__rpow__",): (
-        "a traced value as a power",
-        "write ops.exp(x * log_a) for a**x, log_a a number",
-    ),
-    ("__and__", "__rand__", "__or__", "__ror__", "__invert__", "__xor__", "__rxor__"): (
+    "rpow": ("a traced value as a power", "write ops.exp(x * log_a) for a**x, log_a a number"),
+    "and rand or ror invert xor rxor": (
         "& | ^ ~ of a traced value",
         "compare it: these combine conditions, as (x < 1.0) & (y > 0.0)",
     ),
 }
-_ARITHMETIC = (
-    *("add", "sub", "mul", "truediv", "pow", "mod", "floordiv"),
-    *("divmod", "matmul", "lshift", "rshift"),
-)
-_AS_NUMBER = (
-    *("neg", "pos", "abs", "float", "complex", "int", "index", "round", "trunc", "floor", "ceil"),
-    *("lt", "gt", "le", "ge"),
-)
+_ARITHMETIC = "add sub mul truediv pow mod floordiv divmod matmul lshift rshift"
+_AS_NUMBER = "neg pos abs float complex int index round trunc floor ceil lt gt le ge"
 NO_CONDITION: Refused = {
-    ("__bool__",): _TRUTH,
-    ("__hash__",): _KEY,
-    (
-        *(f"__{side}{kind}__" for side in ("", "r") for kind in _ARITHMETIC),
-        *(f"__{kind}__" for kind in _AS_NUMBER),
-    ): ("a condition as a number", "write ops.where(condition, 1.0, 0.0)"),
+    "bool": _TRUTH,
+    "hash": _KEY,
+    f"{_ARITHMETIC} r{_ARITHMETIC.replace(' ', ' r')} {_AS_NUMBER}": (
+        "a condition as a number",
+        "write ops.where(condition, 1.0, 0.0)",
+    ),
 }
 
 
@@ -96,7 +87,6 @@ class Refuses:
 
     def __init_subclass__(cls, refused: Refused = {}, **options: Any) -> None:  # noqa: B006
         super().__init_subclass__(**options)
-        methods: Iterable[str]
         for methods, (operation, fix) in refused.items():
-            for method in methods:
-                setattr(cls, method, _refusing(operation, fix))
+            for method in methods.split():
+                setattr(cls, f"__{method}__", _refusing(operation, fix))

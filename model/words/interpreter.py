@@ -117,9 +117,7 @@ class Interpreter:
             self.values[state] = word
         return outputs, saturated
 
-    def run(
-        self, inputs: npt.ArrayLike, progress: Callable[[int], None] | None = None
-    ) -> tuple[IntArray, BoolArray]:
+    def run(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run many updates: ``inputs`` (steps, n_inputs, runs).
 
         Returns outputs (steps, n_outputs, runs) and saturated (steps, runs).
@@ -129,8 +127,6 @@ class Interpreter:
         sat = np.empty((len(words), self.runs), dtype=np.bool_)
         for k, row in enumerate(words):
             out[k], sat[k] = self.update(row)
-            if progress is not None:
-                progress(k)
         return out, sat
 
     @property

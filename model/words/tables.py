@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -59,9 +59,22 @@ class Table:
         """Format of the function's result."""
         return Format(arith.word, arith.word - self.result_frac_below_word)
 
+    @cached_property
     def coefficients(self) -> FloatArray:
-        """Coefficients (segments in use, 4) of 1, p, p^2, p^3, p in [0, 1); not to be written."""
-        return _coefficients(self)
+        """Coefficients (segments in use, 4) of 1, p, p^2, p^3, p in [0, 1); not to be written.
+
+        The cubics through the function at the Chebyshev nodes of every segment.
+        """
+        nodes = [(1 - PRECISE.cospi(PRECISE.mpf(2 * k + 1) / 8)) / 2 for k in range(4)]
+        # Row k: weights of node k's value in the coefficients of 1, p, p^2, p^3.
+        parts = PRECISE.inverse(PRECISE.matrix([[p**power for power in range(4)] for p in nodes])).T
+        rows = []
+        for segment in range(self.first, self.last + 1):
+            y = [self.at(segment + p) for p in nodes]
+            rows.append([PRECISE.fdot(y, parts.column(k)) for k in range(4)])
+        c = np.array(rows, dtype=np.float64)
+        c.setflags(write=False)
+        return c
 
     def at(self, segment: Any) -> Any:
         """The function at the beginning of a segment; fractions lie inside segments."""
@@ -73,21 +86,6 @@ RSQRT = Table("rsqrt", 1, 32, 127, 128, lambda m: 1 / PRECISE.sqrt(m), 2, 1.0, 2
 ASIN = Table("asin", 2, 0, 46, 64, lambda v: PRECISE.asin(v) / PRECISE.pi, 1, 0.0, 0.263)
 RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1 / m, 2, 1.0, 2.0)
 TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
-
-
-@lru_cache
-def _coefficients(table: Table) -> FloatArray:
-    """The cubics through the function at the Chebyshev nodes of every segment."""
-    nodes = [(1 - PRECISE.cospi(PRECISE.mpf(2 * k + 1) / 8)) / 2 for k in range(4)]
-    # Row k: weights of node k's value in the coefficients of 1, p, p^2, p^3.
-    parts = PRECISE.inverse(PRECISE.matrix([[p**power for power in range(4)] for p in nodes])).T
-    rows = []
-    for segment in range(table.first, table.last + 1):
-        y = [table.at(segment + p) for p in nodes]
-        rows.append([PRECISE.fdot(y, parts.column(k)) for k in range(4)])
-    c = np.array(rows, dtype=np.float64)
-    c.setflags(write=False)
-    return c
 
 
 def part_format(table: Table, arith: Arithmetic, low: float, high: float) -> Format:
@@ -106,7 +104,7 @@ def coefficient_formats(table: Table, arith: Arithmetic) -> tuple[Format, ...]:
     """Format of each of the four coefficients, common to all segments."""
     return tuple(
         part_format(table, arith, float(column.min()), float(column.max()))
-        for column in table.coefficients().T
+        for column in table.coefficients.T
     )
 
 
@@ -120,7 +118,7 @@ def table_memory(arith: Arithmetic) -> tuple[int, ...]:
     memory = np.zeros((_BLOCKS, BLOCK_WORDS // 4, 4), dtype=np.int64)
     for table in TABLES:
         formats = coefficient_formats(table, arith)
-        c = table.coefficients()
+        c = table.coefficients
         words = np.stack([f.quantise(c[:, k]) for k, f in enumerate(formats)], axis=1)
         memory[table.block, table.first : table.last + 1] = words
     for table, edge, unused in (

@@ -53,7 +53,7 @@ def cubic(c: Any, table: Table, x: Any) -> Any:
 @pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
 def test_the_cubic_is_within_its_bound(table: Table) -> None:
     x = domain(table)
-    error = np.abs(cubic(table.coefficients(), table, x) - FUNCTIONS[table.name](x)).max()
+    error = np.abs(cubic(table.coefficients, table, x) - FUNCTIONS[table.name](x)).max()
     assert 0.8 * CUBIC[table.name] < error < CUBIC[table.name]
 
 
@@ -76,7 +76,7 @@ def exact(table: Table, segment: int) -> Any:
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
 def test_coefficients_are_correctly_rounded(table: Table) -> None:
-    c = table.coefficients()
+    c = table.coefficients
     assert c.shape == (table.last - table.first + 1, 4) and not c.flags.writeable
     for segment in range(table.first, table.last + 1):
         wanted = [float(x) for x in exact(table, segment)]
