@@ -37,28 +37,13 @@ class Line:
     pull_up: bool = False
 
 
-@dataclass(frozen=True)
-class Pads:
-    """Attributes of pins at 3.3 V: of all, of those with a pull-up, of outputs.
+#: Attributes of pins at 3.3 V: of all, of those with a pull-up, of outputs. Outputs are registered:
+#: the same delay in every build; short lines, slow edges.
+Pads = tuple[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]]
 
-    Outputs are registered: the same delay in every build; short lines, slow edges.
-    """
-
-    all: Mapping[str, Any]
-    pull_up: Mapping[str, Any]
-    output: Mapping[str, Any]
-
-    def of(self, line: Line) -> Attrs:
-        """Those of a line."""
-        pull_up = self.pull_up if line.pull_up else {}
-        return Attrs(**self.all, **pull_up, **({} if line.input else self.output))
-
-
-_SPARTAN6_PADS = Pads(
-    {"IOSTANDARD": "LVCMOS33"}, {"PULLUP": "TRUE"}, {"SLEW": "SLOW", "DRIVE": "8"}
-)
-_ICE40_PADS = Pads({"IO_STANDARD": "SB_LVCMOS"}, {"PULLUP": 1}, {})
-_ECP5_PADS = Pads({"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", "DRIVE": "8"})
+_SPARTAN6_PADS = ({"IOSTANDARD": "LVCMOS33"}, {"PULLUP": "TRUE"}, {"SLEW": "SLOW", "DRIVE": "8"})
+_ICE40_PADS = ({"IO_STANDARD": "SB_LVCMOS"}, {"PULLUP": 1}, dict[str, str]())
+_ECP5_PADS = ({"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", "DRIVE": "8"})
 
 
 @dataclass(frozen=True)
@@ -105,20 +90,20 @@ class Board:
         """Return the platform, with a resource for each line, named like it."""
         module, _, name = self.platform.partition(":")
         platform = _in_rtlil(getattr(optional(f"amaranth_boards.{module}"), name))()
+        every, pull_up, output = self.pads
         for line in lines:
             if line.place.startswith("led"):
                 continue
+            attrs = {**every, **(pull_up if line.pull_up else {}), **({} if line.input else output)}
             pin = self._pin(platform, self.positions[line.place], "i" if line.input else "o")
-            platform.add_resources([Resource(line.name, 0, pin, self.pads.of(line))])
+            platform.add_resources([Resource(line.name, 0, pin, Attrs(**attrs))])
         for number, place in enumerate(self.high_parts):
             pin = self._pin(platform, place, "o")
-            platform.add_resources([Resource("held", number, pin, Attrs(**self.pads.all))])
+            platform.add_resources([Resource("held", number, pin, Attrs(**every))])
         if self.leds:
-            platform.add_resources(
-                optional("amaranth_boards.resources").LEDResources(
-                    pins=" ".join(self.leds), conn=self.connector, attrs=Attrs(**self.pads.all)
-                )
-            )
+            make = optional("amaranth_boards.resources").LEDResources
+            pins = " ".join(self.leds)
+            platform.add_resources(make(pins=pins, conn=self.connector, attrs=Attrs(**every)))
         return platform
 
     def _pin(self, platform: Any, position: str, direction: str) -> Pins:
@@ -129,18 +114,15 @@ class Board:
         (pins,) = (sub.ios[0] for sub in platform.lookup(resource).ios if sub.name == part)
         return Pins(" ".join(pins.names), dir=direction)
 
-    def where(self, line: Line) -> str:
-        """Position on the connector, for texts."""
-        if not line.place.startswith("led"):
-            position = self.positions[line.place]
-            return "on the board" if "." in position else f"{self.header} position {position}"
-        number = int(line.place.removeprefix("led"))
-        return f"{self.header} position {self.leds[number]}" if self.leds else "on the board"
-
-    def meaning(self, line: Line) -> str:
-        """Meaning of a line; without the adapter if the board has the part itself."""
-        on_board = "." in self.positions.get(line.place, "")
-        return line.meaning.partition(":")[0] if on_board else line.meaning
+    def where(self, line: Line) -> tuple[str, str]:
+        """Position on the connector, and meaning: without the adapter that the board itself has."""
+        place, led = line.place, line.place.removeprefix("led")
+        position = (
+            dict(enumerate(self.leds)).get(int(led)) if led != place else self.positions[place]
+        )
+        if position is None or "." in position:
+            return "on the board", line.meaning.partition(":")[0] if led == place else line.meaning
+        return f"{self.header} position {position}", line.meaning
 
     @property
     def header(self) -> str:

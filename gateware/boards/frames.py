@@ -31,14 +31,16 @@ is dropped.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from enum import IntEnum
 
 from amaranth.lib.crc import catalog
 
 END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
-_ESCAPES = {END: END_ESCAPED, ESC: ESC_ESCAPED}
-_PLAIN = {escaped: plain for plain, escaped in _ESCAPES.items()}
+#: Bytes and their escapes, that of ESC itself first.
+_ESCAPES = ((bytes([ESC]), bytes([ESC, ESC_ESCAPED])), (bytes([END]), bytes([ESC, END_ESCAPED])))
+_ILLEGAL = re.compile(rb"\xdb(?![\xdc\xdd])")
 
 #: Check of a frame.
 CRC = catalog.CRC16_IBM_SDLC(data_width=8)
@@ -75,12 +77,11 @@ def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
     """
     count = word_bytes(word)
     mask = (1 << 8 * count) - 1
-    body = bytes([kind]) + b"".join((int(w) & mask).to_bytes(count, "little") for w in words)
-    out = bytearray([END])
-    for byte in body + CRC.compute(body).to_bytes(CRC_BYTES, "little"):
-        out += bytes([ESC, _ESCAPES[byte]]) if byte in _ESCAPES else bytes([byte])
-    out.append(END)
-    return bytes(out)
+    body: bytes = bytes([kind]) + b"".join((int(w) & mask).to_bytes(count, "little") for w in words)
+    body += CRC.compute(body).to_bytes(CRC_BYTES, "little")
+    for plain, escaped in _ESCAPES:
+        body = body.replace(plain, escaped)
+    return bytes([END]) + body + bytes([END])
 
 
 class Decoder:
@@ -100,40 +101,28 @@ class Decoder:
     def __init__(self, *, word: int) -> None:
         self.word = word
         self.dropped = 0
-        self._frame = bytearray()
+        self._begun = b""
 
     def feed(self, data: bytes) -> Iterator[tuple[Kind, list[int]]]:
         """Yield kind and signed words of every good frame that ends in ``data``."""
-        for byte in data:
-            if byte != END:
-                self._frame.append(byte)
-                continue
-            if self._frame:
-                body = self._body()
-                if body is None:
-                    self.dropped += 1
-                else:
-                    yield body
-            self._frame.clear()
-
-    def _body(self) -> tuple[Kind, list[int]] | None:
-        """Contents of the frame, None if it is damaged."""
-        body, escaped = bytearray(), False
-        for byte in self._frame:
-            if escaped:
-                if byte not in _PLAIN:
-                    return None
-                body.append(_PLAIN[byte])
-                escaped = False
-            elif byte == ESC:
-                escaped = True
+        *frames, self._begun = (self._begun + data).split(bytes([END]))
+        for frame in filter(None, frames):
+            body = self._body(frame)
+            if body is None:
+                self.dropped += 1
             else:
-                body.append(byte)
+                yield body
+
+    def _body(self, frame: bytes) -> tuple[Kind, list[int]] | None:
+        """Contents of a frame, None if it is damaged."""
+        if _ILLEGAL.search(frame):
+            return None
+        for plain, escaped in reversed(_ESCAPES):
+            frame = frame.replace(escaped, plain)
         size = word_bytes(self.word)
-        check, body = body[-CRC_BYTES:], body[:-CRC_BYTES]
+        check, body = frame[-CRC_BYTES:], frame[:-CRC_BYTES]
         if (
-            escaped
-            or not body
+            not body
             or (len(body) - 1) % size
             or body[0] not in set(Kind)
             or CRC.compute(body) != int.from_bytes(check, "little")

@@ -94,7 +94,7 @@ def _pin_table(design: Design, board: Board, places: Mapping[str, str]) -> list[
             mhz = f"{board.oscillator_hz / 1e6:g} MHz"
             rows.append(("clock", pin, "on the board", f"oscillator, {mhz}"))
         else:
-            rows.append((line.name, pin, board.where(line), board.meaning(line)))
+            rows.append((line.name, pin, *board.where(line)))
     return rows
 
 

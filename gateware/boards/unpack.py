@@ -58,11 +58,6 @@ class Unpacker(wiring.Component):
     """
 
     def __init__(self, *, word: int, lengths: Mapping[Kind, int]) -> None:
-        for kind, length in lengths.items():
-            if kind not in range(1, 4):
-                raise ValueError(f"kind must be 1 to 3, not {kind!r}")
-            if isinstance(length, bool) or not isinstance(length, int) or length < 1:
-                raise ValueError(f"length must be a positive integer, not {length!r}")
         self.word = word
         self.lengths = dict(lengths)
         super().__init__(

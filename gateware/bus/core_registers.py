@@ -99,10 +99,6 @@ class Registers(wiring.Component):
     def __init__(
         self, *, machine: Machine, digest: int, programs: int = 1, selector: bool = False
     ) -> None:
-        if digest < 0:
-            raise ValueError(f"digest must not be negative, not {digest!r}")
-        if programs < 1:
-            raise ValueError(f"programs must be 1 or more, not {programs!r}")
         self.machine = machine
         self.digest = digest
         self.programs = programs

@@ -39,10 +39,6 @@ class Bitwise(wiring.Component):
     """
 
     def __init__(self, *, function: Callable[..., Any], inputs: int, width: int = 1) -> None:
-        if not isinstance(inputs, int) or not 2 <= inputs <= 6:
-            raise ValueError(f"inputs must be an integer from 2 to 6, not {inputs!r}")
-        if not isinstance(width, int) or width < 1:
-            raise ValueError(f"width must be a positive integer, not {width!r}")
         self.function = function
         self.inputs = inputs
         self.width = width

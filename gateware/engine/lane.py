@@ -86,8 +86,6 @@ class Lane(wiring.Component):
     """
 
     def __init__(self, *, machine: Machine, sources: int = 1) -> None:
-        if sources not in (1, 2):
-            raise ValueError(f"sources must be 1 or 2, not {sources!r}")
         self.machine = machine
         self.stages = machine.stages
         self.sources = sources

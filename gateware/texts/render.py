@@ -38,53 +38,31 @@ def _environment() -> Environment:
         comment_end_string="#]",
     )
     environment.globals.update(
-        span=_span, type=_vhdl_type, fixed=_fixed, table=_table, unique=unique
+        span=lambda bits: f"[{bits - 1}:0] " if bits > 1 else "",
+        type=lambda bits: f"std_logic_vector({bits - 1} downto 0)" if bits > 1 else "std_logic",
+        fixed=lambda word, frac: str(Format(word, frac)),
+        table=_table,
+        unique=unique,
     )
     environment.filters.update(
-        cell=_cell,
+        cell=lambda text: text.replace("|", "\\|"),
         comment=comment,
         default_value=_default_value,
         example=_example,
         identifier=identifier,
-        mhz=_mhz,
-        number=_number,
-        sentence=_sentence,
-        vhdl=_vhdl_name,
+        mhz=lambda hz: f"{hz / 1e6:g} MHz",
+        number=lambda n: "INT32_MIN" if n == -(2**31) else f"({n})" if n < 0 else str(n),
+        sentence=lambda text: text[0].upper() + text[1:].replace("\n", " "),
+        # An extended identifier for names that are illegal as plain ones (two underscores).
+        vhdl=lambda name: f"\\{name}\\" if "__" in name else name,
     )
     return environment
-
-
-def _span(bits: int) -> str:
-    """``[7:0] `` in Verilog, nothing for a single bit."""
-    return f"[{bits - 1}:0] " if bits > 1 else ""
-
-
-def _vhdl_type(bits: int) -> str:
-    return f"std_logic_vector({bits - 1} downto 0)" if bits > 1 else "std_logic"
-
-
-def _vhdl_name(name: str) -> str:
-    """An extended identifier for names that are illegal as plain ones (two underscores)."""
-    return f"\\{name}\\" if "__" in name else name
-
-
-def _fixed(word: int, frac: int) -> str:
-    return str(Format(word, frac))
-
-
-def _number(value: int) -> str:
-    """A number for a C expression."""
-    return "INT32_MIN" if value == -(1 << 31) else f"({value})" if value < 0 else str(value)
 
 
 def _default_value(parameter: Register) -> float:
     """The default of a parameter in its unit, after rounding to its word."""
     assert parameter.frac is not None and parameter.reset is not None
     return float(Format(32, parameter.frac).real(parameter.reset))
-
-
-def _mhz(hz: float) -> str:
-    return f"{hz / 1e6:g} MHz"
 
 
 def _table(rows: Sequence[Sequence[object]]) -> str:
@@ -103,14 +81,3 @@ def _example(word: Word, bits: int) -> str:
     quantised = int(Format(bits, word.frac).quantise(real)) & ((1 << bits) - 1)
     value = f"`{word.name}` = {real:g} {word.unit}".rstrip()
     return f"{value} is the word `0x{quantised:0{-(-bits // 4)}x}`"
-
-
-def _cell(text: str) -> str:
-    """A cell of a Markdown table."""
-    return text.replace("|", "\\|")
-
-
-def _sentence(text: str) -> str:
-    """Lines as one, which begins with a capital."""
-    line = text.replace("\n", " ")
-    return line[0].upper() + line[1:]
