@@ -105,9 +105,9 @@ class Seen:
 class Level(ABC):
     """An estimator in one form, with its own states.
 
-    ``run``, ``advance`` and ``step`` go on where the last one stopped, but for Icarus, which begins
-    with a reset (`sim.levels.rtl`); ``reset`` starts anew. A level holds
-    resources until ``close``. A new form is one more module of this package: `sim.levels.registry`.
+    ``run``, ``advance`` and ``step`` go on where the last one stopped; ``reset`` starts anew. A
+    level holds resources until ``close``. A new form is one more module of this package:
+    `sim.levels.registry`.
 
     Parameters
     ----------

@@ -18,9 +18,8 @@ from boresight.model.words.fixed import IntArray, wrap
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run, Seen, run_of_words
-from boresight.sim.rtl.cosim import CocotbSimulation
-from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
-from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
+from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun
+from boresight.sim.rtl.simulation import CoreProcess, RtlSimulation
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
 
 #: Cycles of Icarus in a check: enough for a comparison, few enough for its speed.
@@ -28,11 +27,10 @@ ICARUS_CYCLES = 10_000
 
 
 class Simulated(Level):
-    """The core's Verilog, with random start values.
+    """The core's Verilog in a simulator (`sim.rtl.simulation`).
 
-    ``run`` and ``advance`` feed a core in Verilator (`sim.rtl.harness`), which the first one after
-    `reset` starts; ``run`` in Icarus (`sim.rtl.cosim`) begins with the core's reset. What cannot be
-    built or run raises ToolMissing or SimulationFailed then.
+    The first run after `reset` starts it. What cannot be built or run raises ToolMissing or
+    SimulationFailed then.
     """
 
     name, resumes = "rtl", True
@@ -55,14 +53,9 @@ class Simulated(Level):
         return self.build.core.select(self.number)
 
     @cached_property
-    def compiled(self) -> CompiledSimulation:
-        """Simulation in Verilator."""
-        return CompiledSimulation(self.core)
-
-    @cached_property
     def simulation(self) -> RtlSimulation:
-        """Simulation in the chosen simulator."""
-        return CocotbSimulation(self.core) if self.tool == "icarus" else self.compiled
+        """The core in the chosen simulator."""
+        return RtlSimulation(self.core, self.tool)
 
     @property
     def schedule(self) -> Schedule:
@@ -80,9 +73,9 @@ class Simulated(Level):
         self.close()
 
     def resume(self, states: IntArray) -> None:
-        """Restart with these state words, in Verilator."""
+        """Restart with these state words."""
         self.close()
-        self._process = self.compiled.power_on(states)
+        self._process = self.simulation.power_on(states)
 
     def close(self) -> None:
         """End the process."""
@@ -106,11 +99,9 @@ class Simulated(Level):
 
     def _replayed(self, words: IntArray, **options: Any) -> RtlRun:
         """Replay input words; ``options`` of `RtlSimulation.batch`."""
-        if self.tool == "icarus":
-            return self.simulation.run(words, **options)
         if self._process is None:
-            self._process = self.compiled.power_on()
-        return self._process.replay(self.compiled.batch(words, **options))
+            self._process = self.simulation.power_on()
+        return self._process.replay(self.simulation.batch(words, **options))
 
     def _run_of(self, replayed: RtlRun) -> Run:
         late = (replayed.latency_cycles != np.array(self.schedule.latencies)).any()
@@ -148,8 +139,6 @@ class Simulated(Level):
         self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
     ) -> Sequence[Seen]:
         """Register writes of the lanes in the last update; the program runs alone."""
-        if self.tool == "icarus":
-            records, before = np.concatenate([*before, records]), ()
         self.reset()
         if states is not None:
             self.resume(states)

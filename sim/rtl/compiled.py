@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -153,8 +153,6 @@ def build(
     sources: Mapping[str, str],
     *,
     parameters: Mapping[str, int] | None = None,
-    main: str = "",
-    arguments: Sequence[str] = (),
     cache: Path | None = None,
 ) -> Compiled:
     """Build a bench with Verilator, or take it from the cache.
@@ -167,10 +165,6 @@ def build(
         Texts by file name (``.sv``, ``.v``: compiled in this order).
     parameters : mapping, optional
         Parameters of ``top``.
-    main : str, optional
-        C++ main program that drives ``Vbench``; the module may then have any ports.
-    arguments : sequence of str
-        Further arguments of Verilator.
     cache : Path, optional
         Folder for builds; the user's cache by default.
 
@@ -181,9 +175,9 @@ def build(
     SimulationFailed
         The build failed.
     """
-    main = main or _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
+    main = _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
     texts = dict(sources)
-    overrides = [*arguments, *(f"-G{name}={value}" for name, value in (parameters or {}).items())]
+    overrides = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
     require("verilator")
     identity = repr((top, texts, overrides, main, _ARGS, version("verilator")))
 

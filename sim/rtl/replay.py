@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import re
-import sys
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from boresight.gateware.core import Core
-from boresight.gateware.registers.core import PROGRAM
 from boresight.model.arrays import BoolArray
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.simulators import SimulationFailed
@@ -32,7 +27,7 @@ class Reset:
     """A reset of one cycle, ``cycle`` cycles after the first input word of ``record`` was taken.
 
     With ``restart`` it is a pulse of ``restart`` instead. If the update is complete before, it
-    comes then. Only the compiled bench has it.
+    comes then.
     """
 
     record: int
@@ -106,57 +101,52 @@ class Batch:
     trace: int
     limit: int
 
-    def packed(self) -> bytes:
-        """Binary form of the batch, defined in `harness.cpp`."""
+    def text(self) -> str:
+        """The batch as numbers in the order of `bench.sv`."""
         head = (len(self.inputs), len(self.bus_writes), self.stall, self.trace, self.limit)
         valid = np.arange(self.inputs.shape[1]) < self.n_in[:, None]
         writes = [
-            x
+            (w.record, -1 - w.restart, w.cycle)
+            if isinstance(w, Reset)
+            else (w.record, w.address, w.word)
             for w in self.bus_writes
-            for x in (
-                (w.record, -1 - w.restart, w.cycle)
-                if isinstance(w, Reset)
-                else (w.record, w.address, w.word)
-            )
         ]
-        words = np.concatenate([self.n_in, self.inputs[valid], np.array(writes, dtype=np.int64)])
-        return np.array(head, dtype=np.int64).tobytes() + words.astype(np.int32).tobytes()
+        numbers = np.concatenate([head, self.n_in, self.inputs[valid], np.ravel(writes)])
+        return " ".join(map(str, numbers.astype(np.int64).tolist())) + "\n"
 
-    def result(
-        self, read: Callable[[int], bytes], *, word: int, tool: str, fault: str = ""
-    ) -> RtlRun:
+    def result(self, lines: Sequence[bytes], unknown: str, word: int, tool: str) -> RtlRun:
         """Read the result of a bench.
 
         Parameters
         ----------
-        read : callable
-            The next bytes of a bench's results, so many of them; the format is in `harness.cpp`. A
-            register write with unknown bits has address -1.
+        lines : sequence of bytes
+            As `bench.sv` defines them.
+        unknown : str
+            The unknown value that ended the batch, or empty.
         word : int
             Width, bits.
         tool : str
             Its name, for messages.
-        fault : str
-            Reason for a missing result, if the bench reports one; else empty.
 
         Raises
         ------
         ReplayFailed
-            ``fault``, an unexpected number of words, or an update that did not complete.
+            An unknown value, an unexpected number of words, or an update that did not complete.
         """
-        updates, words, cycles, traced = (
-            np.frombuffer(read(4 * int.from_bytes(read(8), sys.byteorder)), dtype=np.int32)
-            for _ in range(4)
-        )
-        mask = (1 << word) - 1
+        rows = np.array(b"".join(lines).split(), dtype=np.int64).reshape(-1, 4)
+        kinds, mask = rows[:, 0], (1 << word) - 1
         writes = tuple(
-            RegisterWrite(lane, address, value & mask if address >= 0 else None, cycle)
-            for lane, address, value, cycle in traced.reshape(-1, 4).tolist()
+            RegisterWrite(kind - 2, address, value & mask if address >= 0 else None, cycle)
+            for kind, address, value, cycle in rows[kinds > 1].tolist()
         )
-        counts, flags, intervals = updates.reshape(-1, 3).T.astype(np.int64)
+        words, cycles = rows[kinds == 1, 1:3].T
+        ends = kinds == 0
+        flags, intervals = rows[ends, 1:3].T
+        counts = np.diff(np.cumsum(kinds == 1)[ends], prepend=0)
         was_reset = intervals == -2
         n_out = np.where(was_reset, counts, self.n_out[: len(counts)])
         mismatches = (counts != n_out) | ((intervals < 0) & ~was_reset)
+        fault = f"unknown value (X): {unknown}" if unknown else ""
         if mismatches.any() and not fault:
             k = int(np.argmax(mismatches))
             fault = f"update {k} gave {counts[k]} output words, {n_out[k]} expected"
@@ -182,91 +172,6 @@ class ReplayFailed(SimulationFailed):
     def __init__(self, message: str, writes: tuple[RegisterWrite, ...] = ()) -> None:
         super().__init__(message)
         self.writes = writes
-
-
-class RtlSimulation(ABC):
-    """A built simulation of one core, for any number of runs.
-
-    The build depends on the machine, not on the program (`split_memories`), and is kept in a
-    cache.
-
-    Parameters
-    ----------
-    core : Core
-        Core, whose selected program runs unless ``numbers`` of `run` says otherwise.
-    """
-
-    def __init__(self, core: Core) -> None:
-        self.core, self.word = core, core.machine.arithmetic.word
-        sources, self.memories = self.design(core)
-        lanes = core.machine.lanes
-        #: Parameters of `harness.sv`; signals of the second lane exist only if the core has one.
-        self.parameters = {"WORD": self.word, "LANES": lanes}
-        top = Path(__file__).with_name("harness.sv").read_text()
-        define = "`define TWO_LANES\n" if lanes == 2 else ""
-        self.sources = {**sources, "harness.sv": define + top}
-
-    def design(self, core: Core) -> tuple[dict[str, str], dict[str, str]]:
-        """Return the core's Verilog, and the files with the contents of its memories, by name."""
-        text, memories = split_memories(core.verilog(instances=False))
-        return {**core.files, "core.v": text}, memories
-
-    def run(
-        self,
-        inputs: IntArray,
-        *,
-        numbers: IntArray | None = None,
-        bus_writes: Sequence[BusWrite | Reset] = (),
-        stall: int = 0,
-        trace: int | None = None,
-    ) -> RtlRun:
-        """Run input words (steps, n_inputs) from the core's reset on.
-
-        Parameters
-        ----------
-        numbers : int (steps,), optional
-            The program of each record, when several take turns (`bus_writes` must select them);
-            what a record does not need of its row is left out. By default the selected one.
-        bus_writes, stall
-            See `Batch`.
-        trace : int, optional
-            Update whose register writes are recorded, in `ReplayFailed` too.
-
-        Raises
-        ------
-        SimulationFailed
-            The core hung, gave an unknown value (X) or too few words.
-        """
-        return self._replay(self.batch(inputs, numbers, bus_writes, stall=stall, trace=trace))
-
-    def batch(
-        self,
-        inputs: IntArray,
-        numbers: IntArray | None = None,
-        bus_writes: Sequence[BusWrite | Reset] = (),
-        *,
-        stall: int = 0,
-        trace: int | None = None,
-    ) -> Batch:
-        """Return the batch for these records; see `run`."""
-        if not len(inputs):
-            raise SimulationFailed("nothing to compare: no input records")
-        parts = self.core.parts
-        if numbers is None:
-            numbers = np.full(len(inputs), self.core.number)
-            if len(parts) > 1:
-                bus_writes = [BusWrite(0, PROGRAM, self.core.number), *bus_writes]
-        counts = [
-            (len(p.program.inputs), len(p.program.outputs), p.schedule.interval) for p in parts
-        ]
-        n_in, n_out, intervals = np.array(counts)[numbers].T
-        cycles = (len(inputs) + 4) * int(intervals.max()) * (16 if stall else 1)
-        limit = cycles + 64 * len(bus_writes) + 1000
-        return Batch(inputs, n_in, n_out, bus_writes, stall, -1 if trace is None else trace, limit)
-
-    @abstractmethod
-    def _replay(self, batch: Batch) -> RtlRun:
-        """Run a batch from the core's reset on; raise `ReplayFailed` without a result."""
 
 
 _BLOCK = re.compile(

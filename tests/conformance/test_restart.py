@@ -12,8 +12,8 @@ from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.replay import BusWrite, Reset
+from boresight.sim.rtl.simulation import RtlSimulation
 from tests.support.estimators import ALL, Leaky
 from tests.support.random_program import random_inputs
 
@@ -35,7 +35,7 @@ def check(core: Core, events: list[tuple[int, Reset | None]]) -> None:
         rows.append((streams[number][k] + [0] * width)[:width])
         bus += [BusWrite(k, PROGRAM, number)] if len(programs) > 1 else []
         bus += [Reset(k, event.cycle, event.restart)] if event else []
-    run = CompiledSimulation(core).run(
+    run = RtlSimulation(core).run(
         np.array(rows), numbers=np.array([number for number, _ in events]), bus_writes=bus
     )
     models = [Interpreter(p) for p in programs]

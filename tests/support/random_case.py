@@ -24,8 +24,8 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
 from boresight.model.words.terms import Refuted
-from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
+from boresight.sim.rtl.simulation import RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.random_program import random_inputs, random_programs, with_ranges
 
@@ -173,7 +173,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     if case.rtl:
         width = max(map(len, rows))
         inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
-        simulation = CompiledSimulation(core)
+        simulation = RtlSimulation(core)
         try:
             run = simulation.run(
                 inputs, numbers=np.array(numbers), bus_writes=bus, stall=case.stall

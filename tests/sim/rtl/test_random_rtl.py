@@ -12,8 +12,7 @@ from boresight.gateware.machine import Machine, at_depth
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.rtl.cosim import CocotbSimulation
-from boresight.sim.rtl.harness import CompiledSimulation
+from boresight.sim.rtl.simulation import RtlSimulation
 from boresight.sim.rtl.simulators import available
 from tests.support.random_case import Case, check
 from tests.support.random_program import random_program, with_ranges
@@ -90,8 +89,8 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
         assert np.array_equal(model.beyond, beyond), f"seed {seed}: C ranges"
         core = build_core(program, config)
-        icarus = simulator == "icarus"
-        simulation = CocotbSimulation(core, cache=odd) if icarus else CompiledSimulation(core)
+        cache = odd if simulator == "icarus" else None
+        simulation = RtlSimulation(core, simulator, cache=cache)
         for stall in (0, seed + 1):
             run = simulation.run(inputs, stall=stall)
             assert np.array_equal(run.outputs, wanted), f"seed {seed}: RTL, stall {stall}"
@@ -180,9 +179,7 @@ def test_many_updates_in_rtl(config, depth):
     for seed, program in drawn_programs((18, 24, 32), 2000):
         inputs = inputs_for(program, each, seed)
         wanted, flags = CModel(program).update(inputs)
-        run = CompiledSimulation(build_core(program, config)).run(
-            inputs, stall=(seed + 1) * (seed % 2)
-        )
+        run = RtlSimulation(build_core(program, config)).run(inputs, stall=(seed + 1) * (seed % 2))
         assert np.array_equal(run.outputs, wanted) and np.array_equal(run.saturated, flags), seed
         done += each
         if done >= 125_000:

@@ -1,4 +1,4 @@
-"""Benches of one core: C++, cocotb, and what decides their builds."""
+"""The bench of a core in both simulators."""
 
 import re
 from collections.abc import Iterator
@@ -14,14 +14,13 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.rtl import run_in_turns
 from boresight.sim.levels.vectors import recorded
-from boresight.sim.rtl.cosim import CocotbSimulation
-from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
-from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
+from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun
+from boresight.sim.rtl.simulation import CoreProcess, RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
 
 # --------------------------------------------------------------------------------------------------
-# two benches for one core, C++ and cocotb: the same words, flags, cycles and register writes
+# both simulators: the same words, flags, cycles and register writes
 
 
 def _random() -> tuple[Core, list[IntArray]]:
@@ -50,14 +49,14 @@ def _runs(simulation: RtlSimulation, streams: list[IntArray]) -> list[RtlRun]:
 @pytest.mark.parametrize("what", [_random, _recorded])
 def test_cycle_for_cycle_the_same(what) -> None:
     core, streams = what()
-    cocotb, compiled = (
+    icarus, compiled = (
         _runs(simulation, streams)
-        for simulation in (CocotbSimulation(core), CompiledSimulation(core))
+        for simulation in (RtlSimulation(core, "icarus"), RtlSimulation(core))
     )
-    for item, other in zip(cocotb, compiled, strict=True):
+    for item, other in zip(icarus, compiled, strict=True):
         for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
             assert np.array_equal(getattr(item, name), getattr(other, name)), name
-    assert cocotb[-1].writes == compiled[-1].writes and len(compiled[-1].writes) > 1
+    assert icarus[-1].writes == compiled[-1].writes and len(compiled[-1].writes) > 1
 
 
 @pytest.fixture
@@ -73,7 +72,7 @@ def doctored(monkeypatch: pytest.MonkeyPatch) -> tuple[Core, IntArray]:
 def test_an_unknown_value_is_random_in_verilator(doctored) -> None:
     core, inputs = doctored
     wanted, _ = Interpreter(core.program).run(inputs[:, :, None])
-    outputs = CompiledSimulation(core).run(inputs).outputs
+    outputs = RtlSimulation(core).run(inputs).outputs
     assert (outputs != wanted[:, :, 0]).all()
 
 
@@ -82,27 +81,26 @@ def test_an_unknown_value_is_an_error_in_icarus(doctored) -> None:
     core, inputs = doctored
     message = r"^icarus: unknown value \(X\): out_payload = 1X{18}, record 0, cycle \d+$"
     with pytest.raises(SimulationFailed, match=message):
-        CocotbSimulation(core).run(inputs)
+        RtlSimulation(core, "icarus").run(inputs)
 
 
-# -- the C++ bench: batches of any size, what counts as broken, a process that dies ---------------
-# Compared with cocotb above; test_random_rtl.py and the turns below compare it with the model.
+# -- batches of any size, what counts as broken, a process that dies ------------------------------
 
 
 @pytest.fixture(scope="module")
-def simulation() -> CompiledSimulation:
+def simulation() -> RtlSimulation:
     """Of the second of two programs."""
     core = build_shared_core(random_programs(1, 2, word=18), "small")
-    return CompiledSimulation(core.select(1))
+    return RtlSimulation(core.select(1))
 
 
 @pytest.fixture
-def process(simulation: CompiledSimulation) -> Iterator[CoreProcess]:
+def process(simulation: RtlSimulation) -> Iterator[CoreProcess]:
     with simulation.power_on() as process:
         yield process
 
 
-def test_batches_follow_each_other(simulation: CompiledSimulation, process: CoreProcess) -> None:
+def test_batches_follow_each_other(simulation: RtlSimulation, process: CoreProcess) -> None:
     """States live on; the whole in one go gives the same, cycle by cycle."""
     core = simulation.core
     inputs = np.array(random_inputs(core.program, 3, 30))
@@ -116,7 +114,7 @@ def test_batches_follow_each_other(simulation: CompiledSimulation, process: Core
             assert np.array_equal(getattr(piece, name), getattr(whole, name)[start:stop]), name
 
 
-def test_what_is_no_result(simulation: CompiledSimulation) -> None:
+def test_what_is_no_result(simulation: RtlSimulation) -> None:
     """Words missing, words too many, too few cycles; the register writes come nevertheless."""
     inputs = np.array(random_inputs(simulation.core.program, 3, 3))
     batch = simulation.batch(inputs, trace=0)
@@ -136,7 +134,7 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
         assert writes and failed.value.writes == writes
 
 
-def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:
+def test_a_process_that_has_ended(simulation: RtlSimulation, process: CoreProcess) -> None:
     batch = simulation.batch(np.array(random_inputs(simulation.core.program, 3, 1)))
     process.replay(batch)
     process.process.kill()
@@ -167,8 +165,7 @@ def test_random_programs_in_turns(config, word, count, simulator):
     core = build_shared_core(programs, config)
     if not available(simulator):
         pytest.skip(f"needs {simulator}")
-    bench = CocotbSimulation if simulator == "icarus" else CompiledSimulation
-    simulation = bench(core)
+    simulation = RtlSimulation(core, simulator)
     most = 16 if simulator == "icarus" else 30
     streams = [np.array(random_inputs(p, k, most + k)) for k, p in enumerate(programs)]
     for stall in (0, 5):
@@ -189,6 +186,6 @@ def test_random_programs_in_turns(config, word, count, simulator):
     first, _ = model.run(stream[:9, :, None])
     model.params[programs[number].find(name)] = 12345
     second, _ = model.run(stream[9:, :, None])
-    run = bench(part).run(stream, bus_writes=[BusWrite(9, address, 12345)])
+    run = RtlSimulation(part, simulator).run(stream, bus_writes=[BusWrite(9, address, 12345)])
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == part.schedule.interval).all()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.failure import failure
 from boresight.model.tools.needs import embeddable, install_line
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.run import (
@@ -19,7 +21,6 @@ from boresight.sim.attitude.board.run import (
     frames_of,
 )
 from boresight.sim.attitude.board.trace import read_trace
-from boresight.sim.rtl.cosim import quiet
 from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed
 from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
@@ -84,6 +85,27 @@ def run_under_cocotb(
         cycles, seconds = (folder / "speed.txt").read_text().split()
     frames, dropped = frames_of(trace.data)
     return BoardRun(trace, frames, dropped, int(cycles), float(seconds)), counted
+
+
+@contextlib.contextmanager
+def quiet(log: Path, subject: str) -> Iterator[None]:
+    """Redirect the output of tools to a file; a failure raises with its cause and keeps the log."""
+    failed: BaseException | None = None
+    with log.open("w") as file:
+        saved = os.dup(1), os.dup(2)
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        except (Exception, SystemExit) as error:
+            failed = error
+        finally:
+            for to, old in enumerate(saved, 1):
+                os.dup2(old, to)
+                os.close(old)
+    if failed is not None:
+        output = f"{log.read_text(errors='replace')}\n{failed}"
+        raise SimulationFailed(failure(f"{subject} failed", output)) from failed
 
 
 #: What Python sees besides the bench's ports.
