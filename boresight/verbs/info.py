@@ -167,7 +167,6 @@ _OPTIONAL_PROGRAMS = {
 }
 #: What the packages of an extra are for.
 _USES = {
-    "icarus": "simulation by Icarus",
     "plots": "plots and reports",
     "board": "projects of boards, serial line",
     "softcore": "C on a soft core",

@@ -93,7 +93,7 @@ NEEDS = {
     "verilator": Need(
         lambda: COMMON or bool(shutil.which("verilator")), "simulation of the Verilog", "verilator"
     ),
-    "libpython": Need(embeddable, "cocotb: benches in Python, and Icarus", "python3-dev", True),
+    "libpython": Need(embeddable, "cocotb, in the tests", "python3-dev", True),
     "iverilog": Need(
         lambda: bool(shutil.which("iverilog")),
         "a second simulator in `boresight check`",

@@ -8,10 +8,9 @@ results    a verdict for each level, and all of them for one estimator on one re
 difference one output against its reference: largest and rms, where, within its tolerance or not
 verdict    differences, saturations, ranges that were left, and what went wrong first
 twin       every operation in float64 from the words that it reads
-diagnosis  which values waste bits, and how their authors give them more
+diagnosis  the first value that leaves its float twin, values that waste bits, their cures
 claims     claims of `ops.bounded` and ranges of states: proven, checked or broken
 soundness  what is refused before anything runs
 textbook   float64 beside a second form of the same equations
-culprit    the first value of a program that leaves its float twin, and what would cure it
 ========== ======================================================================================
 """

@@ -7,12 +7,11 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import count, zip_longest
-from typing import Any
+from itertools import pairwise, zip_longest
 
 import numpy as np
 
-from boresight.model.arrays import FloatArray
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import Output
 from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
@@ -28,7 +27,7 @@ from boresight.sim.compare.results import (
 )
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
-from boresight.sim.compare.verdict import Accuracy, Judge
+from boresight.sim.compare.verdict import Judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted
@@ -40,7 +39,7 @@ from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import estimate_warnings
 from boresight.sim.records.record import Record
-from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
+from boresight.sim.rtl.simulators import SIMULATORS
 
 #: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
@@ -60,50 +59,45 @@ class _Attempt:
         self.levels: list[Level] = []
         self.agreements: list[Agreement] = []
         self.seconds, self.error = 0.0, ""
-        #: Records of each estimator that it runs on; None: on all.
-        self.record_limit: int | None = None
+        #: Records of each estimator on which it still runs; None: on all.
+        self.left: int | None = None
         self._pieces = 0
-        self._leading: list[Run] = []
-        self._done = 0
         #: Rows on which it runs, from states that are handed in; none: on all, from a reset on.
         self.slices: list[range] = []
         self.slice_text = ""
         #: First row, states before it, and records up to now of the slice at hand.
         self._origin: tuple[int, IntArray | None, list[FloatArray]] = (0, None, [])
         #: By estimator, of its first update that differs: states before it, and its slice.
-        self.differs: dict[int, tuple[IntArray | None, Any]] = {}
+        self.differs: dict[int, tuple[IntArray | None, int, IntArray | None, list[FloatArray]]] = {}
 
-    def begin(self, records: Sequence[FloatArray], say: Callable[[str, int | None], None]) -> None:
-        """Make the levels, and run those that run on leading records alone."""
+    def begin(self) -> None:
+        """Make the levels."""
 
-        def start() -> list[Run]:
+        def make() -> list[Run]:
             self.levels = self._make()
             self.agreements = [Agreement(level) for level in self.levels]
-            self.record_limit = self.levels[0].record_limit
-            slow = " (slow: --simulator verilator is faster)" * (self.tool == "icarus")
-            say(f"{self.kind.name} in {self.tool}{slow}", self.record_limit)
-            if self.record_limit is None:
-                return []
-            return self.kind.run_together(self.levels, [x[: self.record_limit] for x in records])
-
-        self._leading = self._guarded(start)
-
-    def advance(self, records: Sequence[FloatArray]) -> list[Run]:
-        """The next records of each estimator: their runs, if there are any."""
-        if self.error or self.slices:
+            self.left = None if self.slices else self.levels[0].record_limit
             return []
-        if self.record_limit is not None:
-            start, self._done = self._done, self._done + max(map(len, records))
-            return [run.rows(start, self._done) for run in self._leading]
-        piece, self._pieces = self._pieces, self._pieces + 1
-        return self._guarded(lambda: self.kind.run_together(self.levels, records, piece=piece))
+
+        self._guarded(make)
+
+    def advance(self, records: Sequence[FloatArray], anew: bool) -> list[Run]:
+        """The next records of each estimator: their runs, if there are any."""
+        if self.left is not None:
+            records = [x[: self.left] for x in records]
+            self.left -= max(map(len, records))
+        if self.error or self.slices or not any(map(len, records)):
+            return []
+        seed, self._pieces = self._pieces, self._pieces + 1
+        run = partial(self.kind.run_together, self.levels, records, anew=anew, seed=seed)
+        return self._guarded(run)
 
     def compare(
         self, k: int, runs: Sequence[Run], records: FloatArray, wanted: Run, case: _Case
     ) -> None:
         """Compare the next records of estimator ``k`` with the interpreter's run of them."""
         assert wanted.states is not None
-        compared = [(0, runs[k])] if runs else self._sliced(records, case.rows, wanted, case.before)
+        compared = [(0, runs[k])] if runs else self._sliced(records, wanted, case)
         for place, run in compared:
             part = wanted.rows(place, len(records))
             row = self.agreements[k].add(run, part, case.rows + place)
@@ -111,20 +105,19 @@ class _Attempt:
                 row += place
                 before = wanted.states[row - 1] if row else case.before
                 first, states, own = self._origin
-                self.differs[k] = before, (first, states, [*own])
+                self.differs[k] = before, first, states, [*own]
 
-    def _sliced(
-        self, records: FloatArray, start: int, wanted: Run, before: IntArray | None
-    ) -> Iterator[tuple[int, Run]]:
-        """Runs of slices in the next records, the first of which is row ``start``: place, run."""
-        level, stop = self.levels[0], start + len(records)
+    def _sliced(self, records: FloatArray, wanted: Run, case: _Case) -> Iterator[tuple[int, Run]]:
+        """Runs of slices in the next records: the place of the first row, and the run."""
+        start, stop = case.rows, case.rows + len(records)
         for part in self.slices:
             first, end = max(part.start, start), min(part.stop, stop)
             if first >= end or self.error:
                 continue
-            if first == part.start:
+            level = self.levels[0]
+            if first == part.start or (first == start and case.before is None):
                 assert wanted.states is not None
-                states = before if first == start else wanted.states[first - start - 1]
+                states = case.before if first == start else wanted.states[first - start - 1]
                 self._origin = first, states, []
                 level.reset()
                 if states is not None:
@@ -138,11 +131,38 @@ class _Attempt:
         start = time.perf_counter()
         try:
             return [*call()]
-        except (ToolMissing, ToolFailed, SimulationFailed) as failed:
+        except (ToolMissing, ToolFailed) as failed:
             self.error = str(failed).strip().splitlines()[0]
             return []
         finally:
             self.seconds += time.perf_counter() - start
+
+    def result(
+        self, number: int, again: Callable[[], Iterable[tuple[FloatArray, IntArray, BoolArray]]]
+    ) -> LevelResult:
+        """The verdict on one estimator: on a mismatch with the first value that differs."""
+        if self.error:
+            return LevelResult(
+                self.kind.name, self.tool, None, None, self.seconds, error=self.error
+            )
+        level, agreement, text = self.levels[number], self.agreements[number], ""
+        if number in self.differs:
+            assert agreement.first_wrong is not None
+            before, first, states, own = self.differs[number]
+            step = agreement.first_wrong
+            pieces = ((rows, bool(new[0])) for rows, _, new in again())
+            text = first_difference(
+                level,
+                [(rows, False) for rows in own] if own else pieces,
+                before,
+                step,
+                first=first,
+                states=states,
+            )
+            many = len(self.levels)
+            rest = f"with {many} programs in turns" if many > 1 else "all values equal"
+            text = text or f"{level.name}: outputs differ, step {step}, {rest}"
+        return agreement.result(self.seconds, text, self.slice_text)
 
 
 @dataclass(eq=False)
@@ -155,7 +175,7 @@ class _Case:
     rows: int = 0
     #: Errors of the interpreter against the true values of the log.
     truth: Differences | None = None
-    #: The interpreter's states before the piece at hand; None before the first.
+    #: The interpreter's states before the piece at hand; None: it begins from the initial ones.
     before: IntArray | None = None
     feeds: list[Feed] = field(default_factory=list)
     pieces: list[Part] = field(default_factory=list)
@@ -170,16 +190,14 @@ class _Case:
             return
         self.truth = self.truth or Differences(self.outputs, block.truth, judged=False)
         self.clamped, self.told = block.clamped, block.warnings
-        if block.restarts.any():
-            self.warnings["column restart: check ignores it, run begins anew in its rows"] = None
         if keep_all or not self.feeds:
             self.feeds.append(block)
 
     def add(self, part: Part, keep_all: bool) -> None:
         """Judge the next rows."""
-        given, start = part.given, self.rows
-        states = self.judge.add(given.inputs, part.fixed, part.floating)
-        self.folded.add(given.inputs)
+        given, start, anew = part.given, self.rows, self.before is None
+        states = self.judge.add(given.inputs, part.fixed, part.floating, anew=anew)
+        self.folded.add(given.inputs, anew=anew)
         if self.truth is not None:
             truth = {n: np.where(given.counts, v, np.nan) for n, v in given.truth.items()}
             self.truth.add(part.fixed.outputs, truth)
@@ -204,7 +222,7 @@ class Check:
         Which of `EXACT`; by default all. The integer interpreter, with which each is
         compared, and float64 run in any case.
     simulator : str, optional
-        Verilator or Icarus; by default Verilator, and Icarus too (not all updates) where it is.
+        Verilator or Icarus (not all updates); by default Verilator, or Icarus without it.
     progress : callable, optional
         Told what runs.
     search : bool
@@ -233,6 +251,7 @@ class Check:
             require_choice("simulator", simulator, SIMULATORS)
         self.build, self.levels, self.simulator, self.search = build, levels, simulator, search
         self.progress = progress or (lambda text: None)
+        self._count = len(build.estimators)
         #: `Build.shortage`; None until the first records have been looked at.
         self._shortage: str | None = None
         self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
@@ -257,7 +276,7 @@ class Check:
         rows : int
             Rows of a piece.
         rtl_rows : int, optional
-            Rows on which RTL in Verilator runs, as `SLICES` slices spread over the log, each from
+            Rows on which RTL runs, as `SLICES` slices spread over the log, each from
             the states of the interpreter; by default all, from a reset on.
 
         Returns
@@ -274,18 +293,17 @@ class Check:
             There is no C compiler.
         """
         sources = [Log.of(log) for log in logs]
+        build = self.build
         cases = [
             _Case(
                 estimator.outputs,
-                Judge(self.build, k, curves=keep_all),
+                Judge(build, k, curves=keep_all),
                 FoldedClaims(
-                    estimator,
-                    claims_of(self.build.programs[k], self.build.nodes[k]),
-                    self.build.params[k],
+                    estimator, claims_of(build.programs[k], build.nodes[k]), build.params[k]
                 ),
-                warnings=dict.fromkeys(filter(None, [estimator.start_note(self.build.word)])),
+                warnings=dict.fromkeys(filter(None, [estimator.start_note(build.word)])),
             )
-            for k, estimator in enumerate(self.build.estimators)
+            for k, estimator in enumerate(build.estimators)
         ]
         attempts = [
             _Attempt(LEVELS[name], tool, partial(self._levels, LEVELS[name], tool))
@@ -298,25 +316,23 @@ class Check:
         interpreter = _Attempt(
             Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
         )
-        number = count()
+        begun = False
         for blocks, more in _ahead(self._blocks(sources)):
             for case, block in zip(cases, blocks, strict=True):
                 case.take(block, keep_all)
-            if not cases[0].pieces:
-                self._begin(cases, [block.inputs for block in blocks], more, attempts, interpreter)
-            for start in range(0, max(map(len, blocks)), rows):
-                piece = [block.rows(start, start + rows) for block in blocks]
-                self._piece(next(number), cases, piece, attempts, interpreter, keep_all)
+            if not begun:
+                self._begin(cases, [b.inputs for b in blocks], more, [*attempts, interpreter])
+            for piece, anew in _pieces(blocks, rows, not begun):
+                self._piece(cases, piece, anew, attempts, interpreter, keep_all)
+                begun = True
         results = []
         for k, case in enumerate(cases):
             again = partial(self._again, k, case, sources)
-            levels = [self._judged(x, k, again) for x in attempts]
+            levels = [x.result(k, again) for x in attempts]
             own = interpreter.agreements[k].result(interpreter.seconds)
-            own = dataclasses.replace(own, reference=True)
             if Interpreted.name in self.levels or own.error:
-                levels.insert(0, own)
-            accuracy = case.judge.result(case.clamped, again)
-            results.append(self._result(k, case, sources, levels, accuracy))
+                levels.insert(0, dataclasses.replace(own, reference=True))
+            results.append(self._result(k, case, sources, levels, again))
         return results
 
     def _slice(self, attempts: Sequence[_Attempt], sources: Sequence[Log], rows: int) -> None:
@@ -335,16 +351,12 @@ class Check:
             return
         starts = [k * (length - each) // max(several - 1, 1) for k in range(several)]
         for attempt in attempts:
-            if attempt.kind.resumes and attempt.tool != "icarus":
+            if attempt.kind.resumes:
                 attempt.slices = [range(start, start + each) for start in starts]
                 attempt.slice_text = (
                     f"{several} slices of {each} rows spread over {length}, each from the states "
                     "of the integer model"
                 )
-
-    @property
-    def _count(self) -> int:
-        return len(self.build.estimators)
 
     def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
         """Blocks of `KEPT` rows of each estimator's log; none of one that has ended."""
@@ -368,16 +380,8 @@ class Check:
         records: Sequence[FloatArray],
         more: bool,
         attempts: Sequence[_Attempt],
-        interpreter: _Attempt,
     ) -> None:
         """Look at the leading rows, and begin on every level."""
-
-        def say(what: str, most: int | None = None) -> None:
-            updates = sum(len(x[:most]) for x in records)
-            turns = f" of {self._count} programs" if self._count > 1 else ""
-            longer = " and more" if more and most is None else ""
-            self.progress(f"{what}, {updates} updates{longer}{turns}")
-
         if self._shortage is None:
             check_sound(self.build, records)
             self._shortage = self.build.shortage
@@ -387,10 +391,16 @@ class Check:
                 case.warnings[text] = None
         for text in dict.fromkeys(text for case in cases for text in (*case.told, *case.warnings)):
             self.progress(f"warning: {text}")
-        say("float64")
-        for attempt in attempts:
-            attempt.begin(records, say)
-        interpreter.begin(records, lambda *_: say("integer interpreter"))
+        turns = f" of {self._count} programs" if self._count > 1 else ""
+        longer = " and more" * more
+        for attempt in (None, *attempts):
+            what, left = "float64", None
+            if attempt is not None:
+                attempt.begin()
+                what, left = f"{attempt.kind.name} in {attempt.tool}", attempt.left
+                what += " (slow: --simulator verilator is faster)" * (attempt.tool == "icarus")
+            updates = sum(len(x[:left]) for x in records)
+            self.progress(f"{what}, {updates} updates{longer if left is None else ''}{turns}")
 
     def _levels(self, kind: type[Level], tool: str | None = None) -> list[Level]:
         """A level for each estimator, made once."""
@@ -400,72 +410,53 @@ class Check:
 
     def _piece(
         self,
-        number: int,
         cases: Sequence[_Case],
         piece: Sequence[Feed],
+        anew: bool,
         attempts: Sequence[_Attempt],
         interpreter: _Attempt,
         keep_all: bool,
     ) -> None:
-        """Run a piece, of that number, on every level, and compare.
+        """Run a piece on every level, and compare.
 
         The interpreter has the states that another level has shown if any has.
         """
         records = [rows.inputs for rows in piece]
-        floating = CompiledFloat.run_together(self._levels(CompiledFloat), records, piece=number)
-        tried = [attempt.advance(records) for attempt in attempts]
+        floating = CompiledFloat.run_together(self._levels(CompiledFloat), records, anew=anew)
+        tried = [attempt.advance(records, anew) for attempt in attempts]
         shown = next((runs for runs in tried if runs and runs[0].states is not None), None)
         for k, level in enumerate(interpreter.levels):
             level.shown = None if shown is None else shown[k].states
-        fixed = interpreter.advance(records)
+        fixed = interpreter.advance(records, anew)
         for k, part in enumerate(map(Part, piece, fixed, floating)):
             if len(part.given):
-                interpreter.compare(k, fixed, records[k], part.fixed, cases[k])
-                for attempt, runs in zip(attempts, tried, strict=True):
+                cases[k].before = None if anew else cases[k].before
+                for attempt, runs in zip((interpreter, *attempts), (fixed, *tried), strict=True):
                     attempt.compare(k, runs, records[k], part.fixed, cases[k])
                 cases[k].add(part, keep_all)
 
     def _again(
         self, number: int, case: _Case, sources: Sequence[Log]
-    ) -> Iterator[tuple[FloatArray, IntArray]]:
-        """Records of an estimator, piece by piece, with their states: what is kept, or of the C."""
+    ) -> Iterator[tuple[FloatArray, IntArray, BoolArray]]:
+        """Records of an estimator piece by piece, their states (kept, or the C's), restarts."""
         for part in case.pieces if case.complete else self._parts(number, sources):
             assert part.fixed.states is not None
-            yield part.given.inputs, part.fixed.states
+            yield part.given.inputs, part.fixed.states, part.given.restarts
 
     def _parts(self, number: int, sources: Sequence[Log]) -> Iterator[Part]:
         """Every row of an estimator's log, with the C and float64."""
         kinds = (Emitted, CompiledFloat)
         levels = [[kind(self.build, k) for k in range(self._count)] for kind in kinds]
-        for number_of_piece, blocks in enumerate(self._blocks(sources)):
-            records = [block.inputs for block in blocks]
-            fixed, floating = (
-                kind.run_together(x, records, piece=number_of_piece)[number]
-                for kind, x in zip(kinds, levels, strict=True)
-            )
-            if len(records[number]):
-                yield Part(blocks[number], fixed, floating)
-
-    def _judged(
-        self,
-        tried: _Attempt,
-        number: int,
-        again: Callable[[], Iterator[tuple[FloatArray, IntArray]]],
-    ) -> LevelResult:
-        """One level's verdict on one estimator: on a mismatch with the first value that differs."""
-        if tried.error:
-            kind, seconds = tried.kind, tried.seconds
-            return LevelResult(kind.name, tried.tool, None, None, seconds, error=tried.error)
-        level, agreement = tried.levels[number], tried.agreements[number]
-        if (step := agreement.first_wrong) is None:
-            return agreement.result(tried.seconds, slices=tried.slice_text)
-        before, (first, states, own) = tried.differs[number]
-        pieces = own or (records for records, _ in again())
-        text = first_difference(level, pieces, before, step, first=first, states=states)
-        many = len(tried.levels)
-        rest = f"with {many} programs in turns" if many > 1 else "all values equal"
-        text = text or f"{level.name}: outputs differ, step {step}, {rest}"
-        return agreement.result(tried.seconds, text, tried.slice_text)
+        begun = False
+        for blocks in self._blocks(sources):
+            for piece, anew in _pieces(blocks, KEPT, not begun):
+                begun, records = True, [rows.inputs for rows in piece]
+                fixed, floating = (
+                    kind.run_together(x, records, anew=anew)[number]
+                    for kind, x in zip(kinds, levels, strict=True)
+                )
+                if len(records[number]):
+                    yield Part(piece[number], fixed, floating)
 
     def _result(
         self,
@@ -473,12 +464,14 @@ class Check:
         case: _Case,
         sources: Sequence[Log],
         levels: Sequence[LevelResult],
-        accuracy: Accuracy,
+        again: Callable[[], Iterator[tuple[FloatArray, IntArray, BoolArray]]],
     ) -> CheckResult:
         """All of an estimator on its log."""
-        given = Feed.joined(case.feeds)
+        accuracy, given = case.judge.result(case.clamped, again), Feed.joined(case.feeds)
         reference = Run.joined([part.floating for part in case.pieces])
-        book = beside_textbook(self.build, number, given.inputs, reference, given.t)
+        anew = np.flatnonzero(given.restarts[1:])
+        first = given.rows(0, int(anew[0]) + 1) if len(anew) else given
+        book = beside_textbook(self.build, number, first.inputs, reference, first.t)
         run = Run.joined([part.fixed for part in case.pieces])
         estimator = self.build.estimators[number]
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}
@@ -492,6 +485,7 @@ class Check:
         )
         examined = self._claims_of(number)
         broken = {examined[k].claim for k in accuracy.broken if k < len(examined)}
+        claims = claim_results(examined, accuracy.reached, broken) if examined else ()
         return CheckResult(
             self.build,
             number,
@@ -503,10 +497,7 @@ class Check:
             book,
             tuple(d for d in case.truth.result() if d.samples) if case.truth else (),
             sources[number % len(sources)].comparison,
-            (
-                *(claim_results(examined, accuracy.reached, broken) if examined else ()),
-                *case.folded.result(),
-            ),
+            (*claims, *case.folded.result()),
             case.rows,
             None if case.complete else partial(self._parts, number, sources),
         )
@@ -521,6 +512,25 @@ class Check:
             self.progress(f"claims of {estimator.name}")
             self._examined[number] = examine(estimator, program, build.nodes[number])
         return self._examined[number]
+
+
+def _pieces(blocks: Sequence[Feed], rows: int, anew: bool) -> Iterator[tuple[list[Feed], bool]]:
+    """Pieces of at most so many rows, and whether each begins from the initial states.
+
+    ``anew`` says it of the first. The others do where the logs restart.
+    """
+    longest = max(map(len, blocks))
+    starts = {*np.flatnonzero(max(blocks, key=len).restarts).tolist()}
+    for block in blocks:
+        if {*np.flatnonzero(block.restarts).tolist()} != {k for k in starts if k < len(block)}:
+            raise InputError.at(
+                "column restart",
+                wanted="the same rows for all estimators, which take turns on the core",
+                found="others",
+                fix="check them one by one",
+            )
+    for start, stop in pairwise([*sorted({*starts, *range(0, longest, rows)}), longest]):
+        yield [block.rows(start, stop) for block in blocks], start in starts or (anew and not start)
 
 
 def _ahead(blocks: Iterable[list[Feed]]) -> Iterator[tuple[list[Feed], bool]]:

@@ -162,9 +162,11 @@ class FoldedClaims:
         ]
         self._observer = Observer(trace, estimator, params) if self._claims else None
 
-    def add(self, inputs: FloatArray) -> None:
-        """Take the next rows."""
-        if self._observer is not None and len(inputs):
+    def add(self, inputs: FloatArray, *, anew: bool = False) -> None:
+        """Take the next rows, which perhaps begin from the initial states."""
+        if self._observer is not None:
+            if anew:
+                self._observer.reset()
             self._observer.add(inputs)
 
     def result(self) -> list[ClaimResult]:

@@ -123,15 +123,15 @@ class Agreement:
         self._total, self._mismatch, self._fault = 0, 0, ""
         self._cycles: dict[str, int] = {}
 
-    def add(self, run: Run, wanted: Run, start: int | None = None) -> int | None:
-        """The next rows, or those from ``start`` on; ``wanted`` are the interpreter's, or more.
+    def add(self, run: Run, wanted: Run, start: int) -> int | None:
+        """The rows from ``start`` on; ``wanted`` are the interpreter's, or more.
 
         Returns the row among them that is `first_wrong`.
         """
         assert run.words is not None and wanted.words is not None
         assert run.saturated is not None and wanted.saturated is not None
         assert run.beyond is not None and wanted.beyond is not None
-        n, before = len(run.words), self._total
+        n = len(run.words)
         self._fault = self._fault or run.fault
         if not n:
             return None
@@ -146,11 +146,11 @@ class Agreement:
             self._count("cycles", plan.latency, run.latency_cycles[:, : plan.urgent].max(axis=1))
             self._count("interval", plan.interval, run.interval_cycles)
         wrong = n - int(np.count_nonzero(same))
-        self._total, self._mismatch = before + n, self._mismatch + wrong
+        self._total, self._mismatch = self._total + n, self._mismatch + wrong
         if not wrong or self.first_wrong is not None:
             return None
         row = int(np.argmin(same))
-        self.first_wrong = row + (before if start is None else start)
+        self.first_wrong = row + start
         return row
 
     def _count(self, name: str, predicted: int, counted: IntArray) -> None:
@@ -179,7 +179,7 @@ class Agreement:
 
 def first_difference(
     level: Level,
-    pieces: Iterable[FloatArray],
+    pieces: Iterable[tuple[FloatArray, bool]],
     before: IntArray | None,
     step: int,
     *,
@@ -190,8 +190,9 @@ def first_difference(
 
     Parameters
     ----------
-    pieces : iterable of float64 (n, n_inputs)
-        Records in their units, from update ``first`` on.
+    pieces : iterable of (float64 (n, n_inputs), bool)
+        Records in their units, from update ``first`` on, and whether they begin from the initial
+        states.
     before : int64 (n_states,), optional
         The interpreter's state words before the step; None: the initial ones.
     states : int64 (n_states,), optional
@@ -201,7 +202,9 @@ def first_difference(
     machine, rows, earlier = Interpreter(program), step + 1 - first, list[FloatArray]()
     if before is not None:
         machine.states = before[:, None]
-    for piece in pieces:
+    for piece, anew in pieces:
+        if anew:
+            earlier, states = [], None
         earlier.append(piece[:rows])
         rows -= len(piece)
         if rows <= 0:

@@ -170,6 +170,7 @@ def twins(
     states: IntArray,
     before: IntArray | None = None,
     first: int = 0,
+    anew: BoolArray | None = None,
 ) -> Iterator[Twin]:
     """All updates, the first of which has number ``first``, in chunks of `CHUNK`.
 
@@ -181,11 +182,13 @@ def twins(
         State words after each update.
     before : int64 (n_states,), optional
         Those before the first one; by default the initial words.
+    anew : bool (n,), optional
+        Updates that begin from the initial words.
     """
-    if before is None:
-        initial = [program.values[state].initial for state, _ in program.states]
-        before = np.array(initial, dtype=np.int64)
-    before = np.concatenate([before[None], states[:-1]])
+    initial = np.array([program.values[s].initial for s, _ in program.states], dtype=np.int64)
+    before = np.concatenate([(initial if before is None else before)[None], states[:-1]])
+    if anew is not None:
+        before[anew] = initial
     for start in range(0, len(inputs), CHUNK):
         some = slice(start, start + CHUNK)
         machine = Interpreter(program, len(inputs[some]))
@@ -201,13 +204,14 @@ def rounding_errors(
     inputs: IntArray,
     states: IntArray,
     before: IntArray | None = None,
+    anew: BoolArray | None = None,
 ) -> dict[int, Rounding]:
     """Distance of each operation's word from its twin.
 
     Updates whose twin is no finite number are left out; see `twins` for the arguments.
     """
     out: dict[int, Rounding] = {}
-    for twin in twins(program, nodes, inputs, states, before):
+    for twin in twins(program, nodes, inputs, states, before, anew=anew):
         for op in program.ops:
             if op.dest in nodes:
                 error, size = twin.deviation(op.dest)

@@ -15,11 +15,11 @@ from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program, Value
-from boresight.sim.compare.culprit import find_culprit, near_floor
 from boresight.sim.compare.diagnosis import (
     NAMED,
     Wasted,
-    coarse_state,
+    find_culprit,
+    near_floor,
     reached_by,
     rounding_text,
     wasted_bits,
@@ -31,6 +31,8 @@ from boresight.sim.levels.integer import Emitted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.ranges.claims import Claim, claims_of
 
+#: Records (n, n_inputs), states after each, and whether it begins from the initial ones.
+Piece = tuple[FloatArray, IntArray, BoolArray]
 #: Saturated values that a line names, the most frequent first.
 MOST_SATURATED = 5
 
@@ -182,7 +184,8 @@ def judge(
     """
     judging = Judge(build, number, curves=True)
     states = judging.add(records, run, reference)
-    return judging.result(clamped, lambda: [(records, states)])
+    anew = np.zeros(len(records), dtype=np.bool_)
+    return judging.result(clamped, lambda: [(records, states, anew)])
 
 
 class Judge:
@@ -212,7 +215,7 @@ class Judge:
         self._changes = np.zeros(len(self._program.states), dtype=np.int64)
         self._models: list[CModel] = []
 
-    def add(self, records: FloatArray, run: Run, reference: Run) -> IntArray:
+    def add(self, records: FloatArray, run: Run, reference: Run, *, anew: bool = False) -> IntArray:
         """Take the next rows; return the states (n, n_states), none in floating point.
 
         Parameters
@@ -224,13 +227,17 @@ class Judge:
             The C supplies states that a level does not show.
         reference : Run
             That of float64.
+        anew : bool
+            Whether the rows begin from the initial states.
         """
         self._errors.add(run.outputs, reference.outputs)
         start, self._rows = self._rows, self._rows + len(records)
         if run.words is None or not len(records):
             return np.zeros((len(records), 0), dtype=np.int64)
         self._models = self._models or [CModel(self._program), CModel(self._program)]
-        words = words_of(self._program, records)
+        for model in self._models if anew else ():
+            model.reset()
+        words, self._last = words_of(self._program, records), None if anew else self._last
         states = self._models[0].trajectory(words)[2] if run.states is None else run.states
         seen = self._models[1].observe(words)
         self._ranges = self._ranges.followed(start, seen) if self._ranges else seen
@@ -251,9 +258,7 @@ class Judge:
                     self._left[k] = start + step, float(reals[step])
         return states
 
-    def result(
-        self, clamped: Mapping[str, int], again: Callable[[], Iterable[tuple[FloatArray, IntArray]]]
-    ) -> Accuracy:
+    def result(self, clamped: Mapping[str, int], again: Callable[[], Iterable[Piece]]) -> Accuracy:
         """Give the verdict.
 
         Parameters
@@ -261,7 +266,8 @@ class Judge:
         clamped : mapping of str to int
             Samples beyond the range of inputs that are declared to be clamped.
         again : callable
-            The pieces of records with their states once more, to look for what went wrong.
+            The pieces of records with their states and restarts once more, to look for what went
+            wrong.
         """
         errors, clamped = tuple(self._errors.result()), dict(clamped)
         if self._ranges is None:
@@ -346,7 +352,7 @@ class Judge:
         saturated: Collection[int],
         wasted: Sequence[Wasted],
         reached: Mapping[int, Range],
-        again: Callable[[], Iterable[tuple[FloatArray, IntArray]]],
+        again: Callable[[], Iterable[Piece]],
     ) -> str:
         """The first operation that leaves its float twin, or what to do about rounding."""
         program, nodes = self._program, self._nodes
@@ -361,10 +367,13 @@ class Judge:
         bad |= {*QUATERNION} if ATTITUDE in bad else set()
         outputs = zip(program.output_names, program.outputs, strict=True)
         faults |= {n for name, n in outputs if name in bad}
-        pieces = ((words_of(program, records), states) for records, states in again())
+        pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
         first = find_culprit(program, nodes, pieces, sorted(steps), made_of(program, faults))
-        coarse = coarse_state(program, nodes, self._changes, reached)
-        text = str(first) if first else rounding_text(nodes, wasted, coarse)
+        text = (
+            str(first)
+            if first
+            else rounding_text(self._estimator, program, nodes, wasted, self._changes, reached)
+        )
         if self._endless is not None:
             text = (
                 f"float64 is not finite from step {self._endless} on: the estimator diverges; "

@@ -58,12 +58,18 @@ class Observer:
     ) -> None:
         self.trace, self.estimator = trace, estimator
         self._params = estimator.param_values(params)
-        self._last_states = np.array([[s.initial for s in estimator.states]])
         self._low = np.full(len(trace.tracer.expressions), np.inf)
         self._high = -self._low
         self._model = None
         if estimator.states:
             self._model = FloatCModel(_States(estimator), precision=DOUBLE, params=params)
+        self.reset()
+
+    def reset(self) -> None:
+        """Go on from the initial states."""
+        self._last_states = np.array([[s.initial for s in self.estimator.states]])
+        if self._model is not None:
+            self._model.reset()
 
     def add(self, inputs: FloatArray) -> FloatArray:
         """Run the next updates, inputs (n, n_inputs); return states (n, n_states) after each."""

@@ -201,7 +201,12 @@ class Level(ABC):
 
     @classmethod
     def run_together(
-        cls, levels: Sequence[Level], records: Sequence[FloatArray], *, piece: int = 0
+        cls,
+        levels: Sequence[Level],
+        records: Sequence[FloatArray],
+        *,
+        anew: bool = True,
+        seed: int = 0,
     ) -> list[Run]:
         """Run every estimator of a build on its own records.
 
@@ -211,13 +216,13 @@ class Level(ABC):
             A level of each estimator.
         records : sequence of array
             Records of each.
-        piece : int
-            Number of this piece of the records. Piece 0 begins with a reset, each other piece
-            where the one before it ended.
+        anew : bool
+            Whether they begin with a reset, or where the last ones ended.
+        seed : int
+            Of the order in which they take turns.
         """
-        if piece == 0:
-            for level in levels:
-                level.reset()
+        for level in levels if anew else ():
+            level.reset()
         return [level.run(inputs) for level, inputs in zip(levels, records, strict=True)]
 
     def close(self) -> None:  # noqa: B027

@@ -168,18 +168,22 @@ class Simulated(Level):
 
     @classmethod
     def run_together(
-        cls, levels: Sequence[Level], records: Sequence[FloatArray], *, piece: int = 0
+        cls,
+        levels: Sequence[Level],
+        records: Sequence[FloatArray],
+        *,
+        anew: bool = True,
+        seed: int = 0,
     ) -> list[Run]:
         """All programs of the core in turns, in random pieces of their records."""
         if len(levels) == 1:
-            return super().run_together(levels, records, piece=piece)
+            return super().run_together(levels, records, anew=anew)
         simulated = [level for level in levels if isinstance(level, Simulated)]
-        if piece == 0:
-            for level in simulated:
-                level.reset()
+        for level in simulated if anew else ():
+            level.reset()
         words = [words_of(x.program, rows) for x, rows in zip(simulated, records, strict=True)]
         first = simulated[0]
-        replayed = run_in_turns(first.simulation, words, seed=piece, replay=first._replayed)
+        replayed = run_in_turns(first.simulation, words, seed=seed, replay=first._replayed)
         return [level._run_of(run) for level, run in zip(simulated, replayed, strict=True)]
 
 

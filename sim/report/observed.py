@@ -63,7 +63,9 @@ class Observed:
             for columns, fixed, _ in check.parts():
                 assert fixed.states is not None
                 words = columns.words(program)
-                found = rounding_errors(program, self.nodes, words, fixed.states, previous)
+                found = rounding_errors(
+                    program, self.nodes, words, fixed.states, previous, columns.restarts
+                )
                 for n, one in found.items():
                     self.errors[n] = one.joined(self.errors.get(n, Rounding()))
                 previous = fixed.states[-1]

@@ -1,1 +1,1 @@
-"""Verilog under simulators: tools, builds, cocotb, compiled benches, several programs in turns."""
+"""Verilog under simulators: tools, builds, compiled benches, one bench of a core."""

@@ -103,7 +103,8 @@ module bench #(
     endtask
 
     task give;
-        $display("1 %0d %0d 0", $signed(out_payload[WORD-1:0]), cycle);
+        word = out_payload[WORD-1:0];
+        $display("1 %0d %0d 0", word, cycle);
         complete = out_payload[WORD];
     endtask
 

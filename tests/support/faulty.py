@@ -10,7 +10,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.fixed import IntArray
-from boresight.sim.compare.culprit import Culprit, find_culprit
+from boresight.sim.compare.diagnosis import Culprit, find_culprit
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.compare.verdict import judge as judge_run
 from boresight.sim.levels.build import Build
@@ -134,7 +134,12 @@ def look(estimator: Estimator, inputs: list[float], word: int = 32) -> Culprit |
     """Who is to blame for the last update."""
     build = Build(estimator, word=word)
     words, states = words_and_states(build, inputs)
-    return find_culprit(build.programs[0], build.nodes[0], [(words, states)], [len(inputs) - 1])
+    return find_culprit(
+        build.programs[0],
+        build.nodes[0],
+        [(words, states, np.zeros(len(words), dtype=np.bool_))],
+        [len(inputs) - 1],
+    )
 
 
 def judge(
@@ -154,6 +159,6 @@ def judge(
     for k in range(0, len(columns), 7):
         some = columns.inputs[k : k + 7]
         states = judging.add(some, hidden.rows(k, k + 7), reference.rows(k, k + 7))
-        pieces.append((some, states))
+        pieces.append((some, states, np.zeros(len(some), dtype=np.bool_)))
     assert repr(judging.result(columns.clamped, lambda: pieces)) == repr(made)
     return made

@@ -11,7 +11,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.compare import twin as module
-from boresight.sim.compare.culprit import _first_leaving
+from boresight.sim.compare.diagnosis import _first_leaving
 from boresight.sim.levels.build import Build
 from tests.support.faulty import HERE, All, Bounded, NegativeRoot, Root, Sine, Slow, Sums, look
 

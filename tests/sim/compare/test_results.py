@@ -47,9 +47,9 @@ def wanted(core: Core, rtl_run: RtlRun) -> Run:
 def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
     """A verdict, which is the same of two pieces."""
     whole, parts = Agreement(level), Agreement(level)
-    whole.add(run, wanted)
+    whole.add(run, wanted, 0)
     for start, stop in ((0, 2), (2, len(wanted.outputs["roll"]))):
-        parts.add(run.rows(start, stop), wanted.rows(start, stop))
+        parts.add(run.rows(start, stop), wanted.rows(start, stop), start)
     result = whole.result(seconds)
     assert parts.result(seconds) == result
     return result

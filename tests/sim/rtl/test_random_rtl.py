@@ -136,7 +136,7 @@ def from_each_state(program: Program, inputs: IntArray, model: CModel) -> None:
 
     With equal first states that is the run of both, by induction.
     """
-    first = model.states.astype(np.int64)
+    first = model.states[0].astype(np.int64)
     words, flags, states = model.trajectory(inputs)
     machine = Interpreter(program, len(inputs))
     machine.states = np.vstack([first[None], states[:-1]]).T
@@ -159,7 +159,7 @@ def test_many_updates_of_interpreter_and_c(updates):
     done, each = 0, min(updates // 20, 10**5)
     for seed, program in drawn_programs(tuple(range(18, 33)), 1000):
         model = CModel(program)
-        assert model.states.tolist() == [program.values[s].initial for s, _ in program.states]
+        assert model.states[0].tolist() == [program.values[s].initial for s, _ in program.states]
         for part in range(4):
             from_each_state(program, inputs_for(program, each, 10 * seed + part), model)
             done += each

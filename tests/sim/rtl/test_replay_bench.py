@@ -79,7 +79,7 @@ def test_an_unknown_value_is_random_in_verilator(doctored) -> None:
 @pytest.mark.skipif(not available("icarus"), reason="needs icarus")
 def test_an_unknown_value_is_an_error_in_icarus(doctored) -> None:
     core, inputs = doctored
-    message = r"^icarus: unknown value \(X\): out_payload = 1X{18}, record 0, cycle \d+$"
+    message = r"^icarus: unknown value \(X\): out_payload = 1x{18}, record 0, cycle \d+$"
     with pytest.raises(SimulationFailed, match=message):
         RtlSimulation(core, "icarus").run(inputs)
 

@@ -22,7 +22,7 @@ from boresight.sim.attitude.board.run import (
 )
 from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed
-from boresight.sim.rtl.verilator import build_program, cocotb_environment
+from boresight.sim.rtl.verilator import build_program
 
 
 def run_under_cocotb(
@@ -51,6 +51,7 @@ def run_under_cocotb(
             f"cocotb needs libpython, which is not found: {install_line('libpython')}"
         )
     from cocotb_tools.check_results import get_results
+    from cocotb_tools.config import libs_dir
     from cocotb_tools.runner import get_runner
 
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
@@ -70,7 +71,9 @@ def run_under_cocotb(
                 seed=1,
                 plusargs=["+keep", *(f"+{k}={v}" for k, v in arguments.items())],
                 extra_env={
-                    **cocotb_environment(),
+                    "LD_LIBRARY_PATH": os.pathsep.join(
+                        [str(libs_dir), os.environ.get("LD_LIBRARY_PATH", "")]
+                    ),
                     "BOARD_MAX_CYCLES": str(cycles_limit(board, updates)),
                     "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
                 },
@@ -118,13 +121,20 @@ public_flat_rd -module "system" -var "probe_updated"
 @lru_cache
 def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
     """Folder of the bench's program."""
+    from cocotb_tools.config import libs_dir, share_dir
+
     folder = tempfile.TemporaryDirectory(prefix="boresight-board-")
     values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
     build_program(
         Path(folder.name) / "bench",
         {"seen.vlt": _SEEN, **board_sources(board)},
-        [*BUILD_ARGS["verilator"], "--timescale", "1ns/1ps", *values],
+        [
+            *("--vpi", "--public-flat-rw", "--prefix", "Vtop", "-LDFLAGS"),
+            "-Wl,-rpath-link,{folder}/libs -L{folder}/libs -lcocotbvpi_verilator",
+            *(*BUILD_ARGS["verilator"], "--timescale", "1ns/1ps", *values),
+        ],
         top="bench",
-        cocotb=True,
+        links={"libs": Path(libs_dir), "share": Path(share_dir)},
+        mains=["{folder}/share/lib/verilator/verilator"],
     )
     return folder
