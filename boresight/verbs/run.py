@@ -53,10 +53,10 @@ from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feeds
 from boresight.sim.records.files import (
     FORMATS,
+    Log,
     blocks_of,
     check_written,
     content_of,
-    read_pieces,
     record_of,
     write_pieces,
 )
@@ -163,8 +163,7 @@ def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[
     if len(words) < 2 or is_world(words[1]) or words[1].partition("(")[0] == "board":
         return {}
     level = (options.get("levels") or ["fixed"])[0]
-    # The RTL replays a log from a reset on; all others go on from piece to piece.
-    more: dict[str, Any] = {"rows": None if shown.json or level == "rtl" else _ROWS}
+    more: dict[str, Any] = {"rows": None if shown.json else _ROWS}
     if "output" not in options and not shown.json:
         more["output"] = f"{find_estimator(words[0]).name}-{level}.csv"
     return more
@@ -211,13 +210,8 @@ def _on_board(
 ) -> Result:
     """The complete system with its sensors."""
     _, _, settings = call_of(source, source)
-    allowed: dict[str, Any] = {
-        "seconds": 1.0,
-        "source": "heading",
-        "feed": None,
-        "log": None,
-        "faults": False,
-    }
+    allowed: dict[str, Any] = {"seconds": 1.0, "source": "heading", "feed": None, "log": None}
+    allowed["faults"] = False
     for name in settings:
         require_choice("board", name, allowed)
     settings = allowed | settings
@@ -384,10 +378,9 @@ def _on_log(
             found="t, the column of the times",
             fix="rename the output, or leave -o out",
         )
-    if output is not None:
-        check_written(output)
     target = None
     if output is not None:
+        check_written(output)
         target = OutputFile(output, inputs=inputs)
     summary = _Summary(estimator, whole=rows is None)
 
@@ -460,12 +453,7 @@ def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
     if rows is None or not isinstance(log, str | Path):
         yield record_of(log).head(steps)
         return
-    done = 0
-    for piece in read_pieces(log, rows):
-        yield piece if steps is None else piece.head(steps - done)
-        done += len(piece)
-        if steps is not None and done >= steps:
-            return
+    yield from Log("", Path(log), steps).blocks(rows)
 
 
 def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start: int = 0) -> None:

@@ -9,7 +9,7 @@ gives more bits.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -191,29 +191,24 @@ def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | 
 
 
 def near_floor(
-    program: Program, nodes: Mapping[int, Node], least: Callable[[int], tuple[float, int]]
+    program: Program, nodes: Mapping[int, Node], ranges: WordRanges, reached: Mapping[int, Range]
 ) -> str:
-    """The root or reciprocal whose argument came nearest to its floor, within `_NEAR`; or empty.
-
-    Parameters
-    ----------
-    least : callable
-        Least magnitude of a value in a run, and its update.
-    """
+    """The root or reciprocal whose argument came nearest to its floor, within `_NEAR`; or empty."""
     value_of = {node.number: number for number, node in nodes.items()}
     bits, worst = program.arithmetic.norm_max, (_NEAR, "")
     for part in (p for node in nodes.values() for p in parts_of(node, value_of)):
         held = value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
         if held is None:
             continue
-        size, step = least(held)
+        low, high = reached[held]
+        size, at = (low, ranges.low_at) if low > 0.0 else (max(-high, 0.0), ranges.high_at)
         full = max(abs(part.args[0].low), abs(part.args[0].high))
         share = math.ldexp(size / full, bits) if math.isfinite(full) and full else _NEAR
         if 0.0 < share < worst[0]:
             text = (
                 f"{part.line}: the argument of a {_NORMALISED[part.kind]}, {size:.3g} in step "
-                f"{step}, is only {share:.2g} times the least that {program.arithmetic.word} bits "
-                f"normalise; {_more_bits(part)}"
+                f"{int(at[held])}, is only {share:.2g} times the least that "
+                f"{program.arithmetic.word} bits normalise; {_more_bits(part)}"
             )
             worst = share, text
     return worst[1]

@@ -136,9 +136,9 @@ class Difference:
         return f"{self.output:12s} {text}: {verdict}"
 
 
-@dataclass(frozen=True)
+@dataclass
 class Decided:
-    """Decisions that differ.
+    """Decisions that differ, row by row.
 
     Attributes
     ----------
@@ -155,20 +155,29 @@ class Decided:
     longest: int
     most_share: float
     most_longest: int
+    _running = 0
 
-    @property
-    def share(self) -> float:
-        """Of the updates."""
-        return self.differing / self.of
+    def add(self, differing: BoolArray) -> None:
+        """Whether they differ in the next rows."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], differing.astype(np.int8), [0]])))
+        lengths = np.diff(edges)[::2]
+        if len(lengths) and differing[0]:
+            lengths[0] += self._running
+        self._running = int(lengths[-1]) if len(lengths) and differing[-1] else 0
+        self.longest = max(self.longest, int(lengths.max(initial=0)))
+        self.differing += int(np.count_nonzero(differing))
+        self.of += len(differing)
 
     @property
     def good(self) -> bool:
         """Few enough differ, and not too many in a row."""
-        return self.share <= self.most_share and self.longest <= self.most_longest
+        share = self.differing / self.of
+        return share <= self.most_share and self.longest <= self.most_longest
 
     def __str__(self) -> str:
         return (
-            f"{self.differing} of {self.of} decisions differ, a share of {self.share:.2g} "
+            f"{self.differing} of {self.of} decisions differ, a share of "
+            f"{self.differing / self.of:.2g} "
             f"(accepted {self.most_share:.2g}), up to {self.longest} in a row (accepted "
             f"{self.most_longest})"
         )
@@ -267,7 +276,8 @@ class _Account:
         self._parted = False
         self._beyond: int | None = None
         self._curves: list[FloatArray] | None = [] if curves else None
-        self._decided = _Decisions(output) if self.exact and judged else None
+        accepted = output.share, output.longest
+        self._decided = Decided(0, 0, 0, *accepted) if self.exact and judged else None
 
     def add(self, error: FloatArray, mask: npt.ArrayLike, start: int, cut: int | None) -> None:
         """The next rows, of which those from ``cut`` on follow a decision that differs."""
@@ -296,7 +306,7 @@ class _Account:
             made,
             limit=self.limit,
             apart=np.concatenate(self._curves) if self._curves else made.apart,
-            decided=None if self._decided is None else self._decided.result(),
+            decided=None if self._decided is None else replace(self._decided),
             after=after if self._parted else None,
             beyond=self._beyond or 0,
         )
@@ -342,30 +352,6 @@ class Spread:
             return math.nan
         rest = float(np.sum(np.concatenate(self._rest)))
         return float(np.sqrt(np.sum([*self._sums, rest]) / self.samples))
-
-
-class _Decisions:
-    """Decisions of an output that differ."""
-
-    def __init__(self, output: Output) -> None:
-        self.output = output
-        self.differing = self.of = self.longest = self._running = 0
-
-    def add(self, differing: BoolArray) -> None:
-        """Whether they differ in the next rows."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], differing.astype(np.int8), [0]])))
-        lengths = np.diff(edges)[::2]
-        if len(lengths) and differing[0]:
-            lengths[0] += self._running
-        self._running = int(lengths[-1]) if len(lengths) and differing[-1] else 0
-        self.longest = max(self.longest, int(lengths.max(initial=0)))
-        self.differing += int(np.count_nonzero(differing))
-        self.of += len(differing)
-
-    def result(self) -> Decided:
-        """How many."""
-        accepted = self.output.share, self.output.longest
-        return Decided(self.differing, self.of, self.longest, *accepted)
 
 
 def _apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:

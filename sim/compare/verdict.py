@@ -14,7 +14,7 @@ from boresight.model.declarations import ATTITUDE, QUATERNION
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Program, Value
+from boresight.model.words.program import Program
 from boresight.sim.compare.diagnosis import (
     NAMED,
     Wasted,
@@ -112,14 +112,10 @@ class Accuracy:
 
     def causes(self) -> list[str]:
         """`faults` without the differences: saturations, ranges, the first failing operation."""
-        out = []
-        if self.saturated_updates:
-            out.append(saturated_text(self.saturated_updates, self.saturated))
-        return [
-            *out,
-            *self.beyond_range,
-            *([f"first wrong: {self.culprit}"] if self.culprit else []),
-        ]
+        n = self.saturated_updates
+        clamped = [saturated_text(n, self.saturated)] if n else []
+        first = [f"first wrong: {self.culprit}"] if self.culprit else []
+        return [*clamped, *self.beyond_range, *first]
 
     def lines(self) -> list[str]:
         """Everything, for people."""
@@ -204,7 +200,7 @@ class Judge:
         names = [o.name for o in self._estimator.outputs]
         self._errors = Differences(self._estimator.outputs, names, curves=curves)
         self._rows = self._saturated = 0
-        #: First update in which an operation saturated, and in which float64 is not finite.
+        #: First update in which an operation saturated, in which float64 is not finite.
         self._clamp: int | None = None
         self._endless: int | None = None
         #: By number of a state: first update after which it is out of its range, and its value.
@@ -272,75 +268,56 @@ class Judge:
         errors, clamped = tuple(self._errors.result()), dict(clamped)
         if self._ranges is None:
             return Accuracy(errors, 0, {}, (), clamped, "")
-        program, nodes = self._program, self._nodes
-        saturated = {n: int(k) for n, k in enumerate(self._ranges.saturations) if k}
-        broken = [k for k in range(len(self._claims)) if self._is_broken(k)]
+        program, nodes, claims = self._program, self._nodes, self._claims
+        saturated = [*map(int, np.flatnonzero(self._ranges.saturations))]
         reached = reached_by(program, self._ranges)
         wasted = wasted_bits(self._estimator, program, nodes, reached)
+        left = {program.values[program.states[k][0]].name for k in self._left}
+        extremes = [None if c.word is None else reached[c.word] for c in claims]
+        broken = {
+            k
+            for k, (claim, seen) in enumerate(zip(claims, extremes, strict=True))
+            if claim.state in left
+            or (claim.bounded and not claim.unless and seen is not None and claim.broken_by(seen))
+        }
         return Accuracy(
             errors,
             self._saturated,
             _by_name(program, nodes, self._ranges.saturations),
-            self._beyond(saturated, broken),
+            self._beyond(saturated, [claims[k] for k in sorted(broken)], reached),
             clamped,
             self._culprit(errors, saturated, wasted, reached, again),
             tuple(wasted[:NAMED]),
-            tuple(self._extremes(claim) for claim in self._claims),
+            tuple(extremes),
             frozenset(broken),
             self._ranges,
-            near_floor(program, nodes, self._least),
+            near_floor(program, nodes, self._ranges, reached),
         )
 
-    def _least(self, value: int) -> tuple[float, int]:
-        """Least magnitude of a value, and its update; 0 of one that had both signs."""
-        assert self._ranges is not None
-        r, real = self._ranges, self._program.format(value).real
-        low, high = float(real(r.low[value])), float(real(r.high[value]))
-        if low > 0.0:
-            return low, int(r.low_at[value])
-        return max(-high, 0.0), int(r.high_at[value])
-
-    def _extremes(self, claim: Claim) -> tuple[float, float] | None:
-        """Extremes of the value of a claim on the log."""
-        assert self._ranges is not None
-        if claim.word is None:
-            return None
-        real = self._program.format(claim.word).real
-        return float(real(self._ranges.low[claim.word])), float(real(self._ranges.high[claim.word]))
-
-    def _is_broken(self, number: int) -> bool:
-        """Whether the log breaks a claim of `ops.bounded`, or takes a state out of its range."""
-        claim = self._claims[number]
-        if claim.state:
-            states = (self._program.values[state].name for state, _ in self._program.states)
-            if [*states].index(claim.state) in self._left:
-                return True
-        extremes = self._extremes(claim)
-        if extremes is None or not claim.bounded or claim.unless:
-            return False
-        return not claim.ends[0] <= extremes[0] <= extremes[1] <= claim.ends[1]
-
-    def _beyond(self, saturated: Collection[int], broken: Sequence[int]) -> tuple[str, ...]:
+    def _beyond(
+        self, saturated: Sequence[int], broken: Sequence[Claim], reached: Mapping[int, Range]
+    ) -> tuple[str, ...]:
         """A line for each state and claim beyond its range; saturations are named already."""
         assert self._ranges is not None
-        program, nodes = self._program, self._nodes
+        program, nodes, lines = self._program, self._nodes, list[str]()
         named = {becomes(program, nodes, n) for n in saturated}
-        lines = [
-            f"state {declared_name(program, nodes, program.states[k][0])} is {reached:.6g} in step "
-            f"{step}, BEYOND its declared range {_range(program.values[program.states[k][0]])}: "
-            "widen it"
-            for k, (step, reached) in sorted(self._left.items())
-            if program.states[k][0] not in named
-        ]
-        for claim in (self._claims[k] for k in broken):
+        for k, (step, value) in sorted(self._left.items()):
+            state = program.states[k][0]
+            said, name = program.values[state], declared_name(program, nodes, state)
+            if state not in named:
+                lines.append(
+                    f"state {name} is {value:.6g} in step {step}, BEYOND its declared range "
+                    f"[{said.low:g}, {said.high:g}]: widen it"
+                )
+        steps = self._ranges.low_at, self._ranges.high_at
+        for claim in broken:
             if claim.state or claim.word is None or claim.word in saturated:
                 continue
-            extremes, steps = self._extremes(claim), (self._ranges.low_at, self._ranges.high_at)
-            assert extremes is not None
-            end = int(extremes[1] - claim.high > claim.low - extremes[0])
+            ends = reached[claim.word]
+            end = int(ends[1] - claim.high > claim.low - ends[0])
             where = f"{claim.line}: " if claim.line else ""
             lines.append(
-                f"{where}{extremes[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
+                f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
                 f"claim [{claim.low:g}, {claim.high:g}], {claim.reason}: widen it, or limit the "
                 "value"
             )
@@ -394,10 +371,6 @@ def _by_name(program: Program, nodes: dict[int, Node], counts: IntArray) -> dict
         name = _named(program, nodes, n)
         names[name] = max(int(counts[n]), names.get(name, 0))
     return names
-
-
-def _range(value: Value) -> str:
-    return f"[{value.low:g}, {value.high:g}]"
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -83,9 +82,7 @@ class Simulated(Level):
             self._process.close()
             self._process = None
 
-    def __del__(self) -> None:
-        """End the process."""
-        self.close()
+    __del__ = close
 
     def run(self, records: FloatArray) -> Run:
         """Updates; latencies and intervals are counted.
@@ -191,28 +188,6 @@ class Simulated(Level):
 LEVELS = (Simulated,)
 
 
-@dataclass(frozen=True)
-class Turn:
-    """Records ``start`` to ``stop`` - 1 of a program's stream."""
-
-    number: int
-    start: int
-    stop: int
-
-
-def random_turns(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Turn]:
-    """Random turns until every stream of ``counts`` records has ended."""
-    rng = random.Random(seed)
-    at = [0] * len(counts)
-    turns = []
-    while left := [k for k, n in enumerate(counts) if at[k] < n]:
-        k = rng.choice(left)
-        stop = min(counts[k], at[k] + rng.randint(1, longest))
-        turns.append(Turn(k, at[k], stop))
-        at[k] = stop
-    return turns
-
-
 def run_in_turns(
     simulation: RtlSimulation,
     streams: Sequence[IntArray],
@@ -233,7 +208,7 @@ def run_in_turns(
     streams : sequence of int (steps, n_inputs)
         Input records of each program.
     seed, longest : int
-        See `random_turns`.
+        Of random turns, of at most so many records, until every stream has ended.
     stall : int
         See `RtlSimulation.run`.
     replay : callable, optional
@@ -246,15 +221,16 @@ def run_in_turns(
     """
     rng, parts = random.Random(seed), simulation.core.parts
     widest = max(s.shape[1] for s in streams)
-    rows, writes = [], []
-    numbers: list[int] = []
-    for turn in random_turns([len(s) for s in streams], seed=seed, longest=longest):
-        writes.append(BusWrite(len(numbers), PROGRAM, turn.number))
+    rows, writes, numbers, at = [], list[BusWrite](), list[int](), [0] * len(streams)
+    while left := [k for k, stream in enumerate(streams) if at[k] < len(stream)]:
+        k = rng.choice(left)
+        writes.append(BusWrite(len(numbers), PROGRAM, k))
         if rng.random() < 0.25:
             writes.append(BusWrite(len(numbers), PROGRAM, rng.choice((len(parts), -1))))
-        piece = streams[turn.number][turn.start : turn.stop]
+        piece = streams[k][at[k] : at[k] + rng.randint(1, longest)]
+        at[k] += len(piece)
         rows.append(np.pad(piece, ((0, 0), (0, widest - piece.shape[1]))))
-        numbers += [turn.number] * len(piece)
+        numbers += [k] * len(piece)
     run = (replay or simulation.run)(
         np.concatenate(rows), numbers=np.array(numbers), stall=stall, bus_writes=writes
     )

@@ -69,6 +69,10 @@ class Claim:
         slack = max(share, ROUNDING_LSB * self.lsb)
         return self.low - slack, self.high + slack
 
+    def broken_by(self, seen: tuple[float, float]) -> bool:
+        """Whether extremes lie beyond the range by more than rounding."""
+        return not self.ends[0] <= seen[0] <= seen[1] <= self.ends[1]
+
     def share(self, low: float, high: float) -> float:
         """How far values from ``low`` to ``high`` go towards an end; above 1: beyond it."""
         if self.low < 0.0 < self.high:
@@ -89,12 +93,6 @@ def live(roots: Sequence[Node]) -> Iterator[Node]:
     yield from (visited[number] for number in sorted(visited))
 
 
-def live_nodes(program: Program, nodes: Mapping[int, Node]) -> list[Node]:
-    """List the nodes that outputs and next states need, each after its arguments."""
-    results = (*program.outputs, *(after for _, after in program.states))
-    return list(live([nodes[n] for n in results if n in nodes]))
-
-
 def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
     """List the claims of a compiled step in the order of computation; next states last.
 
@@ -112,6 +110,7 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
         for state, after in program.states
         if after in nodes
     }
+    results = (*program.outputs, *(after for _, after in program.states))
     word_of = {node.number: number for number, node in reversed([*nodes.items()])}
     claims = [
         Claim(
@@ -124,7 +123,7 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
             lsb(word_of.get(node.number)),
             unless=node.unless,
         )
-        for node in live_nodes(program, nodes)
+        for node in live([nodes[n] for n in results if n in nodes])
         if node.kind == "bounded" and state_ranges.get(node.number) != (node.low, node.high)
     ]
     clamped = {op.dest for op in program.ops if op.overflow is not Overflow.SAT}

@@ -77,16 +77,6 @@ class Witness:
         return text + "".join(f" --param {name}={x:.6g}" for name, x in self.params.items())
 
 
-@dataclass(frozen=True, eq=False)
-class _Champion:
-    """The update of a run that took a claim's value farthest: inputs, parameters, states before."""
-
-    inputs: FloatArray
-    params: FloatArray
-    states: IntArray
-    parent: int
-
-
 class Search:
     """The runs, and the values that they reached.
 
@@ -121,7 +111,9 @@ class Search:
         self.high = np.full(len(claims), -np.inf)
         self.broken = np.zeros(len(claims), dtype=np.bool_)
         self.at = np.zeros((len(claims), 2), dtype=np.int64)
-        self.champions: dict[int, _Champion] = {}
+        #: By claim, of the update that took its value farthest: inputs, parameters, states before
+        #: and parent of the run.
+        self.champions: dict[int, tuple[FloatArray, FloatArray, IntArray, int]] = {}
         #: By update: inputs, parameters, and the update and run from which each run continued.
         self.log: list[tuple[FloatArray, FloatArray, IntArray]] = []
         self.parents = np.full(RUNS, -1, dtype=np.int64)
@@ -204,12 +196,9 @@ class Search:
                 distance = np.abs(value - 0.5 * (claim.low + claim.high))
                 run = int(np.select([beyond, legal], [np.inf, distance], -1.0).argmax())
                 self.at[k] = update, run
-                self.champions[k] = _Champion(
-                    self.inputs[:, run].copy(),
-                    self.params[:, run].copy(),
-                    self.states[:, run].copy(),
-                    int(self.parents[run]),
-                )
+                inputs, params = self.inputs[:, run].copy(), self.params[:, run].copy()
+                parent = int(self.parents[run])
+                self.champions[k] = inputs, params, self.states[:, run].copy(), parent
             self.broken[k] = beyond.any()
             self.low[k] = min(self.low[k], smallest)
             self.high[k] = max(self.high[k], largest)
@@ -243,9 +232,9 @@ class Search:
         ] or [*self.champions]
         runs = rng.permutation(RUNS)
         for run in runs[: FOLLOWING if goals else 0]:
-            champion = self.champions[goals[rng.integers(len(goals))]]
-            self.inputs[:, run], self.params[:, run] = champion.inputs, champion.params
-            self.states[:, run], self.parents[run] = champion.states, champion.parent
+            self.inputs[:, run], self.params[:, run], self.states[:, run], self.parents[run] = (
+                self.champions[goals[rng.integers(len(goals))]]
+            )
             self.hold[run] = rng.uniform(0.3, 1.0)
         restarted = runs[FOLLOWING : FOLLOWING + RESET]
         self.states[:, restarted] = self.initial[:, None]
