@@ -45,7 +45,6 @@ from boresight.sim.compare.check import EXACT, ROWS, Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import Log, log_files, logs_of
-from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 from boresight.sim.worlds.loop import recorded
 from boresight.sim.worlds.world import is_world
@@ -147,7 +146,10 @@ def check(
         simulator=simulator,
         progress=lambda text: tell("".join((*messages, text))),
     )
-    logs = tuple(_recorded(log, build, steps) if is_world(log) else log for log in logs)
+    if len(estimators) > 1 and any(map(is_world, logs)):
+        found, fix = "a world", "record it: run ESTIMATOR WORLD -o log.csv"
+        raise InputError.at("logs", wanted="logs of several estimators", found=found, fix=fix)
+    logs = tuple(recorded(log, build, steps) if is_world(log) else log for log in logs)
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
     if own:
@@ -205,14 +207,6 @@ def _build(
     estimators = [find_estimator(n) for n in names]
     make = partial(Build, *estimators, word=word, params=params_of_each(names, params), target=part)
     return build_for(lambda name: make(config=name), config, part)
-
-
-def _recorded(world: Any, build: Build, steps: int | None) -> Record:
-    """The log of a world in a loop with the float64 form."""
-    if len(build.estimators) > 1:
-        found, fix = "a world", "record it: run ESTIMATOR WORLD -o log.csv"
-        raise InputError.at("logs", wanted="logs of several estimators", found=found, fix=fix)
-    return recorded(world, build, steps)
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:

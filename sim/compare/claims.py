@@ -62,10 +62,9 @@ class ClaimResult:
     @property
     def failure(self) -> str:
         """What is wrong, where the search or float64 breaks the claim; else empty."""
-        if self.status == "broken" and self.folded and self.log is not None:
-            reached = max(self.log, key=lambda x: max(self.low - x, x - self.high))
+        if self.status == "broken" and self.folded:
             return (
-                f"{self.line}: {reached:.6g} in float64 is BEYOND the claim [{self.low:g}, "
+                f"{self.line}: {self._reached:.6g} in float64 is BEYOND the claim [{self.low:g}, "
                 f"{self.high:g}], {self.reason}, with which comparisons are decided: widen it"
             )
         if self.status != "broken" or self.witness is None:
@@ -77,9 +76,10 @@ class ClaimResult:
 
     @property
     def _reached(self) -> float:
-        """How far beyond the range the search came."""
-        assert self.search is not None
-        return max(self.search, key=lambda x: max(self.low - x, x - self.high))
+        """How far beyond the range the search came, or float64."""
+        ends = self.log if self.folded else self.search
+        assert ends is not None
+        return max(ends, key=lambda x: max(self.low - x, x - self.high))
 
     def note(self) -> str:
         """A state that legal inputs take out of its range, which is no fault on this log."""
@@ -105,33 +105,20 @@ def claim_results(
     broken : set of Claim
         Those that the log breaks.
     """
-    return tuple(
-        _result(e, extremes, e.claim in broken) for e, extremes in zip(examined, seen, strict=True)
-    )
-
-
-def _result(examined: Examined, log: tuple[float, float] | None, broken: bool) -> ClaimResult:
-    claim, reach = examined.claim, examined.reach
-    search = None if reach is None else (reach.low, reach.high)
-    if broken:
-        status = "broken"
-    elif reach is not None and reach.broken:
-        status = "excepted" if claim.unless else "broken" if claim.bounded else "left"
-    else:
-        status = "proven" if examined.proven else "checked"
-    shares = [claim.share(*extremes) for extremes in (log, search) if extremes is not None]
-    return ClaimResult(
-        claim.reason,
-        claim.line,
-        claim.low,
-        claim.high,
-        claim.state,
-        status,
-        log,
-        search,
-        max(shares, default=0.0),
-        None if broken else examined.witness,
-    )
+    results = []
+    for e, log in zip(examined, seen, strict=True):
+        claim, reach = e.claim, e.reach
+        search = None if reach is None else (reach.low, reach.high)
+        status = "proven" if e.proven else "checked"
+        if claim in broken:
+            status = "broken"
+        elif reach is not None and reach.broken:
+            status = "excepted" if claim.unless else "broken" if claim.bounded else "left"
+        share = max((claim.share(*ends) for ends in (log, search) if ends is not None), default=0.0)
+        stated = claim.reason, claim.line, claim.low, claim.high, claim.state
+        witness = None if claim in broken else e.witness
+        results.append(ClaimResult(*stated, status, log, search, share, witness))
+    return tuple(results)
 
 
 class FoldedClaims:

@@ -114,7 +114,7 @@ def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit 
     if not candidates:
         return None
     step, value, ranged = min(candidates, key=lambda f: f[0])  # the first op of several
-    for part in twin.parts(twin.nodes[value]):
+    for part in parts_of(twin.nodes[value], twin.value_of):
         if (fault := _function_fault(twin, part, step)) is not None:
             return _named(twin, value, step, *fault, line=part.line)
     arithmetic = twin.program.arithmetic
@@ -177,7 +177,7 @@ def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | 
     """The root or reciprocal whose argument has the fewest bits, if they are few."""
     candidates: list[tuple[int, int, Node]] = []
     for value, node in twin.nodes.items():
-        for part in twin.parts(node) if among is None or value in among else ():
+        for part in parts_of(node, twin.value_of) if among is None or value in among else ():
             held = twin.value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
             if held is not None:
                 candidates.append((int(abs(twin.words[held][step])).bit_length(), value, part))

@@ -67,18 +67,15 @@ class LevelResult:
         if self.n_mismatch:
             return f"{self.n_mismatch} of {self.n_total} updates differ"
         if not self.cycles_min == self.cycles_predicted == self.cycles_max:
-            return f"cycles predicted {self.cycles_predicted}, counted {self._cycles}"
+            return self._counted("cycles")
         if not self.interval_min == self.interval_predicted == self.interval_max:
-            return f"interval predicted {self.interval_predicted}, counted {self._intervals}"
+            return self._counted("interval")
         return ""
 
-    @property
-    def _cycles(self) -> str:
-        return _span(self.cycles_min, self.cycles_max)
-
-    @property
-    def _intervals(self) -> str:
-        return _span(self.interval_min, self.interval_max)
+    def _counted(self, name: str) -> str:
+        predicted, low, high = (getattr(self, f"{name}_{x}") for x in ("predicted", "min", "max"))
+        counted = f"{low}" if low == high else f"{low}..{high}"
+        return f"{name} predicted {predicted}, counted {counted}"
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
@@ -94,18 +91,11 @@ class LevelResult:
         if self.reference:
             text = f"{name} reference, {self.n_total} updates"
         if self.cycles_predicted is not None:
-            text += (
-                f"   cycles predicted {self.cycles_predicted}, counted {self._cycles}"
-                f"; interval predicted {self.interval_predicted}, counted {self._intervals}"
-            )
+            text += f"   {self._counted('cycles')}; {self._counted('interval')}"
         text += f"; {self.slices}" if self.slices else ""
         return f"{text}   {self.seconds:.1f} s" + (
             f"\n         {self.divergence}" if self.divergence else ""
         )
-
-
-def _span(least: int | None, most: int | None) -> str:
-    return f"{least}" if least == most else f"{least}..{most}"
 
 
 class Agreement:

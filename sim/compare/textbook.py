@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +50,11 @@ class Book:
 
     def line(self) -> str:
         """One line for people."""
-        text = textbook_line(self.differences)
+        found = self.differences
+        texts = ", ".join(f"{d.output} {d.largest:.1e} {d.unit}".rstrip() for d in found)
+        beyond = [d.output for d in found if not d.good]
+        verdict = f"BEYOND the tolerance of {', '.join(beyond)}" if beyond else "within"
+        text = f"float64 against the textbook, {found[0].samples} updates: {texts}: {verdict}"
         return text + ", which floor explains: lower floor, or sd_max" * self.by_floor
 
 
@@ -106,12 +109,3 @@ def beside_textbook(
         by_floor,
         tuple(book.gates),
     )
-
-
-def textbook_line(errors: Sequence[Difference]) -> str:
-    """One line for people."""
-    unit = [f" {d.unit}" if d.unit else "" for d in errors]
-    texts = ", ".join(f"{d.output} {d.largest:.1e}{u}" for d, u in zip(errors, unit, strict=True))
-    beyond = [d.output for d in errors if not d.good]
-    verdict = f"BEYOND the tolerance of {', '.join(beyond)}" if beyond else "within"
-    return f"float64 against the textbook, {errors[0].samples} updates: {texts}: {verdict}"

@@ -41,16 +41,9 @@ KINDS = {
 _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 
 
-@dataclass(frozen=True)
+@dataclass
 class Rounding:
-    """How far words of one value are from their twins, in the value's unit.
-
-    Attributes
-    ----------
-    largest : float
-    squares : float
-        Sum of the squares over ``samples`` updates.
-    """
+    """How far words of one value are from their twins: the largest, and the sum of the squares."""
 
     largest: float = 0.0
     squares: float = 0.0
@@ -61,13 +54,11 @@ class Rounding:
         """Root mean square; 0 of nothing."""
         return math.sqrt(self.squares / max(self.samples, 1))
 
-    def joined(self, other: Rounding) -> Rounding:
-        """Of both together."""
-        return Rounding(
-            max(self.largest, other.largest),
-            self.squares + other.squares,
-            self.samples + other.samples,
-        )
+    def add(self, error: FloatArray) -> None:
+        """More updates, in the value's unit."""
+        self.largest = max(self.largest, float(error.max(initial=0.0)))
+        self.squares += float(np.sum(error**2))
+        self.samples += len(error)
 
 
 class Twin:
@@ -96,9 +87,8 @@ class Twin:
 
     def argument(self, node: Node) -> FloatArray:
         """A node as the program holds it: its word, or, where it is part of another, computed."""
-        if node.number in self.value_of:
-            return self.real(self.value_of[node.number])
-        return self.computed(node)
+        value = self.value_of.get(node.number)
+        return self.computed(node) if value is None else self.real(value)
 
     def computed(self, node: Node) -> FloatArray:
         """A node from its arguments."""
@@ -146,10 +136,6 @@ class Twin:
         state = becomes(self.program, self.nodes, value)
         return value if state is None else state
 
-    def parts(self, node: Node) -> list[Node]:
-        """The node and those that are computed as part of it, arguments first."""
-        return parts_of(node, self.value_of)
-
     def _size(self, node: Node) -> FloatArray:
         """Magnitude of the terms of a sum, since they may cancel."""
         if node.kind != "sum":
@@ -196,29 +182,6 @@ def twins(
             machine.values[state] = before[some, k]
         machine.update(inputs[some].T)
         yield Twin(program, nodes, machine.values_before_commit(), first + start)
-
-
-def rounding_errors(
-    program: Program,
-    nodes: dict[int, Node],
-    inputs: IntArray,
-    states: IntArray,
-    before: IntArray | None = None,
-    anew: BoolArray | None = None,
-) -> dict[int, Rounding]:
-    """Distance of each operation's word from its twin.
-
-    Updates whose twin is no finite number are left out; see `twins` for the arguments.
-    """
-    out: dict[int, Rounding] = {}
-    for twin in twins(program, nodes, inputs, states, before, anew=anew):
-        for op in program.ops:
-            if op.dest in nodes:
-                error, size = twin.deviation(op.dest)
-                seen = error[np.isfinite(error) & np.isfinite(size)]
-                here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
-                out[op.dest] = out.get(op.dest, Rounding()).joined(here)
-    return out
 
 
 def function_arguments(program: Program, nodes: Mapping[int, Node]) -> dict[tuple[int, str], int]:

@@ -89,10 +89,10 @@ def report_data(
     if observed is None:
         warn("numerics: no log was run, ranges are not observed")
     else:
-        count = [observed.saturations(n) for n in range(len(program.values))]
-        if any(count):
+        count = observed.saturations
+        if count.any():
             names = ", ".join(v.name for v, n in zip(program.values, count, strict=True) if n)
-            warn(f"numerics: {sum(count)} saturations, in {names}")
+            warn(f"numerics: {count.sum()} saturations, in {names}")
     levels = [level for check in checks for level in check.levels]
     data: dict[str, Any] = {
         "design": program.name,

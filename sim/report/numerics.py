@@ -6,6 +6,7 @@ from typing import Any
 
 from boresight.model.lowering.graph import declared_name
 from boresight.model.words.program import Kind, Overflow, Program, Value
+from boresight.sim.compare.diagnosis import headroom_bits
 from boresight.sim.compare.twin import KINDS
 from boresight.sim.report.observed import Observed
 
@@ -109,12 +110,12 @@ def _observations(
         return {**dict.fromkeys(_OBSERVED), "state": _state(value, mode, None, None, None)}
     headroom, wasted = None, observed.wasted.get(n)
     if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
-        headroom = round(observed.headroom_bits(n), 2)
-    error, saturations, lsb = observed.errors.get(n), observed.saturations(n), program.format(n).lsb
-    reached = observed.reached(n)
+        headroom = round(headroom_bits(program, n, observed.reached[n]), 2)
+    error, saturations = observed.errors.get(n), int(observed.saturations[n])
+    reached, lsb = observed.reached[n], program.format(n).lsb
     ends = [
-        {"value": _digits(x), "log": end.log, "sample": end.sample}
-        for x, end in zip(reached, observed.extremes(n), strict=True)
+        {"value": _digits(x), "log": observed.logs[abs(log)], "sample": sample}
+        for x, (_, log, sample) in zip(reached, observed.extremes[n], strict=True)
     ]
     return {
         "observed_min": ends[0],

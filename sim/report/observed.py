@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+
+import numpy as np
 
 from boresight.model.lowering.graph import declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
-from boresight.sim.compare.diagnosis import headroom_bits, wasted_bits
+from boresight.sim.compare.diagnosis import wasted_bits
 from boresight.sim.compare.results import CheckResult
-from boresight.sim.compare.twin import Rounding, rounding_errors
-
-
-class Extreme(NamedTuple):
-    """A word, with the log and the sample in which it was seen first."""
-
-    word: int
-    log: str
-    sample: int
+from boresight.sim.compare.twin import Rounding, twins
 
 
 class Observed:
@@ -42,6 +35,13 @@ class Observed:
         Values that waste bits because of their own range, the worst first.
     summary : str
         Numbers of updates, and their logs.
+    extremes : list of (int, int, int) pairs
+        By value number, its smallest and largest word, each with plus or minus the number of the
+        first of ``logs`` that has it, and the sample.
+    reached : dict of int to (float, float)
+        The same words in the value's unit.
+    saturations : int64 (n_values,)
+        Updates of all logs in which a value was clamped.
     """
 
     def __init__(self, program: Program, checks: Sequence[CheckResult]) -> None:
@@ -51,23 +51,35 @@ class Observed:
                 raise ValueError(f"check must belong to program {expected[:12]}, not {actual[:12]}")
         build, number = checks[0].build, checks[0].number
         estimator = build.estimators[number]
-        self.program, self.nodes = program, build.nodes[number]
+        self.nodes = build.nodes[number]
         self.summary = ", ".join(f"{c.rows} updates of {c.given.record.name}" for c in checks)
         # On the C model; states count with the words before each update.
-        self._ranges = [
-            (c.accuracy.ranges, c.given.record.name) for c in checks if c.accuracy.ranges
+        ranges = [(c.accuracy.ranges, c.given.record.name) for c in checks if c.accuracy.ranges]
+        self.saturations: IntArray = np.sum([r.saturations for r, _ in ranges], axis=0)
+        self.extremes = [
+            (
+                min((int(r.low[n]), k, int(r.low_at[n])) for k, (r, _) in enumerate(ranges)),
+                max((int(r.high[n]), -k, int(r.high_at[n])) for k, (r, _) in enumerate(ranges)),
+            )
+            for n in range(len(program.values))
         ]
+        self.logs = [log for _, log in ranges]
+        self.reached = {
+            n: (float(program.format(n).real(low[0])), float(program.format(n).real(high[0])))
+            for n, (low, high) in enumerate(self.extremes)
+        }
         self.errors: dict[int, Rounding] = {}
         for check in checks:
             previous: IntArray | None = None
             for columns, fixed, _ in check.parts():
                 assert fixed.states is not None
                 words = columns.words(program)
-                found = rounding_errors(
-                    program, self.nodes, words, fixed.states, previous, columns.restarts
-                )
-                for n, one in found.items():
-                    self.errors[n] = one.joined(self.errors.get(n, Rounding()))
+                rows = program, self.nodes, words, fixed.states, previous
+                for twin in twins(*rows, anew=columns.restarts):
+                    for n in (op.dest for op in program.ops if op.dest in self.nodes):
+                        error, size = twin.deviation(n)
+                        finite = np.isfinite(error) & np.isfinite(size)
+                        self.errors.setdefault(n, Rounding()).add(error[finite])
                 previous = fixed.states[-1]
         declared = {
             (kind, d.name): d.line
@@ -80,26 +92,5 @@ class Observed:
         }
         lines |= {n: node.line for n, node in self.nodes.items() if node.line}
         self.lines = {n: line for n, line in lines.items() if line}
-        reached = {n: self.reached(n) for n in range(len(program.values))}
-        wasted = wasted_bits(estimator, program, self.nodes, reached)
+        wasted = wasted_bits(estimator, program, self.nodes, self.reached)
         self.wasted = {w.number: w for w in wasted}
-
-    def extremes(self, value: int) -> tuple[Extreme, Extreme]:
-        """Smallest and largest word that was seen."""
-        lows = [Extreme(int(r.low[value]), log, int(r.low_at[value])) for r, log in self._ranges]
-        highs = [Extreme(int(r.high[value]), log, int(r.high_at[value])) for r, log in self._ranges]
-        return min(lows, key=lambda e: e.word), max(highs, key=lambda e: e.word)
-
-    def reached(self, value: int) -> tuple[float, float]:
-        """Smallest and largest word that was seen, in the value's unit."""
-        real = self.program.format(value).real
-        low, high = self.extremes(value)
-        return float(real(low.word)), float(real(high.word))
-
-    def saturations(self, value: int) -> int:
-        """Updates of all logs in which it was clamped."""
-        return sum(int(r.saturations[value]) for r, _ in self._ranges)
-
-    def headroom_bits(self, value: int) -> float:
-        """How often the largest word seen could double before it left the format."""
-        return headroom_bits(self.program, value, self.reached(value))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any
 
@@ -25,10 +25,10 @@ def _floats(curve: Curve) -> FloatArray:
     return np.array([np.nan if v is None else v for v in curve], dtype=np.float64)
 
 
-def _unwrapped(y: FloatArray) -> FloatArray:
+def _wrap(unit: str, y: FloatArray) -> FloatArray:
     """A gap instead of a stroke across the plot where an angle passes +-180 deg."""
     y = y.copy()
-    y[1:][np.abs(np.diff(y)) > 180.0] = np.nan
+    y[1:][(np.abs(np.diff(y)) > 180.0) & (unit == "deg")] = np.nan
     return y
 
 
@@ -77,10 +77,6 @@ def output_plot(times: Curve, time_label: str, outputs: Outputs, truth: str, *, 
         return svg(figure, salt)
 
 
-def _wrap(unit: str, y: FloatArray) -> FloatArray:
-    return _unwrapped(y) if unit == "deg" else y
-
-
 def error_plot(times: Curve, time_label: str, outputs: Outputs, *, salt: str) -> str:
     """Fixed point against float64, with each output's tolerance."""
     plotted = {name: o for name, o in outputs.items() if o["unit"] not in EXACT_UNITS}
@@ -91,24 +87,14 @@ def error_plot(times: Curve, time_label: str, outputs: Outputs, *, salt: str) ->
             for name, colour in _colours(names).items():
                 y = _floats(plotted[name]["error"])
                 _draw_log(axes, t, y, colour, name)
-            limits = {plotted[n]["tolerance"]: None for n in names}
-            _draw_tolerances(axes, (x for x in limits if x is not None))
+            for limit in dict.fromkeys(filter(None, (plotted[n]["tolerance"] for n in names))):
+                style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
+                axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
             _mark_parting(axes, [plotted[name] for name in names])
             axes.set_yscale("log")
-            axes.set_ylabel(_error_of(unit))
+            axes.set_ylabel("|fixed - float64|" + (f", {shown_unit(unit)}" if unit else ""))
             legend(axes, 6)
         return svg(figure, salt)
-
-
-def _draw_tolerances(axes: Any, limits: Iterable[float]) -> None:
-    """A dashed line at each."""
-    for limit in limits:
-        style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
-        axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
-
-
-def _error_of(unit: str) -> str:
-    return "|fixed - float64|" + (f", {shown_unit(unit)}" if unit else "")
 
 
 def _mark_parting(axes: Any, outputs: Sequence[Mapping[str, Any]]) -> None:

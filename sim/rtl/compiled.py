@@ -20,7 +20,7 @@ from boresight.sim.rtl.verilator import build_program
 #: Cycles for which ``rst`` is held.
 RESET_CYCLES = 4
 
-_ARGS = (*BUILD_ARGS["verilator"], "-Wno-lint", "--no-timing", "--prefix", "Vbench")
+_ARGS = (*BUILD_ARGS, "-Wno-lint", "--no-timing", "--prefix", "Vbench")
 
 #: Drives the clock; prints the number of cycles and their wall clock time.
 _MAIN = r"""

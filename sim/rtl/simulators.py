@@ -14,28 +14,15 @@ from boresight.model.tools.needs import COMMON, install_line
 
 SIMULATORS = ("verilator", "icarus")
 
-#: How a bench that Verilator wrote is compiled: one unit, lightly optimised, and what runs once not
-#: at all (Verilator marks it cold); its library as it comes. Half of the time to build, and runs
-#: within a tenth as fast.
-QUICK_BUILD = (
-    *("--output-split", "0", "-MAKEFLAGS", "OPT_FAST=-O1"),
-    *("-CFLAGS", "'-Dcold=cold,optimize(0)'"),
+#: Arguments of Verilator's build. It is two-valued: unknown start values become random, so that a
+#: result that depends on one differs. Only signals that a bench names are public. What it wrote is
+#: compiled as one unit, lightly optimised, and what runs once not at all (Verilator marks it cold);
+#: its library as it comes: half of the time to build, and runs within a tenth as fast.
+BUILD_ARGS = (
+    *("-Wno-fatal", "-O3", "--output-split", "0", "-MAKEFLAGS", "OPT_FAST=-O1"),
+    *("-CFLAGS", "'-Dcold=cold,optimize(0)'", "--no-public-flat-rw"),
+    *("--x-initial", "unique", "--x-assign", "unique"),
 )
-
-#: Arguments of each simulator's build. Verilator is two-valued: unknown start values become
-#: random, so that a result that depends on one differs. Only signals that a bench names are public.
-BUILD_ARGS = {
-    "verilator": [
-        "-Wno-fatal",
-        "-O3",
-        *QUICK_BUILD,
-        "--no-public-flat-rw",
-        "--x-initial",
-        "unique",
-        "--x-assign",
-        "unique",
-    ]
-}
 
 
 class SimulationFailed(ToolFailed):

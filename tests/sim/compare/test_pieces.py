@@ -103,10 +103,10 @@ def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = feed(build.estimators[0], record).words(build.programs[0])[210]
     whole = CModel._updates
 
-    def updates(self: CModel, inputs: Any, states: Any) -> Any:
-        outputs, saturated = whole(self, inputs, states)
-        outputs[(np.asarray(inputs) == wrong).all(axis=1), 0] ^= 1
-        return outputs, saturated
+    def updates(self: CModel, inputs: Any, **options: Any) -> Any:
+        made = whole(self, inputs, **options)
+        made[0][(np.asarray(inputs) == wrong).all(axis=1), 0] ^= 1
+        return made
 
     monkeypatch.setattr(CModel, "_updates", updates)
     texts = of_pieces(build, record, (7, 50, 1000), levels=("c",))

@@ -131,7 +131,7 @@ def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
         [
             *("--vpi", "--public-flat-rw", "--prefix", "Vtop", "-LDFLAGS"),
             "-Wl,-rpath-link,{folder}/libs -L{folder}/libs -lcocotbvpi_verilator",
-            *(*BUILD_ARGS["verilator"], "--timescale", "1ns/1ps", *values),
+            *(*BUILD_ARGS, "--timescale", "1ns/1ps", *values),
         ],
         top="bench",
         links={"libs": Path(libs_dir), "share": Path(share_dir)},
