@@ -359,6 +359,40 @@ class _Summary:
         if self.whole:
             self.t, self.outputs = columns.t, outputs
 
+    def result(self, level: str, saturated: Mapping[str, int], output: str | Path | None) -> Result:
+        """The result; ``saturated`` are updates by the name of the value, of a pipe none."""
+        assert self.truth is not None  # a log has a row
+        every = self.truth.result()
+        truth = [d for d in every if np.isfinite(d.rms)]
+        rmse = self.angles.result() if self.angles.samples else None
+        data = {
+            "estimator": self.estimator.name,
+            "level": level,
+            "log": self.log,
+            "rows": self.rows,
+            "t": self.t,
+            "outputs": self.outputs,
+            "units": {o.name: o.unit for o in self.estimator.outputs},
+            "truth": every,
+            "rmse_deg": rmse,
+            "clamped": dict(self.clamped),
+            "saturated_updates": self.saturated,
+            "saturated": saturated,
+        }
+        text = f"{self.rows} rows" + (f" to {output}" if output is not None else "")
+        if rmse is not None:
+            figures = ", ".join(f"{k} {v:.3f}" for k, v in rmse.items())
+            text += f", RMSE against the log's reference, deg: {figures}"
+        elif truth:
+            figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
+            text += f", RMSE against the log's truth: {figures}"
+        notes = [
+            *self.warnings,
+            *([saturated_text(self.saturated, saturated)] if self.saturated else []),
+        ]
+        failures = [f"{level}: {self.fault}"] if self.fault else []
+        return Result(data, summary="" if self.fault else text, notes=notes, failures=failures)
+
 
 def _on_log(
     build: Build,
@@ -411,41 +445,7 @@ def _on_log(
         if summary.saturated and not is_pipe:  # which gives its rows once
             read = feeds(estimator, _read(log, steps, rows))
             saturated = saturations(machine, (s for columns in read for s in columns.spans(False)))
-    return _of_log(summary, level, saturated, output)
-
-
-def _of_log(
-    of: _Summary, level: str, saturated: Mapping[str, int], output: str | Path | None
-) -> Result:
-    """The result of a log; ``saturated`` are updates by the name of the value, of a pipe none."""
-    assert of.truth is not None  # a log has a row
-    every = of.truth.result()
-    truth = [d for d in every if np.isfinite(d.rms)]
-    rmse = of.angles.result() if of.angles.samples else None
-    data = {
-        "estimator": of.estimator.name,
-        "level": level,
-        "log": of.log,
-        "rows": of.rows,
-        "t": of.t,
-        "outputs": of.outputs,
-        "units": {o.name: o.unit for o in of.estimator.outputs},
-        "truth": every,
-        "rmse_deg": rmse,
-        "clamped": dict(of.clamped),
-        "saturated_updates": of.saturated,
-        "saturated": saturated,
-    }
-    text = f"{of.rows} rows" + (f" to {output}" if output is not None else "")
-    if rmse is not None:
-        figures = ", ".join(f"{k} {v:.3f}" for k, v in rmse.items())
-        text += f", RMSE against the log's reference, deg: {figures}"
-    elif truth:
-        figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
-        text += f", RMSE against the log's truth: {figures}"
-    notes = [*of.warnings, *([saturated_text(of.saturated, saturated)] if of.saturated else [])]
-    failures = [f"{level}: {of.fault}"] if of.fault else []
-    return Result(data, summary="" if of.fault else text, notes=notes, failures=failures)
+    return summary.result(level, saturated, output)
 
 
 def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:

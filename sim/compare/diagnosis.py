@@ -222,6 +222,11 @@ def _more_bits(node: Node) -> str:
             f"give this Measurement sd_max, the largest standard deviation of its h, for a "
             f"narrower range of h P h + r than [{arg.low:.3g}, {arg.high:.3g}]"
         )
+    if any(part.unless == INDEFINITE for part in (arg, *arg.args)):
+        return (
+            f"lower sd_max of the states that this Measurement sees, for a narrower range of "
+            f"h P h + r than [{arg.low:.3g}, {arg.high:.3g}]"
+        )
     name = arg.name or f"the argument ({arg.line})"
     return f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]"
 
@@ -309,8 +314,8 @@ def wasted_bits(
             if not _is_source(program, node, reached, numbers, n):
                 continue
             name, line = authors_name(program, nodes, n), node.line
-        cure = _cure(estimator, program, node, n, low, high)
-        wasted.append(Wasted(n, name, line, bits, low, high, cure))
+        if cure := _cure(estimator, program, node, n, reached, low, high):
+            wasted.append(Wasted(n, name, line, bits, low, high, cure))
     return sorted(wasted, key=lambda w: -w.bits)
 
 
@@ -320,16 +325,25 @@ def _limit(program: Program, value: int, bits: int) -> float:
 
 
 def _cure(
-    estimator: Estimator, program: Program, node: Node | None, value: int, low: float, high: float
+    estimator: Estimator,
+    program: Program,
+    node: Node | None,
+    value: int,
+    reached: Mapping[int, Range],
+    low: float,
+    high: float,
 ) -> str:
-    """What gives a value more bits: a narrower range, or what its range follows from."""
+    """What gives a value more bits: a narrower range, or what it follows from; or nothing."""
     said, limits = program.values[value], f"[{low:.4g}, {high:.4g}]"
-    if said.kind is not Kind.OP and said.name in estimator.covariance_elements:
-        i, j = estimator.covariance_elements[said.name]
-        share = high / said.high
-        if i == j:
-            return f"multiply sd_max of {i} by {math.sqrt(share):.2g}"
-        return f"multiply sd_max of {i} or {j} by {share:.2g}"
+    elements = estimator.covariance_elements
+    if said.kind is not Kind.OP and said.name in elements:
+        cures = []
+        for name, (i, j) in elements.items():
+            if i == j and i in elements[said.name] and program.find(name) in reached:
+                n = program.find(name)
+                share = math.sqrt(2.0**MARGIN_BITS * reached[n][1] / program.values[n].high)
+                cures += [f"multiply sd_max of {i} by {share:.2g}"] if share < 0.7 else []
+        return " and ".join(cures)
     if node is not None and node.unless == INDEFINITE:
         return "lower sd_max of its states or of its Measurement"
     if said.kind is not Kind.OP or (node is not None and node.kind in ("bounded", "saturated")):
@@ -400,7 +414,8 @@ def rounding_text(
     if unused > MARGIN_BITS:
         said, limit = program.values[state], _limit(program, state, unused - MARGIN_BITS)
         low, high = max(said.low, -limit), min(said.high, limit)
-        narrow = _cure(estimator, program, None, state, low, high) + ", "
+        cure = _cure(estimator, program, None, state, reached, low, high)
+        narrow = f"{cure}, " if cure else ""
     return (
         f"{text}{name}{where} changes by at most {int(changes[k])} of its last bits in an update "
         f"and leaves {unused} bits unused: {narrow}{wider}carry the remainder in a second state "

@@ -96,7 +96,6 @@ def beside_textbook(
             for name, (own, *others) in book.time_steps.items()
             if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))
         ]
-    waived = [text for kind, text in faults if kind in estimator.waived]
     found = tuple(differences(estimator.outputs, outputs, book.outputs))
     by_floor = False
     if book.as_built is not None and not all(d.good for d in found):
@@ -104,7 +103,7 @@ def beside_textbook(
         by_floor = all(d.good for d in as_built)
     return Book(
         found,
-        (*book.remarks, *waived),
+        (*book.remarks, *(text for kind, text in faults if kind in estimator.waived)),
         tuple(text for kind, text in faults if kind not in estimator.waived),
         by_floor,
         tuple(book.gates),

@@ -64,15 +64,6 @@ def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
     }
 
 
-def _is_prominent(row: Mapping[str, Any]) -> bool:
-    """Whether a value is part of the estimator's interface or needs attention."""
-    return (
-        row["kind"] in ("input", "param", "state")
-        or row["output"]
-        or row["state"] in ("saturated", "tight")
-    )
-
-
 def _warnings(data: Mapping[str, Any]) -> list[str]:
     """Warnings that restrict the numbers, without the failures, which the page has above."""
     failures = data["verdict"]["failures"]
@@ -100,7 +91,11 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         If a number is not finite.
     """
     json.dumps(data, allow_nan=False)
-    rows = data["numerics"]
+    rows, prominent, others = data["numerics"], list[Any](), list[Any]()
+    for r in rows:
+        interface = r["output"] or r["kind"] in ("input", "param", "state")
+        named = interface or r["state"] in ("saturated", "tight")
+        (prominent if named else others).append((r, _range_bar(r)))
     return page(
         "boresight.sim.report",
         "report.html",
@@ -118,11 +113,7 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         kinds=KINDS,
         plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
         tables=[
-            (
-                "Inputs, parameters, states, outputs, and what needs attention",
-                True,
-                [(r, _range_bar(r)) for r in rows if _is_prominent(r)],
-            ),
-            ("All other values", False, [(r, _range_bar(r)) for r in rows if not _is_prominent(r)]),
+            ("Inputs, parameters, states, outputs, and what needs attention", True, prominent),
+            ("All other values", False, others),
         ],
     )
