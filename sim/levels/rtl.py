@@ -82,8 +82,6 @@ class Simulated(Level):
             self._process.close()
             self._process = None
 
-    __del__ = close
-
     def run(self, records: FloatArray) -> Run:
         """Updates; latencies and intervals are counted.
 

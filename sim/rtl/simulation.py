@@ -194,7 +194,6 @@ class CoreProcess:
     def __init__(self, simulation: RtlSimulation, memories: Mapping[str, str]) -> None:
         self._word, self._tool = simulation.word, simulation.simulator
         self.folder = Path(tempfile.mkdtemp(prefix="boresight-rtl-"))
-        self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         for file, contents in memories.items():
             (self.folder / file).write_text(contents)
         self._log = self.folder / "run.log"
@@ -206,6 +205,8 @@ class CoreProcess:
                 stdout=subprocess.PIPE,
                 stderr=log,
             )
+        #: End the process; it ends, too, when nothing refers to this any more.
+        self.close = weakref.finalize(self, _end, self.process, self.folder)
 
     def replay(self, batch: Batch) -> RtlRun:
         """Run records, continuing after the last batch.
@@ -230,16 +231,6 @@ class CoreProcess:
         text = f"{output}\nthe process ended with exit code {code}"
         raise SimulationFailed(failure(f"{self._tool} run failed", text))
 
-    def close(self) -> None:
-        """End the process."""
-        assert self.process.stdin is not None and self.process.stdout is not None
-        self.process.kill()
-        self.process.wait()
-        with contextlib.suppress(OSError):  # input that it has not read
-            self.process.stdin.close()
-        self.process.stdout.close()
-        self._remove()
-
     def __enter__(self) -> Self:
         """Itself."""
         return self
@@ -247,3 +238,13 @@ class CoreProcess:
     def __exit__(self, *error: object) -> None:
         """Close."""
         self.close()
+
+
+def _end(process: subprocess.Popen[bytes], folder: Path) -> None:
+    assert process.stdin is not None and process.stdout is not None
+    process.kill()
+    process.wait()
+    with contextlib.suppress(OSError):  # input that it has not read
+        process.stdin.close()
+    process.stdout.close()
+    shutil.rmtree(folder, ignore_errors=True)
