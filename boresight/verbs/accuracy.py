@@ -14,24 +14,13 @@ from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
 
+from boresight import options
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    Baseline,
-    EstimatorNames,
-    Jobs,
-    LogRows,
-    Logs,
-    OptionalFolder,
-    Params,
-    Profiles,
-    Progress,
-    Word,
-)
 from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
@@ -41,22 +30,22 @@ from boresight.sim.pages import Section, Verdict, page_of, section_of
 from boresight.sim.plotting import dots
 from boresight.sim.result import Result
 
-GROUPS = (LogRows, Profiles, Baseline)
+GROUPS = (options.LogRows, options.Profiles, options.Baseline)
 
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 
 
 def accuracy(
-    names: EstimatorNames = FIRST,
+    names: options.EstimatorNames = FIRST,
     /,
-    *logs: Logs,
+    *logs: options.Logs,
     align: str = "none",
-    params: Params = None,
-    word: Word = 32,
-    jobs: Jobs = None,
-    output: OptionalFolder = None,
-    progress: Progress = None,
+    params: options.Params = None,
+    word: options.Word = 32,
+    jobs: options.Jobs = None,
+    output: options.OptionalFolder = None,
+    progress: options.Progress = None,
 ) -> Result:
     """Measure the error of each output against the truth of logs, and against float64.
 

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from boresight import options
 from boresight.core_files import check_routable
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
@@ -24,20 +25,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    EstimatorName,
-    Jobs,
-    LogRows,
-    Logs,
-    OutputFolder,
-    Params,
-    Profiles,
-    Progress,
-    Scheduler,
-    Steps,
-    Texts,
-    Tolerances,
-)
 from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.explore.measure import (
@@ -64,39 +51,33 @@ from boresight.sim.records.files import logs_of
 from boresight.sim.result import Result, Row
 from boresight.sim.worlds.world import is_world
 
-GROUPS = (LogRows, Profiles, Tolerances)
+GROUPS = (options.LogRows, options.Profiles, options.Tolerances)
 
-#: Word widths that are tried.
-_WORDS = (18, 20, 22, 24, 28, 32)
+_Words = Annotated[Sequence[int], options.Texts, Parameter(name="--word", metavar="BITS,...")]
+_Configs = Annotated[Sequence[str], options.Texts, Parameter(name="--config", metavar="NAME,...")]
+_Targets = Annotated[Sequence[str], options.Texts, Parameter(name="--target", metavar="NAME,...")]
 
 
 def explore(
-    estimator: EstimatorName,
+    estimator: options.EstimatorName,
     /,
-    *logs: Logs,
-    words: Annotated[
-        Sequence[int | str], Texts, Parameter(name="--word", metavar="BITS,...")
-    ] = _WORDS,
-    configs: Annotated[Sequence[str], Texts, Parameter(name="--config", metavar="NAME,...")] = (
-        "small",
-        "fast",
-    ),
-    targets: Annotated[Sequence[str], Texts, Parameter(name="--target", metavar="NAME,...")] = (
-        "xc6slx9",
-    ),
+    *logs: options.Logs,
+    words: _Words = (18, 20, 22, 24, 28, 32),
+    configs: _Configs = ("small", "fast"),
+    targets: _Targets = ("xc6slx9",),
     synth: bool = False,
     route: bool = False,
     seeds: int = 1,
     want: str = "",
     least: str = "",
     clock: float = 100.0,
-    steps: Steps = None,
-    params: Params = None,
-    jobs: Jobs = None,
+    steps: options.Steps = None,
+    params: options.Params = None,
+    jobs: options.Jobs = None,
     again: bool = False,
-    scheduler: Scheduler = None,
-    output: OutputFolder = "build",
-    progress: Progress = None,
+    scheduler: options.Scheduler = None,
+    output: options.OutputFolder = "build",
+    progress: options.Progress = None,
 ) -> Result:
     """Measure combinations of word width, machine and target, and choose one.
 

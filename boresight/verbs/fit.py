@@ -21,6 +21,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from boresight import options
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require, require_whole
@@ -30,16 +31,6 @@ from boresight.model.resolve import call_of, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    EstimatorName,
-    LogRows,
-    OptionalFile,
-    Params,
-    Progress,
-    Steps,
-    Tolerances,
-    Word,
-)
 from boresight.parameters import params_of
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.boards import board_system
@@ -54,18 +45,18 @@ from boresight.sim.result import Result
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import is_world, world_of
 
-GROUPS = (LogRows, Tolerances)
+GROUPS = (options.LogRows, options.Tolerances)
 
 
 def fit(
-    estimator: EstimatorName,
+    estimator: options.EstimatorName,
     /,
     *sources: Annotated[Any, Parameter(metavar="LOG|WORLD", show_default=False)],
-    params: Params = None,
-    word: Word = 32,
-    steps: Steps = None,
-    output: OptionalFile = None,
-    progress: Progress = None,
+    params: options.Params = None,
+    word: options.Word = 32,
+    steps: options.Steps = None,
+    output: options.OptionalFile = None,
+    progress: options.Progress = None,
 ) -> Result:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
 

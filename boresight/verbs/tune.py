@@ -15,51 +15,39 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from boresight import options
 from boresight.model.errors import InputError, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    EstimatorName,
-    Jobs,
-    LogRows,
-    Logs,
-    OptionalFile,
-    Params,
-    Profiles,
-    Progress,
-    Repeated,
-    Texts,
-    Word,
-)
 from boresight.parameters import numbers, params_of
 from boresight.sim.accuracy.runs import LogRuns, read_trials
 from boresight.sim.accuracy.tuning import Tuning, axes_of, folds_of, weights_of
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result
 
-GROUPS = (LogRows, Profiles)
+GROUPS = (options.LogRows, options.Profiles)
 
 
 def tune(
-    estimator: EstimatorName,
+    estimator: options.EstimatorName,
     /,
-    *logs: Logs,
+    *logs: options.Logs,
     names: Annotated[
-        Sequence[str] | None, Texts, Parameter(name="--only", metavar="A,B,...")
+        Sequence[str] | None, options.Texts, Parameter(name="--only", metavar="A,B,...")
     ] = None,
     weights: Annotated[
         Mapping[str, float] | Sequence[str] | None,
-        Repeated,
+        options.Repeated,
         Parameter(name="--weight", metavar="OUTPUT=NUMBER"),
     ] = None,
     folds: int | None = None,
     rounds: int = 12,
-    params: Params = None,
-    word: Word = 32,
-    jobs: Jobs = None,
-    output: OptionalFile = None,
-    progress: Progress = None,
+    params: options.Params = None,
+    word: options.Word = 32,
+    jobs: options.Jobs = None,
+    output: options.OptionalFile = None,
+    progress: options.Progress = None,
 ) -> Result:
     """Tune parameters by a pattern search on the emitted C; see `sim.accuracy.tuning`.
 

@@ -1,4 +1,4 @@
-"""`explore`, `accuracy`, `montecarlo` and `experiment`, from the command line."""
+"""`montecarlo` and `experiment` from the command line; saturations in every verb."""
 
 from __future__ import annotations
 
@@ -71,24 +71,6 @@ def test_every_verb_names_what_saturates(here: Path, data, said) -> None:
     # Slopes of 2, 3 and 4 m: none, one and three updates.
     found = data("montecarlo ramp.py:Rising ramp.py:Ramp --runs 3 -o out")
     assert found["saturated"] == sum(found["saturations"].values()) == 3 + 1
-
-
-def test_explore(here: Path, data, refused) -> None:
-    line = "explore mine.py mine.csv --word 18,28,32 --config small -o out --synth"
-    found = data(f"{line} --want pos<1mm --least lut")
-    assert [row["word"] for row in found["rows"]] == [18, 28, 32]
-    assert found["choice"]["row"].startswith("28 bits")
-    assert Path("out/explore-mine.html").exists()
-    assert "wanted" in refused("explore mine.py mine.csv --want nosuch<1 -o out")
-
-
-def test_accuracy(here: Path, data, refused) -> None:
-    found = data("accuracy mine.py mine.csv -o out")
-    fixed = next(e for e in found["estimators"] if e["level"] == "fixed")
-    error = data("run mine.py mine.csv")["truth"]
-    assert fixed["mean"] == {d["output"]: d["rms"] for d in error}
-    assert json.loads(Path("out/accuracy.json").read_text())["estimators"]
-    assert "wanted attitudes" in refused("accuracy mine.py")
 
 
 def test_montecarlo(here: Path, data, said, refused) -> None:

@@ -1,8 +1,7 @@
-"""`boresight fit`: a profile that all verbs find; `tune`: parameters that all verbs take."""
+"""`boresight fit`: a profile that all verbs find."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 
@@ -25,12 +24,3 @@ def test_a_profile(here: Path, data, said) -> None:
 def test_refused(here: Path, refused) -> None:
     assert "at least one log or world" in refused("fit mine.py")
     assert "nosuch.csv" in refused("fit mine.py nosuch.csv")
-
-
-def test_tuned_parameters(here: Path, data, refused) -> None:
-    found = data("tune mine.py mine.csv -o tuned.json --rounds 2 --only beta")
-    assert [p["parameter"] for p in found["tuned_parameters"]] == ["beta"]
-    assert json.loads(Path("tuned.json").read_text())["parameters"] == found["parameters"]
-    error = data("run mine.py mine.csv --param @tuned.json")["truth"]
-    assert error[1]["rms"] < data("run mine.py mine.csv")["truth"][1]["rms"]
-    assert "gamma" in refused("tune mine.py mine.csv --only gamma")
