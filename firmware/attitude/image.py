@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
@@ -19,51 +18,16 @@ PACKAGES = NEEDS["riscv64 gcc"].packages
 
 #: Warnings are errors. libm's functions set no errno and float arithmetic no flag that is read.
 CFLAGS = (
-    "-std=c99",
-    "-march=rv32im",
-    "-mabi=ilp32",
-    "-Wa,-march=rv32im_zicsr",
-    "-Wall",
-    "-Wextra",
-    "-Wconversion",
-    "-Werror",
-    "-ffreestanding",
-    "-fno-math-errno",
-    "-fno-trapping-math",
-    "-fno-strict-aliasing",
-    "-fno-tree-loop-distribute-patterns",
-    "-ffp-contract=off",
-    "-ffunction-sections",
-    "-fdata-sections",
+    *("-std=c99", "-march=rv32im", "-mabi=ilp32", "-Wa,-march=rv32im_zicsr", "-ffreestanding"),
+    *("-Wall", "-Wextra", "-Wconversion", "-Werror", "-fno-math-errno", "-fno-trapping-math"),
+    *("-fno-strict-aliasing", "-fno-tree-loop-distribute-patterns", "-ffp-contract=off"),
+    *("-ffunction-sections", "-fdata-sections"),
 )
 _LINK = (
-    "--specs=picolibc.specs",
-    "-nostartfiles",
-    "-Wl,--gc-sections",
-    "-Wl,--no-warn-rwx-segments",
+    *("--specs=picolibc.specs", "-nostartfiles"),
+    *("-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments"),
 )
 _FIXED = ("start.S", "link.ld", "soc.h")
-
-
-class ImageError(ToolFailed):
-    """The compiler or the linker failed."""
-
-
-@dataclass(frozen=True)
-class Image:
-    """Firmware as words of memory, from address 0."""
-
-    words: tuple[int, ...]
-
-    @property
-    def hex(self) -> str:
-        """Text for ``$readmemh``."""
-        return "".join(f"{word:08x}\n" for word in self.words)
-
-    @property
-    def code_bytes(self) -> int:
-        """Bytes of code, constants and first values of data."""
-        return 4 * len(self.words)
 
 
 def source(name: str) -> str:
@@ -95,8 +59,8 @@ def find_cross_compiler() -> str:
     return path
 
 
-def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> Image:
-    """Compile and link an image.
+def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> tuple[str, int]:
+    """Compile and link an image: its words for ``$readmemh``, from address 0, and its bytes.
 
     Parameters
     ----------
@@ -111,7 +75,7 @@ def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -
     ------
     ToolMissing
         The compiler is not installed.
-    ImageError
+    ToolFailed
         The compiler or the linker failed, for example because the memory is too small.
     """
     compiler = find_cross_compiler()
@@ -126,10 +90,10 @@ def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -
         data = (folder / "bin").read_bytes()
     data += bytes(-len(data) % 4)
     words = (int.from_bytes(data[k : k + 4], "little") for k in range(0, len(data), 4))
-    return Image(tuple(words))
+    return "".join(f"{word:08x}\n" for word in words), len(data)
 
 
 def _run(command: Sequence[str], folder: Path) -> None:
     completed = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if completed.returncode:
-        raise ImageError(failure(f"{Path(command[0]).name} failed", completed.stderr))
+        raise ToolFailed(failure(f"{Path(command[0]).name} failed", completed.stderr))

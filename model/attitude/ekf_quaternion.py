@@ -52,7 +52,8 @@ from boresight.model.algebra.quaternion_filter import (
     sum_of,
     update,
 )
-from boresight.model.estimator import Estimator, Param, State
+from boresight.model.attitude.table import params_of
+from boresight.model.estimator import Estimator, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 NOISE_LIMIT = 4.0  #: largest angle noise times scale / 2.
@@ -78,26 +79,18 @@ class EkfQuaternion(Estimator):
         P0,
         *gyro_params(0.1),
         *(
-            Param(
-                f"angle_sd_{axis}",
-                0.5,
-                2e-4,
-                4.0,
-                "rad",
-                "static noise of the measured attitude "
-                f"about body {axis} (s): small trusts the measurement, large the gyro",
-            )
+            params_of(f"""
+                angle_sd_{axis} 0.5 2e-4 4 rad
+                    static noise of the measured attitude about body {axis} (s): small trusts the
+                    measurement, large the gyro
+                """)[0]
             for axis in "xyz"
         ),
         *force_gate(1.5),
-        Param(
-            "mag_min_sq",
-            4.0,
-            0.01,
-            4e3,
-            "uT^2",
-            "squared horizontal field below which there is no measurement",
-        ),
+        *params_of("""
+            mag_min_sq 4 0.01 4e3 uT^2
+                squared horizontal field below which there is no measurement
+            """),
     )
     states = (
         *attitude_states(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,7 +18,9 @@ from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
-from boresight.sim.attitude.board.build import REAL
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Value
+from boresight.sim.attitude.board.build import REAL, Board, make_board
 from boresight.sim.attitude.board.faults import (
     FAULTS,
     fault_board,
@@ -25,28 +28,49 @@ from boresight.sim.attitude.board.faults import (
     faults_result,
     trial_log,
 )
+from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.calibration.files import calibrate
 from boresight.sim.attitude.host.monitor import monitor
-from boresight.sim.attitude.host.simulation import (
-    BOARD_FILES,
-    SHORT,
-    SOURCES,
-    default_log,
-    write_board,
-)
+from boresight.sim.attitude.ma2014.paper import TIME_US
+from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.boards import BoardSystem
 from boresight.sim.campaign import processes
+from boresight.sim.compare.verdict import saturated_text
+from boresight.sim.pages import page_of, section_of
 from boresight.sim.records.files import record_of
+from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
+#: Sources of the field: number of the source and mode of the compass.
+_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
+#: Samples of the short runs, which only measure durations.
+_SHORT = 24
+#: Columns of the table, and their figures.
+_SHOWN = {
+    "filter": "filter",
+    "updates": "updates",
+    "lost": "lost_samples",
+    "differ": "mismatches",
+    "fields": "fields",
+    "in registers, us": "in_registers_us",
+    "beside program, us": "beside_program_us",
+    "last bit, us": "frame_end_us",
+    "cycles/s": "cycles_per_s",
+}
+_INTRO = (
+    "The complete board in simulation at {clock_mhz:g} MHz, core {config}: sensors at the pins, "
+    "{log}, frames to the host. Times are from the sample's data-ready edge; the paper's software "
+    "takes {complementary:,.0f} us (complementary filter) and {kalman:,.0f} us (Kalman filter) at "
+    "100 MHz."
+)
 
 
 class AttitudeBoard(BoardSystem):
     """Inertial sensor and compass, calibration, attitude filters, frames."""
 
-    files = BOARD_FILES
+    files = ("board.html", "board.json")
     programs = tuple(FRONT.values())
 
     def core(
@@ -80,14 +104,14 @@ class AttitudeBoard(BoardSystem):
         chosen = estimator_of("mekf" if name is None else name)
         filters = _beside(chosen)
         machine_named(config)
-        require_choice("source", source, SOURCES)
+        require_choice("source", source, _SOURCES)
         require(0.05 <= seconds <= _LONGEST_S, "seconds", f"0.05 to {_LONGEST_S:g}", seconds)
         updates = round(seconds * REAL.rate_hz)
-        record = default_log(updates) if log is None else record_of(log)
-        if len(record) < max(updates, SHORT):
+        record = _default_log(updates) if log is None else record_of(log)
+        if len(record) < max(updates, _SHORT):
             raise InputError.at(
                 f"log {record.name!r}",
-                wanted=f"{max(updates, SHORT)} rows or more",
+                wanted=f"{max(updates, _SHORT)} rows or more",
                 found=str(len(record)),
                 fix="give a longer log, or fewer --seconds",
             )
@@ -127,3 +151,124 @@ class AttitudeBoard(BoardSystem):
 def _beside(chosen: Estimator) -> Sequence[Named]:
     """The estimators of the board: all filters, or ``chosen`` alone."""
     return FILTERS if chosen.name in FILTERS else [chosen]
+
+
+def _default_log(updates: int) -> Record:
+    """Synthetic motion with this number of samples."""
+    seconds = max(updates + 64, 128) / REAL.rate_hz
+    return synthetic_log(seconds=seconds, rate_hz=REAL.rate_hz, seed=1, acceleration=0.3)
+
+
+def write_board(
+    folder: Path,
+    name: str,
+    core: Core,
+    log: Record,
+    *,
+    updates: int,
+    source: str,
+    feed: Mapping[str, float] | None,
+    say: Callable[[str], None],
+) -> Result:
+    """Run the board with every filter, ``name`` for long; write the files into a folder.
+
+    Returns
+    -------
+    Result
+        ``runs`` has a row for each filter. ``in_registers_us``: most time from data-ready to the
+        registers, ``predicted_us`` by the schedule. ``beside_program_us``: time of the core beside
+        its programs. ``frame_end_us``: from data-ready to the last bit of the frame.
+        ``mismatches``: words of frames that differ from the integer models. ``good``: nothing was
+        lost, differs or is damaged.
+    """
+    board = make_board(REAL, core=core)
+    words = feed_words(board.system.plan.feed.registers, feed or {})
+    what, runs, notes = stimulus(log, board), [], []
+    number, mode = _SOURCES[source]
+    settings = {"magnetic_source": number, "compass_mode": mode, "output_divider": 1}
+    settings |= {f"feed_{k}": word & 0xFFFF_FFFF for k, word in words.items()}
+    for filter, filter_name in enumerate(board.system.plan.names[: board.system.plan.filters]):
+        length = updates if filter_name == name else _SHORT
+        cycles = length * board.setup.period_cycles
+        say(f"{filter_name}: {length} samples, {cycles / 1e6:.1f} million cycles")
+        run = run_board(board, what, updates=length, settings={"filter": filter, **settings})
+        verdict = judge(board, what, run, filter=filter, source=number, feed=words)
+        runs.append({"filter": filter_name, **_figures(board, filter, run, verdict)})
+        if count := int(verdict.chain.saturated.sum()):
+            notes.append(f"{filter_name}: {saturated_text(count, verdict.chain.saturations)}")
+    table = [{head: row[key] for head, key in _SHOWN.items()} for row in runs]
+    wrong = [row for row in runs if not row["good"]]
+    data = {
+        "config": core.machine.name,
+        "source": source,
+        "log": log.name,
+        "clock_mhz": board.setup.clock_hz / 1e6,
+        "setup": board.setup,
+        "build": f"{board.system.build:016x}",
+        "runs": runs,
+    }
+    failures = [f"{row['filter']}: {row['first_mismatch'] or 'samples lost'}" for row in wrong]
+    result = Result(data, {"filters": table}, notes=notes, failures=failures)
+    text = json.dumps(result.to_json(), allow_nan=False)
+    (folder / "board.json").write_text(text + "\n")
+    page = page_of("Board", [_INTRO.format(**data, **TIME_US)], [section_of("Filters", table)])
+    (folder / "board.html").write_text(page, encoding="utf-8")
+    return result
+
+
+def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
+    """Words of the input registers for these values.
+
+    Raises
+    ------
+    InputError
+        Unknown register, or a value outside its range.
+    """
+    words = {}
+    for name, number in values.items():
+        value = registers.get(name)
+        if value is None:
+            raise InputError.at(
+                f"feed {name}",
+                wanted=f"an input without a sensor: {', '.join(registers) or 'none declared'}",
+                found=repr(name),
+                fix="leave it out, or correct the name",
+            )
+        if not value.low <= number <= value.high:
+            raise InputError.at(
+                f"feed {name}",
+                wanted=f"{value.low:g} to {value.high:g} {value.unit}".rstrip(),
+                found=f"{number:g}",
+                fix="choose a value inside the range",
+            )
+        words[name] = int(Format(32, value.frac).quantise(number))
+    return words
+
+
+def _figures(board: Board, filter: int, run: BoardRun, verdict: Judgement) -> dict[str, Any]:
+    """Metrics of a run."""
+    us, trace = 1e6 / board.setup.clock_hz, run.trace
+    length = board.system.plan.lengths[filter]
+    transfer, core = verdict.transfer_cycles[1], verdict.core_cycles[1]
+    clean = not (verdict.mismatches or verdict.lost or run.dropped or trace.violations)
+    return {
+        "updates": verdict.updates,
+        "frames": len(run.frames),
+        "mismatches": verdict.mismatches,
+        "first_mismatch": verdict.first,
+        "lost_samples": verdict.lost,
+        "fields": verdict.fields,
+        "compass_lines": verdict.lines,
+        "transfer_cycles": verdict.transfer_cycles,
+        "core_cycles": verdict.core_cycles,
+        "program_cycles": length,
+        "beside_program_us": round((core - length) * us, 3),
+        "in_registers_us": round((transfer + core) * us, 2),
+        "predicted_us": round(board.system.latency_cycles(filter) * us, 2),
+        "frame_end_us": round(verdict.frame_end_cycles[1] * us, 2),
+        "timing_violations": trace.violations,
+        "damaged_frames": run.dropped,
+        "cycles": run.cycles,
+        "cycles_per_s": round(run.cycles / run.seconds),
+        "good": clean and not len(trace.framing_errors) and len(run.frames) == verdict.updates > 0,
+    }

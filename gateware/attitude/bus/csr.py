@@ -72,31 +72,15 @@ class Csr(wiring.Component):
     """
 
     def __init__(self, registers: Sequence[Register], *, read_cycles: int = 1) -> None:
-        if not registers:
-            raise ValueError("registers must not be empty")
         self.registers = tuple(registers)
         self.read_cycles = read_cycles
         self.first = registers[0].address
         self.bits = offset_bits(registers)
-        if self.first % (1 << self.bits):
-            raise ValueError(
-                f"first address must be a multiple of {1 << self.bits}, not {self.first}"
-            )
         #: Members besides those of the bus.
         self.ports: dict[str, Any] = {}
         ports = self.ports
-        for before, register in zip((None, *registers), registers, strict=False):
-            if before is not None and register.address <= before.address:
-                raise ValueError(
-                    f"addresses must ascend, not {register.address} "
-                    f"({register.name}) after {before.address}"
-                )
+        for register in registers:
             width, reset = register.width or WORD, register.reset or 0
-            if not 1 <= width <= WORD or reset >> width:
-                raise ValueError(
-                    f"{register.name} must have 1 to {WORD} bits that hold its reset "
-                    f"value, not {width} bits for {reset}"
-                )
             if register.is_live:
                 ports[register.name] = In(width)
             elif register.access is Access.READ_WRITE:

@@ -15,20 +15,26 @@ with it: its states are linear in their samples, so the outputs are the same.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.low_pass import filtered
-from boresight.model.algebra.quaternion import dot, increment, matrix, product
+from boresight.model.algebra.quaternion import NOT_UNIT, cross, dot, increment, matrix, product
 from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.attitude.vqf.bias import bias_of
 from boresight.model.attitude.vqf.field import heading_of
 from boresight.model.attitude.vqf.interface import START, STATUS_BITS, interface_of
-from boresight.model.attitude.vqf.motion import made_vertical, rotated
-from boresight.model.attitude.vqf.rest import rest_of
-from boresight.model.attitude.vqf.settings import CLIP_RAD_S, DEGREE, FORCE_MOST, Settings, counted
+from boresight.model.attitude.vqf.settings import (
+    ACC_MOST,
+    CLIP_RAD_S,
+    DEGREE,
+    FORCE_MOST,
+    RATE_MOST,
+    Settings,
+    counted,
+)
 from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import OUTPUTS
@@ -36,6 +42,9 @@ from boresight.model.nine_axis import OUTPUTS
 _FORCE_SEEN_SQ = 4.0  #: (m/s^2)^2, squared specific force from which on it counts as a sample.
 _TURNING_SQ = 400.0 * DEGREE * DEGREE  #: (rad/s)^2, squared rate at which a new field is believed.
 _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a gap.
+
+
+_UPSIDE_DOWN = 0.5  #: 1 + cosine of a turn from which on half a turn comes first.
 
 
 def _rates(settings: Settings) -> dict[str, float]:
@@ -177,3 +186,88 @@ class Vqf(Estimator):
         status = status_word(dict(sorted(flags.items())))
         out = {"pitch": pitch, "roll": roll, "heading": heading, "status": status}
         return states, out | {f"q{a}": v for a, v in zip("wxyz", q, strict=True)}
+
+
+def rest_of(
+    x: Any, u: Any, p: Any, inverse: Any, settings: Settings
+) -> tuple[Any, list[Any], dict[str, Any]]:
+    """Still samples so far, the low-passed rate, and the states of both low-passes."""
+    low_pass = settings.rest
+    states: dict[str, Any] = {}
+    means: dict[str, list[Any]] = {}
+    moving: dict[str, Any] = {}
+    beginning = x.count < low_pass.mean_samples - 0.5
+    weights = low_pass.weights(beginning, inverse)
+    for kind, bound, limit in (("gyr", RATE_MOST, p.rest_gyr), ("acc", ACC_MOST, p.rest_acc)):
+        samples = [getattr(u, f"{kind[0]}{a}") for a in "xyz"]
+        before = [(getattr(x, f"{kind}_z_{a}"), getattr(x, f"{kind}_v_{a}")) for a in "xyz"]
+        means[kind], after = filtered(weights, low_pass, before, samples, bound)
+        deviation = [ops.saturated(s - m, 1.0) for s, m in zip(samples, means[kind], strict=True)]
+        moving[kind] = ~(ops.saturated(dot(deviation, deviation) - limit * limit, 1.0) < 0.0)
+        states |= {f"{kind}_z_{a}": s[0] for a, s in zip("xyz", after, strict=True)}
+        states |= {f"{kind}_v_{a}": s[1] for a, s in zip("xyz", after, strict=True)}
+    broken = moving["gyr"]
+    for rate in means["gyr"]:
+        broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S * CLIP_RAD_S, 1.0) > 0.0)
+    still = ops.named("still_before", ops.where(broken, 0.0, x.still))
+    still = ops.where(moving["acc"], 0.0, counted(still, settings.rest_samples))
+    return ops.named("still_after", still), means["gyr"], states
+
+
+def rotated(q: list[Any], v: Any) -> list[Any]:
+    """C v of a unit quaternion (w, r): v + 2 (w t + r x t) with t = r x v. 21 slots."""
+    _, x, y, z = q
+    t = [ops.bounded(c, -FORCE_MOST, FORCE_MOST, "a vector") for c in cross((x, y, z), v)]
+    around = (y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0])
+    return [
+        ops.bounded(
+            a + 2.0 * (q[0] * b + c), -FORCE_MOST, FORCE_MOST, "a turned vector", unless=NOT_UNIT
+        )
+        for a, b, c in zip(v, t, around, strict=True)
+    ]
+
+
+def made_vertical(
+    q: list[Any], e: Any, n: Any, u: Any
+) -> tuple[list[Any], Callable[[Any], tuple[Any, Any, Any]]]:
+    """Attitude after the shortest turn of a unit vector (e, n, u) to the vertical, and that turn.
+
+    The turn is the quaternion (1 + u, n, -e, 0)/2 over its length, the root of (1 + u)/2. Near half
+    a turn that length is lost in rounding, so half a turn about x comes first, and then the
+    shortest turn of (e, -n, -u). Of unit q the product has the length of the quaternion too. Its
+    matrix, which turns vectors::
+
+        M = [[1 - e^2/(1 + u), -e n/(1 + u), -e], [..., 1 - n^2/(1 + u), -n], [e, n, u]]
+    """
+    inverted = 1.0 + u < _UPSIDE_DOWN
+    w, x, y, z = q
+    w, x = ops.where(inverted, -x, w), ops.where(inverted, w, x)
+    y, z = ops.where(inverted, -z, y), ops.where(inverted, y, z)
+    n, u = ops.flip(inverted, n), ops.flip(inverted, u)
+    s = ops.named("one_and_up", 1.0 + u)
+    turned = [
+        0.5 * (s * w) - 0.5 * (n * x) + 0.5 * (e * y),
+        0.5 * (s * x) + 0.5 * (n * w) - 0.5 * (e * z),
+        0.5 * (s * y) - 0.5 * (n * z) - 0.5 * (e * w),
+        0.5 * (s * z) + 0.5 * (n * y) + 0.5 * (e * x),
+    ]
+    turned = [ops.saturated(c, 1.0) for c in turned]
+    norm_sq = ops.bounded(
+        dot(turned, turned), 0.0, 1.0, "norms of at most one", unless="rounding made them longer"
+    )
+    inverse = ops.rsqrt(norm_sq)
+    a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (n, e))
+    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix", unless=NOT_UNIT)
+    first, second = (
+        ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix", unless=NOT_UNIT) for c in (b, a)
+    )
+
+    def turn(v: Any) -> tuple[Any, Any, Any]:
+        v = (v[0], ops.flip(inverted, v[1]), ops.flip(inverted, v[2]))
+        return (
+            first * v[0] + across * v[1] - e * v[2],
+            across * v[0] + second * v[1] - n * v[2],
+            e * v[0] + n * v[1] + u * v[2],
+        )
+
+    return [ops.saturated(c * inverse, 1.0) for c in turned], turn

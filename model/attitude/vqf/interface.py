@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from boresight.model.algebra.low_pass import LowPass
+from boresight.model.attitude.table import params_of
 from boresight.model.attitude.vqf.settings import (
     ACC_MOST,
     DEGREE,
@@ -33,60 +34,30 @@ STATUS_BITS = {
 def interface_of(
     settings: Settings,
 ) -> tuple[tuple[Input, ...], tuple[Param, ...], tuple[State, ...]]:
-    """Inputs, parameters and states."""
-    return _inputs(settings), _params(settings), _states(settings)
-
-
-def _inputs(settings: Settings) -> tuple[Input, ...]:
-    """Inputs of all attitude filters, or without the magnetometer."""
-    return INPUTS if settings.magnetic else tuple(i for i in INPUTS if i.name[0] != "m")
+    """Inputs, parameters that may be written while the filter runs, and states."""
+    inputs = INPUTS if settings.magnetic else tuple(i for i in INPUTS if i.name[0] != "m")
+    return inputs, _params(settings), _states(settings)
 
 
 def _params(settings: Settings) -> tuple[Param, ...]:
-    """Thresholds and gains that may be written while the filter runs."""
-    rest_params = (
-        Param(
-            "rest_gyr",
-            2.0 * DEGREE,
-            0.0,
-            0.5,
-            "rad/s",
-            "least deviation from the mean rate in motion",
-        ),
-        Param("rest_acc", 0.5, 0.0, 0.9, "m/s^2", "least deviation from the mean force in motion"),
-    )
-    if not settings.magnetic:
-        return rest_params
-    return (
-        *rest_params,
-        Param(
-            "mag_gain",
-            settings.mag_gain,
-            0.0,
-            1.0,
-            "",
-            "share of the heading's error that a sample corrects",
-        ),
-        Param(
-            "field_gain",
-            settings.field_gain,
-            0.0,
-            1.0,
-            "",
-            "share of the field that reference and candidate take over at a sample",
-        ),
-        Param(
-            "norm_share",
-            0.1,
-            0.0,
-            1.0,
-            "",
-            "least deviation of a disturbed field, of the reference's norm",
-        ),
-        Param(
-            "dip_limit", 10.0 / 180.0, 0.0, 1.0, "ht", "least deviation of a disturbed field's dip"
-        ),
-    )
+    """Thresholds and gains."""
+    of_rest = f"""
+        rest_gyr {2.0 * DEGREE!r} 0 0.5 rad/s
+            least deviation from the mean rate in motion
+        rest_acc 0.5 0 0.9 m/s^2
+            least deviation from the mean force in motion
+    """
+    of_field = f"""
+        mag_gain {settings.mag_gain!r} 0 1 -
+            share of the heading's error that a sample corrects
+        field_gain {settings.field_gain!r} 0 1 -
+            share of the field that reference and candidate take over at a sample
+        norm_share 0.1 0 1 -
+            least deviation of a disturbed field, of the reference's norm
+        dip_limit {10.0 / 180.0!r} 0 1 ht
+            least deviation of a disturbed field's dip
+    """
+    return params_of(of_rest) + (params_of(of_field) if settings.magnetic else ())
 
 
 def _channels(low_pass: LowPass, name: str, parts: str, largest: float, unit: str) -> list[State]:

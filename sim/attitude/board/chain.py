@@ -20,7 +20,6 @@ from boresight.gateware.attitude.system.plan import (
     REGISTERS,
     ZERO,
     Fed,
-    Feed,
     feed_of,
     reset_word,
 )
@@ -112,16 +111,36 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     """
     filters, n = len(programs) - len(FRONT_NAMES), len(samples)
     feed = feed_of(programs[:filters])
-    memory = _memory(programs[filters:], feed, samples)
+    sensed, field_words = calibrated(programs[filters:], samples)
+    fresh = samples.line != NO_LINE
+    # The words of the last line; zeros before the first one.
+    last = np.maximum.accumulate(np.where(fresh, np.arange(n), -1))
+    latest = np.where(last[:, None] >= 0, field_words[last], 0)
+    names = programs[filters].output_names
+    words = {PLACES[name]: sensed[:, k] for k, name in enumerate(names)}
+    words |= {address: latest[:, k] for k, address in enumerate(FIELD)}
+    words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
+    words[ZERO] = np.zeros(n, dtype=np.int64)
+    for k, (name, value) in enumerate(feed.registers.items()):
+        words[REGISTERS + k] = column = np.full(n, reset_word(value))
+        column[samples.new_feed :] = samples.feed.get(name, reset_word(value))
+    new_set = (np.arange(n) == samples.new_feed) & bool(samples.feed)
+
+    def column_of(fed: Fed) -> IntArray:
+        """The word of a record at each update."""
+        if fed.absent is None:
+            return words[fed.place]
+        new = (fresh | (not fed.field)) & (new_set | (not fed.registers))
+        return np.where(new, words[fed.place], words[fed.absent])
+
     clamped, beyond = np.zeros((2, n), dtype=np.bool_)
     saturations = dict[str, int]()
     records = np.zeros((n, max(len(p.inputs) for p in programs[:filters])), dtype=np.int64)
     outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
     for number, program in enumerate(programs[:filters]):
         rows = np.flatnonzero(samples.filter == number)
-        columns = dict(zip(program.inputs, memory.record(feed.records[number]), strict=True))
         if len(rows):
-            inputs = np.column_stack([columns[v] for v in program.inputs])[rows]
+            inputs = np.column_stack([column_of(fed) for fed in feed.records[number]])[rows]
             out, saturated, _, _ = interpret(program, inputs)
             clamped[rows], beyond[rows] = saturated, program.beyond(inputs)
             if saturated.any():
@@ -129,32 +148,8 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
                 saturations |= {program.values[k].name: int(n) for k, n in enumerate(counts) if n}
             outputs[rows, : out.shape[1]] = out
             records[rows, : inputs.shape[1]] = inputs
-    return Chain(records, outputs, clamped, beyond, memory.dt < 0, saturations)
-
-
-@dataclass(frozen=True)
-class _Memory:
-    """Memory of the update controller at each update.
-
-    ``words`` by place; the time steps ``dt``; whether the field is ``fresh``, and whether the set
-    of input registers is (``new_set``).
-    """
-
-    words: dict[int, IntArray]
-    dt: IntArray
-    fresh: BoolArray
-    new_set: BoolArray
-
-    def record(self, record: Sequence[Fed]) -> list[IntArray]:
-        """Columns of a program's record."""
-        out = []
-        for fed in record:
-            column = self.words[fed.place]
-            if fed.absent is not None:
-                new = (self.fresh | (not fed.field)) & (self.new_set | (not fed.registers))
-                column = np.where(new, column, self.words[fed.absent])
-            out.append(column)
-        return out
+    restart = sensed[:, names.index("dt")] < 0
+    return Chain(records, outputs, clamped, beyond, restart, saturations)
 
 
 def calibrated(front: Sequence[Program], samples: Samples) -> tuple[IntArray, IntArray]:
@@ -179,21 +174,3 @@ def calibrated(front: Sequence[Program], samples: Samples) -> tuple[IntArray, In
             lines = samples.values[rows] << program.format(program.inputs[0]).frac
             field_words[rows] = Interpreter(program, len(rows)).update(lines.T)[0].T
     return interpret(inertial, raw)[0], field_words
-
-
-def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
-    inertial, n = front[0], len(samples)
-    sensed, field_words = calibrated(front, samples)
-    # The words of the last line; zeros before the first one.
-    last = np.maximum.accumulate(np.where(samples.line != NO_LINE, np.arange(n), -1))
-    latest = np.where(last[:, None] >= 0, field_words[last], 0)
-    words = {PLACES[name]: sensed[:, k] for k, name in enumerate(inertial.output_names)}
-    words |= {address: latest[:, k] for k, address in enumerate(FIELD)}
-    words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
-    words[ZERO] = np.zeros(n, dtype=np.int64)
-    for k, (name, value) in enumerate(feed.registers.items()):
-        words[REGISTERS + k] = column = np.full(n, reset_word(value))
-        column[samples.new_feed :] = samples.feed.get(name, reset_word(value))
-    new_set = (np.arange(n) == samples.new_feed) & bool(samples.feed)
-    dt = sensed[:, inertial.output_names.index("dt")]
-    return _Memory(words, dt, samples.line != NO_LINE, new_set)

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from boresight.model.arrays import IntArray
 from boresight.sim.rtl.simulators import SimulationFailed
 
-Cycles: TypeAlias = IntArray
 
-
-@dataclass(frozen=True)
-class Line:
+class Line(NamedTuple):
     """A good line of the compass: cycle, whether counts, its three numbers, the device's slot."""
 
     cycle: int
@@ -26,37 +23,24 @@ class Line:
 
 @dataclass(frozen=True)
 class Trace:
-    """Events of a run, each with its clock cycle.
+    """Events of a run, each with its clock cycle (int64)."""
 
-    Attributes
-    ----------
-    ready : int64 (n, 2)
-        Cycle in which data-ready rose, and the device's line of the log then, from 1 on.
-    samples, updates : int64
-        Cycles in which a sample was in the reader's buffer, and an update in the registers.
-    faults : list of (cycle, inertial bits, compass bits)
-        Faults of the devices from that cycle on.
-    events : list of (cycle, bits)
-        Pulses of the counted events (`AttitudeSystem.events`).
-    lines : tuple of Line
-        Good lines of the compass.
-    bytes_at : int64, data : bytes
-        Cycle in which the stop bit of each byte to the host began; the bytes.
-    framing_errors : int64
-        Bytes to the host without stop bit.
-    violations : int
-        Number of violations of the device's timing by the reader.
-    """
-
-    ready: Cycles
-    samples: Cycles
-    updates: Cycles
+    #: Cycle in which data-ready rose, and the device's line of the log then, from 1 on: (n, 2).
+    ready: IntArray
+    #: Cycles in which a sample was in the reader's buffer, and an update in the registers.
+    samples: IntArray
+    updates: IntArray
+    #: Cycle, inertial bits, compass bits: faults of the devices from that cycle on.
     faults: list[tuple[int, int, int]]
+    #: Cycle, bits: pulses of the counted events (`AttitudeSystem.events`).
     events: list[tuple[int, int]] = field(repr=False)
     lines: tuple[Line, ...]
-    bytes_at: Cycles
+    #: Cycle in which the stop bit of each byte to the host began; the bytes.
+    bytes_at: IntArray
     data: bytes = field(repr=False)
-    framing_errors: Cycles
+    #: Bytes to the host without stop bit.
+    framing_errors: IntArray
+    #: Violations of the device's timing by the reader.
     violations: int
 
 
@@ -77,7 +61,7 @@ def read_trace(text: str) -> Trace:
     if not rows["V"]:
         raise SimulationFailed("the board's bench did not come to its end")
 
-    def numbers(kind: str, columns: int) -> Cycles:
+    def numbers(kind: str, columns: int) -> IntArray:
         return np.array(rows[kind], dtype=np.int64).reshape(-1, columns)
 
     return Trace(

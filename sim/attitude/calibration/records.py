@@ -10,7 +10,7 @@ row of its rest or in all.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,18 +36,11 @@ _PARTS = 10
 _SLOW = 24.0
 
 
-@dataclass(frozen=True, eq=False)
-class Rest:
+class Rest(NamedTuple):
     """Means at rest.
 
-    Attributes
-    ----------
-    inertial : float64 (6,)
-        Mean counts of gyro and accelerometer, of ``samples``.
-    field : float64 (3,)
-        Mean counts of the magnetometer, of ``lines``.
-    sight : float64 (4,) or None
-        Sighted attitude, body to east, north, up.
+    ``inertial`` (6,) are mean counts of gyro and accelerometer, of ``samples``; ``field`` (3,) of
+    the magnetometer, of ``lines``; ``sight`` (4,) is a sighted attitude, body to east, north, up.
     """
 
     inertial: FloatArray
@@ -57,8 +50,7 @@ class Rest:
     sight: FloatArray | None
 
 
-@dataclass(frozen=True, eq=False)
-class Turn:
+class Turn(NamedTuple):
     """Counts (n, 3) of the gyro and times (n,) [s] from rest number ``first`` to the next."""
 
     first: int
@@ -66,26 +58,19 @@ class Turn:
     t: FloatArray
 
 
-@dataclass(frozen=True)
-class Tick:
+class Tick(NamedTuple):
     """Period of the stamps [s] by the computer's clock, and its standard uncertainty."""
 
     value: float
     sigma: float
 
 
-@dataclass(frozen=True, eq=False)
-class Observed:
+class Observed(NamedTuple):
     """All records together.
 
-    Attributes
-    ----------
-    variance : float64 (9,)
-        Of one sample at rest, counts^2: gyro, accelerometer, magnetometer.
-    swing : float64 (n, 3)
-        Lines of the magnetometer that were not taken at rest, counts.
-    tick : Tick or None
-        None without stamps, or if ``t`` is made of them.
+    ``variance`` (9,) is that of one sample at rest, counts^2: gyro, accelerometer, magnetometer.
+    ``swing`` (n, 3) are lines of the magnetometer that were not taken at rest, counts. ``tick`` is
+    None without stamps, or if ``t`` is made of them.
     """
 
     rests: Sequence[Rest]

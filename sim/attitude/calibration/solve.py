@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,19 +74,13 @@ class Misfit:
     rms: float
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(NamedTuple):
     """Registers and what was found beside them.
 
-    Attributes
-    ----------
-    registers, sigma : mapping of str to mapping
-        Values and standard uncertainties by program and parameter, in the parameter's unit.
-    sensor_mounting, mounting : float64 (3, 3)
-        T and T0 of the accelerometer, from body axes to the sensor's.
-    variance : float64 (3, 3)
-        Noise of one sample at rest in body axes, for each sensor (rad/s, m/s^2, uT, squared).
-    misfits : sequence of Misfit
+    ``registers`` and ``sigma`` are values and standard uncertainties by program and parameter, in
+    the parameter's unit; ``sensor_mounting`` and ``mounting`` (3, 3) T and T0 of the accelerometer,
+    from body axes to the sensor's; ``variance`` (3, 3) the noise of one sample at rest in body
+    axes, for each sensor (rad/s, m/s^2, uT, squared).
     """
 
     registers: dict[str, dict[str, float]]

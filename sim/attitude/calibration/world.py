@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,7 +38,7 @@ _CLOCK = 30e-6
 class Device:
     """Gyro, accelerometer and magnetometer as mounted, and the period of the board's clock [s]."""
 
-    triads: tuple[Triad, Triad, Triad]
+    triads: Sequence[Triad]
     tick_s: float
 
     def registers(self) -> dict[str, dict[str, float]]:
@@ -61,13 +61,8 @@ class Device:
         """Counts (n, 6) and (n, 3) for true vectors in body axes, (n, 3) each."""
         out = []
         for triad, true in zip(self.triads, (rates, forces, fields), strict=True):
-            values = triad.read(_always(true), np.arange(float(len(true))), rng)
-            out.append(np.rint(values / triad.lsb))
+            out.append(np.rint(triad.read(true, rng) / triad.lsb))
         return np.hstack(out[:2]), out[2]
-
-
-def _always(values: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    return lambda t: values
 
 
 def device(seed: int) -> Device:
@@ -79,9 +74,8 @@ def device(seed: int) -> Device:
         (gyro(), accelerometer(), magnetometer()), _SCALES, _BIASES, strict=True
     ):
         matrix = (np.eye(3) + scale * rng.standard_normal((3, 3))) @ turn
-        triads.append(triad.with_errors(matrix=matrix, bias=list(bias * rng.standard_normal(3))))
-    first, second, third = triads
-    return Device((first, second, third), 1e-8 * (1.0 + _CLOCK * float(rng.standard_normal())))
+        triads.append(replace(triad, matrix=matrix, bias=bias * rng.standard_normal(3)))
+    return Device(triads, 1e-8 * (1.0 + _CLOCK * float(rng.standard_normal())))
 
 
 @dataclass(frozen=True)
@@ -151,35 +145,24 @@ def calibration_records(
         "swing": Path(_random(rng, round(seconds / 2.5) + 1), 0.0, 2.5),
         "sights": Path(np.tile(level, (repetitions, 1)), rest_s, 2.5),
     }
-    return [
-        _record(of, name, path, rng, rate_hz, lines_hz, sight_deg) for name, path in paths.items()
-    ]
-
-
-def _record(
-    of: Device,
-    name: str,
-    path: Path,
-    rng: np.random.Generator,
-    rate_hz: float,
-    lines_hz: float,
-    sight_deg: float,
-) -> Record:
-    n = int(path.seconds * rate_hz)
-    t = np.arange(n) / rate_hz
-    q, rates = path.at(t)
-    to_body = quaternion_conjugate(q)
-    forces, fields = rotate(to_body, (0.0, 0.0, GRAVITY)), rotate(to_body, FIELD_UT)
-    inertial, lines = of.counts(rates, forces, fields, rng)
-    lines[np.arange(n) % round(rate_hz / lines_hz) != 0] = np.nan
-    stamp = np.rint(rng.uniform(0.0, 40.0) / of.tick_s + t / of.tick_s) % 2.0**STAMP_BITS
-    # The computer reads its clock a little late.
-    late = rng.uniform(0.0, 0.9 / rate_hz, n)
-    columns = {"t": Column(t + late, "s"), "stamp": Column(stamp)}
-    columns |= _columns(INERTIAL, inertial) | _columns(LINE, lines)
-    if name == "sights":
-        columns |= _columns(SIGHT, _sighted(path, t, rng, sight_deg), "deg")
-    return Record(name, columns)
+    records = []
+    for name, path in paths.items():
+        n = int(path.seconds * rate_hz)
+        t = np.arange(n) / rate_hz
+        q, rates = path.at(t)
+        to_body = quaternion_conjugate(q)
+        forces, fields = rotate(to_body, (0.0, 0.0, GRAVITY)), rotate(to_body, FIELD_UT)
+        inertial, lines = of.counts(rates, forces, fields, rng)
+        lines[np.arange(n) % round(rate_hz / lines_hz) != 0] = np.nan
+        stamp = np.rint(rng.uniform(0.0, 40.0) / of.tick_s + t / of.tick_s) % 2.0**STAMP_BITS
+        # The computer reads its clock a little late.
+        late = rng.uniform(0.0, 0.9 / rate_hz, n)
+        columns = {"t": Column(t + late, "s"), "stamp": Column(stamp)}
+        columns |= _columns(INERTIAL, inertial) | _columns(LINE, lines)
+        if name == "sights":
+            columns |= _columns(SIGHT, _sighted(path, t, rng, sight_deg), "deg")
+        records.append(Record(name, columns))
+    return records
 
 
 def _columns(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -20,8 +21,8 @@ from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError, require
 from boresight.model.tools.files import OutputFile, require_distinct
 from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
-from boresight.sim.attitude.host.plot import plot_image
 from boresight.sim.attitude.host.record import log_of
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
 from boresight.sim.records.files import check_written, content_of
 from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.records.record import Column
@@ -121,6 +122,46 @@ def _csv(track: Track) -> str:
         values = [cells.get(name, "") for name in names]
         rows.append(",".join([str(number), f"{time_s:.8f}", *values, f"0x{update.flags:04x}"]))
     return "\n".join(rows) + "\n"
+
+
+def _picture(track: Track, kind: str) -> bytes:
+    """An image of heading, pitch and roll over time; missing frames are grey."""
+    if not all(update.is_attitude for update in track.updates):
+        raise InputError.at(
+            "--output",
+            wanted="attitudes",
+            found="other outputs",
+            fix="leave it out, or name a .csv",
+        )
+    times = np.array(track.time_s)
+    holes = [index for index, _ in track.gaps]
+    with settings():
+        figure, axes = figure_and_axes(5.6, 3, 1, sharex=True)
+        for axis, name in zip(axes, ("heading", "pitch", "roll"), strict=True):
+            values = np.array([update.values[f"{name}_deg"] for update in track.updates])
+            # The line is broken at gaps and where an angle wraps.
+            wraps = np.flatnonzero(np.abs(np.diff(values)) > 180.0)
+            breaks = np.union1d(wraps, holes).astype(int) + 1
+            single = {"marker": "."} if len(values) < 3 else {}
+            for index, _ in track.gaps:
+                axis.axvspan(
+                    times[index], times[index + 1], color=COLOUR["grey"], alpha=0.35, linewidth=0.8
+                )
+            axis.plot(
+                np.insert(times, breaks, np.nan),
+                np.insert(values, breaks, np.nan),
+                color=COLOUR[name],
+                **single,
+            )
+            axis.set_ylabel(f"{name} [deg]")
+        note = f"{len(track.updates)} attitudes"
+        if track.missing:
+            note += f", {track.missing} missing (grey)"
+        axes[0].set_title(note, loc="left", color=INK, fontsize=9.0)
+        axes[-1].set_xlabel("time since the first [s]")
+        image = io.BytesIO()
+        figure.savefig(image, format=kind, dpi=130)
+    return image.getvalue()
 
 
 def _assignment(text: str) -> tuple[str, str]:
@@ -296,7 +337,7 @@ def monitor(
     if table_file is not None:
         table_file.write(_csv(track))
     if picture_file is not None and suffix is not None:
-        picture_file.write(plot_image(track.time_s, updates, track.gaps, suffix[1:]))
+        picture_file.write(_picture(track, suffix[1:]))
     written = {r.name: word & 0xFFFF_FFFF for r, word in words}
     notes: list[str] = []
     if log_file is not None and log is not None:

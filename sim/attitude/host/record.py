@@ -28,7 +28,7 @@ _ANGLES = ("compass_heading_deg", "compass_pitch_deg", "compass_roll_deg")
 
 
 def _flag(updates: Sequence[Update], name: str) -> BoolArray:
-    return np.array([bool(FIELDS[name].of(u.flags << 16)) for u in updates])
+    return np.array([FIELDS[name].of(u.flags << 16) for u in updates], dtype=np.bool_)
 
 
 def log_of(
@@ -67,21 +67,20 @@ def log_of(
             found="none" if described is None else f"that of a {described.title}",
             fix="add --map registers.json",
         )
-    has_counts = np.array([u.sensed is not None for u in updates])
-    begins = _flag(updates, "initial_states") & has_counts if len(updates) else has_counts
+    has_counts = np.array([u.sensed is not None for u in updates], dtype=np.bool_)
+    begins = _flag(updates, "initial_states") & has_counts
     if not begins.any():
-        count, raw = len(updates), int(has_counts.sum())
+        count, raw_count = len(updates), int(has_counts.sum())
         raise InputError.at(
             source,
             wanted="updates with counts, from the filter's initial states on",
-            found=f"{raw} of {count} updates with counts, none of them from initial states",
+            found=f"{raw_count} of {count} updates with counts, none of them from initial states",
             fix="record from the port, or write output_mode=record, then order=8",
         )
     first = int(np.argmax(begins))
     filter = np.array([u.filter for u in updates])
-    ends = ~has_counts | (filter != filter[first])
-    ends[:first] = False
-    last = int(np.argmax(ends)) if ends.any() else len(updates)
+    ends = np.flatnonzero((~has_counts | (filter != filter[first]))[first:])
+    last = first + int(ends[0]) if len(ends) else len(updates)
     rows, number = updates[first:last], np.asarray(numbers[first:last])
     notes = []
     if last < len(updates):
@@ -90,18 +89,7 @@ def log_of(
     gaps = np.flatnonzero(np.diff(number) != 1)
     if len(gaps):
         notes.append(f"an update is missing after row {gaps[0] + 1}: replay is exact up to there")
-    return _record(source, rows, number, described, int(filter[first]), written), notes
-
-
-def _record(
-    source: str,
-    rows: Sequence[Update],
-    number: IntArray,
-    described: Description,
-    filter: int,
-    written: Mapping[str, int],
-) -> Record:
-    program, names = described.programs[filter], {r.name for r in described.registers}
+    program, names = described.programs[filter[first]], {r.name for r in described.registers}
     if registers := [w.name for w in program.inputs if f"feed_{w.name}" in names]:
         raise InputError.at(
             f"--log, {program.program}",
@@ -110,54 +98,41 @@ def _record(
             fix="record another filter",
         )
     sensed = [u.sensed for u in rows if u.sensed is not None]
-    stamp = np.array([u.stamp for u in rows], dtype=np.int64)
+    stamp, flags = np.array([(u.stamp, u.flags) for u in rows], dtype=np.int64).T
     counts, line, words = (
         np.array([getattr(s, name) for s in sensed]) for name in ("counts", "line", "outputs")
     )
     used, is_counts = _flag(rows, "field_used"), _flag(rows, "field_counts")
-    samples = Samples(
-        stamp,
-        counts,
-        np.where(used, np.where(is_counts, COUNTS, HEADING), NO_LINE),
-        line,
-        _flag(rows, "restart_asked"),
-        np.full(len(rows), filter),
-    )
-    front = _front(described, written)
-    inputs, field = calibrated(front, samples)
+    kind = np.where(used, np.where(is_counts, COUNTS, HEADING), NO_LINE)
+    asked, number_of = _flag(rows, "restart_asked"), np.full(len(rows), filter[first])
+    front = []
+    for name in FRONT_NAMES:
+        estimator = FRONT[name]()
+        values = described.parameters_of(name, written)
+        front.append(with_params(estimator.compile(word=32), estimator, values))
+    inputs, field = calibrated(front, Samples(stamp, counts, kind, line, asked, number_of))
+    tick_s = described.parameters_of(FRONT_NAMES[0], written)["tick_s"]
     ticks = np.cumsum(np.diff(stamp, prepend=stamp[0]) % 2**32)
-    seconds = ticks * described.parameters_of(front[0].name, written)["tick_s"]
-    columns = {"t": Column(seconds, "s"), **_columns(front[0], inputs)}
+    columns = {"t": Column(ticks * tick_s, "s"), **_columns(front[0], inputs)}
     for name, column in _columns(front[1], field).items():
         columns[name] = Column(np.where(used, column.values, np.nan), column.unit)
     for k, out in enumerate(program.outputs):
         columns[f"{out.name}{TRUTH}"] = Column(words[:, k] * 2.0**-out.frac, out.unit)
-    flags = np.array([u.flags for u in rows])
     raw = {"number": number, "stamp": stamp, "flags": flags}
     raw |= dict(zip(_RAW, counts.T, strict=True))
-    for names_of, kind, unit in ((_FIELD, COUNTS, 1.0), (_ANGLES, HEADING, 0.1)):
-        values = np.where(samples.line == kind, line.T * unit, np.nan)
-        raw |= dict(zip(names_of, values, strict=True))
+    for names_of, of, unit in ((_FIELD, COUNTS, 1.0), (_ANGLES, HEADING, 0.1)):
+        raw |= dict(zip(names_of, np.where(kind == of, line.T * unit, np.nan), strict=True))
     restart = _flag(rows, "initial_states")
     if restart[1:].any():
         raw["restart"] = restart & (np.arange(len(rows)) > 0)
-    return Record(source, {**columns, **{n: Column(v.astype(float)) for n, v in raw.items()}})
+    columns |= {name: Column(values.astype(float)) for name, values in raw.items()}
+    return Record(source, columns), notes
 
 
 def _columns(program: Program, words: IntArray) -> dict[str, Column]:
     """Outputs of a program, by name."""
     outputs = zip(FRONT[program.name].outputs, program.outputs, words.T, strict=True)
     return {o.name: Column(program.format(k).real(w), o.unit) for o, k, w in outputs}
-
-
-def _front(described: Description, written: Mapping[str, int]) -> list[Program]:
-    """The programs before the estimators, with the parameters of the map and those written."""
-    programs = []
-    for name in FRONT_NAMES:
-        estimator = FRONT[name]()
-        values = described.parameters_of(name, written)
-        programs.append(with_params(estimator.compile(word=32), estimator, values))
-    return programs
 
 
 def static_noise(record: Record) -> dict[str, tuple[FloatArray, FloatArray]]:

@@ -112,16 +112,15 @@ def make_log(motion: Motion, case: str, seed: int) -> Record:
     case : str
         "noise", or "C" with misalignment and soft iron.
     """
-    matrices = {}
+    turn, iron = np.eye(3), np.eye(3)
     if case == "C":
         rng = np.random.default_rng(np.random.SeedSequence([seed, 2014]))
         turn = misalignment(rng, math.radians(_MISALIGNMENT_DEG))
         iron = np.diag([1.0 + _ELLIPSE, 1.0 - _ELLIPSE, 1.0])
-        matrices = {"gyro": turn, "mag": iron}
     sensors = (
-        gyro().with_errors(matrix=matrices.get("gyro")),
+        replace(gyro(), matrix=turn),
         replace(accelerometer(), averaged=AVERAGED),
-        magnetometer().with_errors(matrix=matrices.get("mag")),
+        replace(magnetometer(), matrix=iron),
     )
     return _record(motion, sensors, LOOP_HZ, seed, TABLE_2.gyro_bias)
 
@@ -149,7 +148,7 @@ def _record(
     truths = (turned, GRAVITY * c[:, 2, :], np.asarray(FIELD_UT) @ c)  # C^T (0, 0, g), C^T m
     streams = np.random.SeedSequence(seed).spawn(3)
     gyr, acc, mag = (
-        sensor.read(lambda at, v=v: v, t, np.random.default_rng(stream))  # type: ignore[misc]
+        sensor.read(v, np.random.default_rng(stream))
         for sensor, v, stream in zip(sensors, truths, streams, strict=True)
     )
     q, steps = motion.attitude(t), np.full(len(t), step)

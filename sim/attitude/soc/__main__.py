@@ -11,7 +11,7 @@ from pathlib import Path
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.failure import ToolFailed
-from boresight.sim.attitude.soc.comparison import compare
+from boresight.sim.attitude.soc.measure import compare
 from boresight.sim.attitude.soc.offload import offload
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record

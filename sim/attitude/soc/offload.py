@@ -49,7 +49,7 @@ def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) ->
         "RECORD_OUTPUT_ADDR": RESULTS + Place.OUTPUTS,
         "RECORD_INPUT_ADDR": RESULTS + Place.INPUTS,
     }
-    image = build_image(
+    image, _ = build_image(
         {
             "records.h": "".join(f"#define {name} {int(n)}u\n" for name, n in sizes.items()),
             "registers.h": c_header(system.map()),
@@ -70,7 +70,7 @@ def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) ->
         run = bench.run(
             arguments,
             max_cycles=cycles_limit(board, updates),
-            files={**files, "firmware.hex": image.hex},
+            files={**files, "firmware.hex": image},
             folder=Path(folder),
         )
         trace = read_trace((Path(folder) / "trace.txt").read_text())

@@ -10,27 +10,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.sim.rotations.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
 
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
-
-_IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def _rows(m: FloatArray) -> Matrix:
-    a, b, c = (tuple(map(float, row)) for row in m)
-    return a, b, c  # type: ignore[return-value]
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Triad:
     """A sensor of three axes, in one unit throughout.
 
@@ -52,33 +44,20 @@ class Triad:
 
     lsb: float
     full_scale: float
-    variance: Vector = (0.0, 0.0, 0.0)
-    bias: Vector = (0.0, 0.0, 0.0)
-    matrix: Matrix = _IDENTITY
+    variance: Sequence[float] = (0.0, 0.0, 0.0)
+    bias: Sequence[float] | FloatArray = (0.0, 0.0, 0.0)
+    matrix: npt.ArrayLike = _IDENTITY
     averaged: float = 1.0
 
-    def with_errors(
-        self, *, matrix: FloatArray | None = None, bias: Sequence[float] | None = None
-    ) -> Triad:
-        """The same sensor with other errors; None leaves one as it is."""
-        return dataclasses.replace(
-            self,
-            matrix=self.matrix if matrix is None else _rows(np.asarray(matrix, dtype=np.float64)),
-            bias=self.bias if bias is None else (float(bias[0]), float(bias[1]), float(bias[2])),
-        )
-
-    def read(
-        self, truth: Callable[[FloatArray], FloatArray], t: FloatArray, rng: np.random.Generator
-    ) -> FloatArray:
-        """Readings (n, 3) at times t (n,) [s] of the vector that ``truth`` gives for times.
+    def read(self, true: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Readings of true vectors, (n, 3).
 
         The noise is drawn whatever its variance, so that switching one error on leaves the
         others as they were.
         """
-        noise = rng.standard_normal((len(t), 3)) * np.sqrt(
-            np.asarray(self.variance) / self.averaged
-        )
-        raw = truth(t) @ np.asarray(self.matrix).T + np.asarray(self.bias) + noise
+        sd = np.sqrt(np.asarray(self.variance) / self.averaged)
+        noise = rng.standard_normal(true.shape) * sd
+        raw = true @ np.asarray(self.matrix).T + np.asarray(self.bias) + noise
         lsb = self.lsb / self.averaged
         value = np.rint(raw / lsb) * lsb if lsb > 0.0 else raw
         return np.asarray(np.clip(value, -self.full_scale, self.full_scale))
@@ -88,9 +67,3 @@ def misalignment(rng: np.random.Generator, sd_rad: float) -> FloatArray:
     """Matrix of a triad mounted askew: a turn by a random vector, ``sd_rad`` about each axis."""
     turn = rotation_vector_to_quaternion(sd_rad * rng.standard_normal(3))
     return quaternion_to_matrix(turn).T
-
-
-def soft_iron(rng: np.random.Generator, sd: float) -> FloatArray:
-    """Matrix of soft iron: I plus a symmetric matrix whose elements have standard deviation sd."""
-    e = sd * rng.standard_normal((3, 3))
-    return np.asarray(np.eye(3) + np.triu(e) + np.triu(e, 1).T)

@@ -10,6 +10,7 @@ from boresight.gateware.attitude.sensors.adis16385_device import (
     CONFIG_FRAMES,
     RUN_FRAMES,
     TEST_BITS,
+    Timing,
 )
 from tests.support.attitude.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
@@ -188,3 +189,5 @@ def test_figures_at_full_speed() -> None:
     assert reader.spi.half_cycles == 50 and reader.spi.stall_cycles == 1601
     assert 4 / 1024 < reader.timeout_ticks * reader.tick_cycles / 100e6 < 5 / 1024
     assert reader.startup_ticks * reader.tick_cycles >= 30e6
+    with pytest.raises(ValueError, match=r"^period_s must be longer than a burst \(0.000"):
+        Adis16385(clock_hz=100e6, timing=Timing(period_s=2e-4))

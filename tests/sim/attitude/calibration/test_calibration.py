@@ -12,7 +12,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.sim.attitude import system
-from boresight.sim.attitude.calibration.campaign import trial
+from boresight.sim.attitude.calibration.__main__ import trial
 from boresight.sim.attitude.calibration.records import LINE
 from boresight.sim.attitude.calibration.solve import mounting
 from boresight.sim.attitude.calibration.world import calibration_records, device

@@ -6,8 +6,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.words.program import Kind, Value
-from boresight.sim.attitude.board.build import REAL
-from boresight.sim.attitude.host.simulation import default_log, feed_words
+from boresight.sim.attitude.system import feed_words
 
 REGISTERS = {"wind": Value("wind", Kind.INPUT, 28, -4.0, 4.0, "declared", unit="m/s")}
 
@@ -30,10 +29,3 @@ def test_refused(registers, values, message) -> None:
     with pytest.raises(InputError) as refused:
         feed_words(registers, values)
     assert str(refused.value).startswith(message)
-
-
-def test_a_motion_long_enough() -> None:
-    log = default_log(200)
-    assert len(log) >= 200 + 64
-    t = log.columns["t"].values
-    assert 1.0 / (t[1] - t[0]) == pytest.approx(REAL.rate_hz)

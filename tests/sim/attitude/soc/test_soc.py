@@ -5,12 +5,12 @@ import shutil
 import numpy as np
 import pytest
 
-from boresight.firmware.attitude.image import COMPILER, ImageError, build_image, find_cross_compiler
+from boresight.firmware.attitude.image import COMPILER, build_image, find_cross_compiler
 from boresight.model.attitude import estimator
 from boresight.model.errors import ToolMissing
-from boresight.sim.attitude.soc import comparison
-from boresight.sim.attitude.soc.comparison import FLOAT_BOUND_DEG, compare
-from boresight.sim.attitude.soc.measure import measure_float
+from boresight.model.tools.failure import ToolFailed
+from boresight.sim.attitude.soc import measure
+from boresight.sim.attitude.soc.measure import FLOAT_BOUND_DEG, compare, measure_float
 from boresight.sim.attitude.soc.offload import offload
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -45,14 +45,14 @@ def test_float_c_goes_on_after_impossible_inputs() -> None:
 @needs_compiler
 def test_wrong_bits_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def flipped(way: str, place: tuple[int, int], bit: int) -> None:
-        measured = getattr(comparison, way)
+        measured = getattr(measure, way)
 
         def wrong(*arguments):
             run = measured(*arguments)
             run.outputs[place] ^= np.uint32(1 << bit)
             return run
 
-        monkeypatch.setattr(comparison, way, wrong)
+        monkeypatch.setattr(measure, way, wrong)
 
     flipped("measure_integer", (3, 6), 0)
     flipped("measure_float", (2, 3), 24)
@@ -70,7 +70,7 @@ def test_every_update_of_the_board_reaches_the_program() -> None:
 
 @needs_compiler
 def test_a_full_memory_is_an_error() -> None:
-    with pytest.raises(ImageError, match="no room for the stack|will not fit"):
+    with pytest.raises(ToolFailed, match="no room for the stack|will not fit"):
         build_image({"m.c": "int main(void) { return 0; }\n"}, sources=("m.c",), ram=1024)
 
 
