@@ -12,7 +12,7 @@ import numpy as np
 
 from boresight.model import declarations, ops
 from boresight.model.declarations import Named, check_flag
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
 
@@ -196,14 +196,10 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     InputError
         No measurements, or different gates, wraps or delays.
     """
-    if len({(m.gate, m.wrap, m.delay) for m in measurements}) != 1:
-        said = (f"gate {m.gate}, wrap {m.wrap}, delay {m.delay}" for m in measurements)
-        raise InputError.at(
-            placed(author_line(), "in_turn"),
-            wanted="measurements with the same gate, wrap and delay",
-            found=", ".join(said) or "none",
-            fix="return those that differ one by one, each valid in its turn",
-        )
+    said = [(m.gate, m.wrap, m.delay) for m in measurements]
+    wanted = "measurements with the same gate, wrap and delay"
+    fix = "return those that differ one by one, each valid in its turn"
+    require(len({*said}) == 1, placed(author_line(), "in_turn"), wanted, said, fix)
     last = measurements[-1]
     z, h, r, valid = last.z, last.h, last.r, last.valid
     conditional = any(m.valid is not None for m in measurements)
@@ -268,37 +264,21 @@ def spread(
         No mapping; a name that is no component's nor vector's; another number of components; a
         value that is no number.
     """
-    members = {m for group in groups.values() for m in group}
+    members = {m: (m,) for group in groups.values() for m in group}
     out: dict[str, Any] = {}
-    if not isinstance(given, Mapping):
-        raise InputError.at(
-            where,
-            wanted=f"a dictionary of {quantity} by the names of {kind}s",
-            found="None" if given is None else f"a {type(given).__name__}",
-            fix="return {NAME: VALUE, ...}, {} if there are none",
-        )
+    wanted = f"a dictionary of {quantity} by the names of {kind}s"
+    fix = "return {NAME: VALUE, ...}, {} if there are none"
+    require(isinstance(given, Mapping), where, wanted, given, fix)
     for name, value in given.items():
-        group = groups.get(name)
-        if group is None and name not in members:
-            raise InputError.at(
-                where,
-                wanted=f"{quantity} of {kind}s: {', '.join(sorted({*groups, *members}))}",
-                found=repr(name),
-                fix=f"correct the name, or declare the {kind}",
-            )
-        if group is None:
-            check_number(f"{where}, {name}", value)
-            out[name] = value
-            continue
+        group = groups.get(name, members.get(name, ()))
+        known = f"{quantity} of {kind}s: {', '.join(sorted({*groups, *members}))}"
+        require(bool(group), where, known, name, f"correct the name, or declare the {kind}")
         is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
-        values = list(value) if is_vector else [value] * len(group)
-        if len(values) != len(group) or (quantity == NEXT and len(group) > 1 and not is_vector):
-            raise InputError.at(
-                where,
-                wanted=f"{len(group)} components of {name}" if len(group) > 1 else "a number",
-                found=str(len(values)) if is_vector else "one number",
-                fix=f"give {', '.join(group)}" if len(group) > 1 else "give one number",
-            )
+        values = list(value) if is_vector and name in groups else [value] * len(group)
+        one = quantity == NEXT and len(group) > 1 and not is_vector
+        wanted = f"{len(group)} components of {name}" if len(group) > 1 else "a number"
+        fit = len(values) == len(group) and not one
+        require(fit, where, wanted, value, f"give {', '.join(group)}")
         for member, number in zip(group, values, strict=True):
             check_number(f"{where}, {member}", number)
         out |= dict(zip(group, values, strict=True))
@@ -313,12 +293,8 @@ def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None
     for sd, bound in zip(sds, bounds, strict=True):
         check_number(f"{where}, sd", sd)
         check_number(f"{where}, sd_max", bound)
-        if not 0.0 < sd <= bound < math.inf:
-            missing = math.isnan(sd)
-            raise InputError.at(
-                where,
-                wanted="a standard deviation sd above 0, and none above sd_max",
-                found="no sd" if missing else f"sd {sd:g}, sd_max {bound:g}",
-                fix="say how far the start may be off, as sd=0.5"
-                + ("; what is not estimated is boresight.State, in memory" if missing else ""),
-            )
+        fix = "say how far the start may be off, as sd=0.5; what is not estimated is "
+        fix += "boresight.State, in memory"
+        wanted = "a standard deviation sd above 0, and none above sd_max"
+        found = "no sd" if math.isnan(sd) else f"sd {sd:g}, sd_max {bound:g}"
+        require(0.0 < sd <= bound < math.inf, where, wanted, found, fix)

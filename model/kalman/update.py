@@ -16,7 +16,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.algebra import quaternion
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, closest, require
 from boresight.model.kalman.attitude import AttitudeView, corrected
 from boresight.model.kalman.declared import NEXT, Attitude, Measurement, axes_of, grouped, spread
 from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
@@ -433,24 +433,16 @@ class Update:
         shown = self._shown(self._view(values))
         results |= shown
         units = {s.name: s.unit for s in k.states if s.name not in shown}
+        known = [n for n in results if n not in k.covariance_states]
         for o in k.outputs:
-            if o.name not in results:
-                names = [n for n in results if n not in k.covariance_states]
-                near = ", ".join(closest(o.name, names))
-                raise InputError.at(
-                    placed(o.line, f"output {o.name} of {k.name}"),
-                    wanted=f"a state, {', '.join(_COUNTS)} or key of shown, as {near}",
-                    found=repr(o.name),
-                    fix="correct the name, or return it in shown",
-                )
+            where, near = placed(o.line, f"output {o.name} of {k.name}"), closest(o.name, known)
+            wanted = f"a state, {', '.join(_COUNTS)} or key of shown, as {', '.join(near)}"
+            fix = "correct the name, or return it in shown"
+            require(o.name in results, where, wanted, o.name, fix)
             unit = units.get(o.name, o.unit)
-            if o.unit and unit and not same_unit(o.unit, unit):
-                raise InputError.at(
-                    placed(o.line, f"output {o.name} of {k.name}"),
-                    wanted=f"the unit of the state, {unit}",
-                    found=o.unit,
-                    fix="correct it, or return the converted value in shown",
-                )
+            same = not (o.unit and unit) or same_unit(o.unit, unit)
+            fix = "correct it, or return the converted value in shown"
+            require(same, where, f"the unit of the state, {unit}", o.unit, fix)
         return {o.name: results[o.name] for o in k.outputs}
 
     def _shown(self, view: Values) -> dict[str, Any]:
@@ -525,20 +517,16 @@ def noise_of(
         A name that is no state's, or a variance that may be negative.
     """
     where = placed(place_of_function(kalman.noise), f"noise of {kalman.name}")
-    is_mapping = isinstance(noise, Mapping)  # else `spread` refuses it
-    single = {n: v for n, v in noise.items() if not isinstance(n, tuple)} if is_mapping else noise
+    pairs = [n for n in noise if isinstance(n, tuple)] if isinstance(noise, Mapping) else []
+    single = {n: v for n, v in noise.items() if n not in pairs} if pairs else noise
     out: dict[tuple[int, int], Any] = {}
     for name, value in spread(single, kalman.groups, where, "noise").items():
+        low = intervals(value)[0]
+        fix = "raise the least value of its parameters, or take ops.maximum(v, 0.0)"
+        require(low >= 0.0, f"{where}, {name}", "a variance of 0 or more", low, fix)
         i = kalman.errors.index(name)
-        if intervals(value)[0] < 0.0:
-            raise InputError.at(
-                f"{where}, {name}",
-                wanted="a variance of 0 or more",
-                found=f"one down to {intervals(value)[0]:g}",
-                fix="raise the least value of its parameters, or take ops.maximum(v, 0.0)",
-            )
         out[i, i] = value
-    for pair in noise.keys() - single.keys():
+    for pair in pairs:
         i, j = sorted(kalman.errors.index(e) for e in errors_of(kalman, pair, where))
         check_number(f"{where}, {' and '.join(pair)}", noise[pair])
         out[i, j] = noise[pair]
@@ -547,13 +535,9 @@ def noise_of(
 
 def errors_of(kalman: Kalman, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
     """Two names of error states; InputError of anything else."""
-    if len({*pair}) != 2 or not {*pair} <= {*kalman.errors}:
-        raise InputError.at(
-            where,
-            wanted=f"pairs of {', '.join(kalman.errors)}",
-            found=repr(pair),
-            fix="name two different states",
-        )
+    two = len({*pair}) == 2 and {*pair} <= {*kalman.errors}
+    fix = "name two different states"
+    require(two, where, f"pairs of {', '.join(kalman.errors)}", pair, fix)
     return pair
 
 
@@ -566,25 +550,18 @@ def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
         No measurement, something else, one whose z, h or r is no number, or an angle over a full
         turn in another unit than half turns.
     """
-    is_sequence = isinstance(result, tuple | list)
-    invalid = [m for m in result if not isinstance(m, Measurement)] if is_sequence else [result]
-    if invalid or not result:
-        raise InputError.at(
-            placed(place_of_function(kalman.measure), f"measure of {kalman.name}"),
-            wanted="a list of Measurement(z, h, r)",
-            found=f"a {type(invalid[0]).__name__}" if invalid else "none",
-            fix="return one for each scalar that is measured",
-        )
+    several = isinstance(result, tuple | list)
+    where = placed(place_of_function(kalman.measure), f"measure of {kalman.name}")
+    kinds = [type(m).__name__ for m in result] if several and result else [type(result).__name__]
+    good = several and {*kinds} == {Measurement.__name__}
+    fix = "return one for each scalar that is measured"
+    require(good, where, "a list of Measurement(z, h, r)", ", ".join(kinds), fix)
     for m in result:
         for part in ("z", "h", "r"):
             check_number(placed(m.line, f"measurement, {part}"), getattr(m, part))
-        if not (m.valid is None or isinstance(m.valid, Condition | bool | np.bool_)):
-            raise InputError.at(
-                placed(m.line, "measurement, valid"),
-                wanted="a condition, as x > 0.5",
-                found=f"a {type(m.valid).__name__}" if isinstance(m.valid, str) else "a number",
-                fix="compare it with something",
-            )
+        condition = m.valid is None or isinstance(m.valid, Condition | bool | np.bool_)
+        where, fix = placed(m.line, "measurement, valid"), "compare it with something"
+        require(condition, where, "a condition, as x > 0.5", m.valid, fix)
     return [replace(m, wrap=m.wrap or _is_angle(m)) for m in map(_in_half_turns, result)]
 
 
@@ -612,16 +589,12 @@ def _is_angle(m: Measurement) -> bool:
         It is another angle, over one full turn: its innovation would jump where it wraps.
     """
     units = [ops.unit_of(value) for value in (m.z, m.h)]
+    fix = 'declare input and state as ("NAME", -1.0, 1.0, "ht"); columns of logs are converted'
     for unit, span in units:
         _, turn = ops.ANGLES.get(unit, ("", 0.0))
-        if 0.99 * turn < span < 1.05 * turn:
-            raise InputError.at(
-                placed(m.line, "measurement"),
-                wanted="angles over a full turn in half turns, which wrap",
-                found=f"{unit} over {span:g} {unit}",
-                fix='declare input and state as ("NAME", -1.0, 1.0, "ht"); columns of logs in '
-                f"{unit} are converted",
-            )
+        full = 0.99 * turn < span < 1.05 * turn
+        wanted = f"angles over a full turn of {span:g} {unit} in half turns, which wrap"
+        require(not full, placed(m.line, "measurement"), wanted, unit, fix)
     return any(unit == "ht" for unit, _ in units)
 
 
