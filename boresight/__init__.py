@@ -33,6 +33,8 @@ from typing import TYPE_CHECKING, Any
 if not os.path.isdir(os.path.join(__path__[0], "model")):  # a checkout without symbolic links
     __path__.append(os.path.dirname(__path__[0]))
 
+from boresight.verbs import VERBS
+
 if TYPE_CHECKING:
     from boresight.model import blocks as blocks
     from boresight.model import ops as ops
@@ -78,20 +80,9 @@ _EXPORTS = {
     "sim.records.record": "Record",
     "sim.result": "Result",
     "sim.worlds.world": "World",
-    "verbs.accuracy": "accuracy",
-    "verbs.check": "check",
-    "verbs.compile": "compile",
-    "verbs.experiment": "experiment",
-    "verbs.explore": "explore",
-    "verbs.fit": "fit",
-    "verbs.info": "info",
-    "verbs.monitor": "monitor",
-    "verbs.montecarlo": "montecarlo",
-    "verbs.new": "new",
-    "verbs.run": "run",
-    "verbs.tune": "tune",
 }
 _MODULE_OF = {name: place for place, names in _EXPORTS.items() for name in names.split()}
+_MODULE_OF |= {verb: f"verbs.{verb}" for verb in VERBS}
 
 __all__ = sorted(_MODULE_OF)
 

@@ -140,7 +140,8 @@ def _pool(count: int) -> Iterator[Executor]:
     """Spawned processes; an error or Ctrl-C ends them."""
     context = multiprocessing.get_context("spawn")
     others = multiprocessing.active_children()
-    pool = ProcessPoolExecutor(count, context, initializer=_end_on_interrupt)
+    quiet: Any = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}
+    pool = ProcessPoolExecutor(count, context, **quiet)  # Ctrl-C ends it without a traceback
     try:
         yield pool
     except BaseException:
@@ -150,11 +151,6 @@ def _pool(count: int) -> Iterator[Executor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _end_on_interrupt() -> None:
-    """Let Ctrl-C end a worker process without a traceback."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager

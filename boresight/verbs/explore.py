@@ -27,6 +27,7 @@ from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete
+from boresight.sim.explore import table
 from boresight.sim.explore.measure import (
     Case,
     Exploration,
@@ -35,14 +36,6 @@ from boresight.sim.explore.measure import (
     digest_of,
     measured,
     planned,
-)
-from boresight.sim.explore.table import (
-    ESTIMATED,
-    OF_AREA,
-    demands_of,
-    quantities,
-    quantity_of,
-    result_of,
 )
 from boresight.sim.pages import Section, Verdict, page_of, section_of
 from boresight.sim.plotting import PALETTE, figure_and_axes, legend, settings, svg
@@ -139,7 +132,13 @@ def explore(
         yosys is missing with ``synth``, a router with ``route``, or the C compiler.
     """
     say = progress or (lambda text: None)
-    _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs, seeds=seeds)
+    for word in words:
+        fix = "write for example 18,24,32"
+        require(str(word).strip().isdigit(), "words", "whole numbers", word, fix)
+        check_word(int(word))
+    require(1.0 <= clock <= 10_000.0, "clock", "1 to 10,000 MHz", clock, "choose another")
+    for name, value in (("steps", steps), ("jobs", jobs), ("seeds", seeds)):
+        require_whole(name, value, 1)
     for config in configs:
         machine_named(config)
     for target in targets:
@@ -153,13 +152,13 @@ def explore(
     cases = cases_of(estimator, arguments, words=widths, configs=configs, targets=targets)
     found = _first(cases)
     values = params_of(found, params)
-    known = quantities(found)
-    demands = demands_of(want, known)
+    known = table.quantities(found)
+    demands = table.demands_of(want, known)
     decides = demands[0].quantity if demands else None
     if least:
-        decides = quantity_of(least, known, "least")
+        decides = table.quantity_of(least, known, "least")
     asked = [demand.quantity.name for demand in demands] + [q.name for q in [decides] if q]
-    for figure in OF_AREA:
+    for figure in table.OF_AREA:
         fix = "add --synth, or --route"
         good = synth or route or figure not in asked
         require(good, "want", f"areas and clocks, for {figure}", "no --synth", fix)
@@ -187,15 +186,8 @@ def explore(
     shared = all(isinstance(x, str) for x in (estimator, *worlds))
     where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": shared}
     complete(exploration, measured, tasks, journal, say=say, batch=1, **where)
-    result = result_of(
-        plans,
-        journal.rows,
-        exploration,
-        known=known,
-        demands=demands,
-        least=decides,
-        clock_mhz=clock,
-    )
+    of_all = plans, journal.rows, exploration, known, demands
+    result = table.result_of(*of_all, least=decides, clock_mhz=clock)
     page.write(render_page(found.name, result))
     place = f"{folder / of}.html, {journal.path}"
     return replace(result, summary=f"{result.summary}\n{place}".strip())
@@ -212,19 +204,6 @@ def _first(cases: Sequence[Case]) -> Estimator:
     raise refusals[0]
 
 
-def _check_numbers(
-    *, words: Sequence[Any], clock: float, steps: int | None, jobs: int | None, seeds: int
-) -> None:
-    for word in words:
-        fix = "write for example 18,24,32"
-        require(str(word).strip().isdigit(), "words", "whole numbers", word, fix)
-        check_word(int(word))
-    require(1.0 <= clock <= 10_000.0, "clock", "1 to 10,000 MHz", clock, "choose another")
-    require_whole("steps", steps, 1)
-    require_whole("jobs", jobs, 1)
-    require_whole("seeds", seeds, 1)
-
-
 def render_page(title: str, result: Result) -> str:
     """The page's text, which needs no other file."""
     rows = result["rows"]
@@ -235,7 +214,7 @@ def render_page(title: str, result: Result) -> str:
     commands = [
         (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
     ]
-    summary = [text for text in result.summary.splitlines() if text != ESTIMATED]
+    summary = [text for text in result.summary.splitlines() if text != table.ESTIMATED]
     return page_of(
         f"Exploration of {title}",
         [*summary, *(Verdict(text, good=False) for text in result.failures)],
@@ -243,7 +222,7 @@ def render_page(title: str, result: Result) -> str:
             replace(section_of(name, shown), figures=figures),
             Section(title="Commands", columns=("combination", "command"), rows=commands),
         ],
-        note=ESTIMATED if ESTIMATED in result.summary else "",
+        note=table.ESTIMATED if table.ESTIMATED in result.summary else "",
     )
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from boresight.model.arrays import FloatArray
+from boresight.model.declarations import Param
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
@@ -50,16 +51,17 @@ def covariance_of(estimator: Estimator) -> Covariance:
     InputError
         There is none.
     """
+    names = [s.name for s in estimator.states]
     elements = dict(estimator.covariance_elements) or {
-        s.name: (m[1], m[2]) for s in estimator.states if (m := _ELEMENT.fullmatch(s.name))
+        name: (m[1], m[2]) for name in names if (m := _ELEMENT.fullmatch(name))
     }
-    entries = [(*elements[s.name], k) for k, s in enumerate(estimator.states) if s.name in elements]
+    entries = [(*elements[name], k) for k, name in enumerate(names) if name in elements]
     axes = [i for i, j, _ in entries if i == j]
     if not axes:
         raise InputError.at(
             estimator.name,
             wanted="states that are a covariance, named p00, p01, p11, ... (or p_xx, p_xy, ...)",
-            found=", ".join(s.name for s in estimator.states[:8]) or "no states",
+            found=", ".join(names[:8]) or "no states",
             fix="name them so, or choose a Kalman filter",
         )
     return Covariance(
@@ -74,17 +76,13 @@ def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
     Angles, in rad and rad^2, take each of `P0`, or its root. Where none is an angle, all take
     `SHARES` of their default, within their range; one empty set where there is none.
     """
-    names = [p for p in estimator.params if p.name.startswith("p0_")]
-    names = [p for p in names if p.unit in ("rad", "rad^2")] or names
-    if not names:
-        return [{}]
-    sets = []
-    for p0, share in zip(P0, SHARES, strict=True):
-        values = {}
-        for p in names:
-            power = 1.0 if p.unit.endswith("^2") else 0.5
-            angle = p.unit in ("rad", "rad^2")
-            value = (p0 if angle else share) ** power * (1.0 if angle else p.default)
-            values[p.name] = min(max(value, p.low), p.high)
-        sets.append(values)
-    return sets
+    found = [p for p in estimator.params if p.name.startswith("p0_")]
+    angles = [p for p in found if p.unit in ("rad", "rad^2")]
+
+    def value(p: Param, p0: float, share: float) -> float:
+        power = 1.0 if p.unit.endswith("^2") else 0.5
+        wanted = float(p0**power if angles else share**power * p.default)
+        return min(max(wanted, p.low), p.high)
+
+    sets = zip(P0, SHARES, strict=True) if found else [(0.0, 0.0)]
+    return [{p.name: value(p, *of) for p in angles or found} for of in sets]

@@ -142,9 +142,9 @@ def result_of(
     plans: Sequence[Plan],
     rows: Mapping[str, Row],
     exploration: Exploration,
-    *,
     known: Sequence[Quantity],
     demands: Sequence[Demand],
+    *,
     least: Quantity | None,
     clock_mhz: float,
 ) -> Result:
