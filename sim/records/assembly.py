@@ -24,7 +24,7 @@ from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Place, Record, name_of
 from boresight.sim.records.selection import GAP_STEPS, Clock
-from boresight.sim.records.topics import NS, Order, Recording, Topic
+from boresight.sim.records.topics import NS, Order, Recording, Topic, order_of
 from boresight.sim.rotations.rotation import quaternion_normalise
 
 #: Topics of a file: all, or those of some names and types.
@@ -137,30 +137,24 @@ def _field_names(source: Source, topic: Topic) -> list[str] | None:
 
 def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None:
     """InputError for a topic, or for a field of a topic that is there."""
-    first, topics = sources[0], {t.name: t for t in read(path, None).topics}
-    for topic in topics.values():
-        if first.label in (topic.name, topic.kind) and len(topic.stamps):
-            names = [*first.fields, *filter(None, (first.time, first.delay))]
-            known = {*topic.fields, *(re.split(r"[.[]", f)[0] for f in topic.fields)}
-            missing = next((name for name in names if name not in known), names[0])
-            raise InputError.at(
-                f"{path}, topic {topic.name}",
-                wanted=f"a field {missing}",
-                found=_closest(missing, topic.fields),
-                fix="name what is there in a map: --map FILE.toml",
-            )
-    heard = topics.keys() if first.topic else {t.kind for t in topics.values()}
+    first, topics = sources[0], read(path, None).topics
+    where, name = str(path), first.label
+    wanted = f"{'the topic' if first.topic else 'a topic of type'} {name}"
+    known: Collection[str] = {t.name if first.topic else t.kind for t in topics}
+    for topic in topics:
+        if name in (topic.name, topic.kind) and len(topic.stamps):
+            where, known = f"{path}, topic {topic.name}", topic.fields
+            fields = [*first.fields, *filter(None, (first.time, first.delay))]
+            paths = {*known, *(re.split(r"[.[]", f)[0] for f in known)}
+            name = next((field for field in fields if field not in paths), fields[0])
+            wanted = f"a field {name}"
+            break
     raise InputError.at(
-        str(path),
-        wanted=f"{'the topic' if first.topic else 'a topic of type'} {first.label}",
-        found=_closest(first.label, heard),
-        fix="record it, or name another in a map: --map FILE.toml",
+        where,
+        wanted=wanted,
+        found=", ".join(get_close_matches(name, known, 4, 0.5) or sorted(known)[:8]) or "no topic",
+        fix="record it, or name what is there in a map: --map FILE.toml",
     )
-
-
-def _closest(name: str, names: Collection[str]) -> str:
-    matches = get_close_matches(name, names, 4, 0.5)
-    return ", ".join(matches or sorted(names)[:8]) or "no topic"
 
 
 def _series(path: Path, source: Source, topic: Topic) -> _Series:
@@ -172,7 +166,7 @@ def _series(path: Path, source: Source, topic: Topic) -> _Series:
     values[np.isinf(values)] = np.nan  # no sample is taken from a message that has none
     stamps, has_sample = _times(source, topic)
     stamps, values = stamps[has_sample], values[has_sample]
-    order = Order.of(stamps, values)
+    order = order_of(stamps, values)
     if order.stray > _MOST_STRAY * len(stamps):
         row = int(np.argmax(np.diff(stamps) < 0)) + 1
         back = (stamps[row - 1] - stamps[row]) / NS
@@ -182,7 +176,7 @@ def _series(path: Path, source: Source, topic: Topic) -> _Series:
             found=f"a clock that steps back by {back:.6g} s",
             fix="cut the recording there",
         )
-    values = _in_record_frame(where, source, values[order.index])
+    values = _in_record_frame(where, source, values[order.rows])
     return _Series(source, topic, order.stamps, values, order)
 
 

@@ -216,9 +216,10 @@ class Feeder:
             _refuse_missing(estimator, record)
             _refuse_rate(estimator, record)
         _refuse_two_clocks(record)
-        inputs, new = reader.take_rows(
-            {i.name: self._told(i, _values(record, i)) for i in estimator.inputs if not i.flags}
-        )
+        told = {i.name: self._told(i, _values(record, i)) for i in estimator.inputs if not i.flags}
+        columns = {name: values[:, None] for name, values in told.items()}
+        all_inputs, all_new = reader.take(columns, len(record))
+        inputs, new = all_inputs[:, 0], all_new[:, 0]
         truth = _truth(estimator, record)
         return Feed(
             record,
@@ -323,10 +324,22 @@ def _refuse_two_clocks(record: Record) -> None:
 
 
 def _refuse_rate(estimator: Estimator, record: Record) -> None:
+    """Refuse a record at another rate, with the unit that its times are probably in."""
     if "dt" not in estimator.rates_hz or not _timed(record):
         return
-    rate = _rate_hz(record)
-    fix = _misread_unit(record, rate / estimator.rates_hz["dt"]) or _for_rate(estimator, rate)
+    rate, name = _rate_hz(record), "t" if "t" in record.columns else "dt"
+    unit = record.columns[name].unit or "s"
+    seconds = linear(unit, "s")[0] * rate / estimator.rates_hz["dt"]
+    near = [u for u, s in _TIME_UNITS.items() if abs(seconds / s - 1.0) <= _RATE_TOLERANCE]
+    if near and near != [unit]:
+        fix = f"the column {name} is probably in {near[0]}: write {name}[{near[0]}] in the header"
+    elif "rate_hz" in signature(type(estimator)).parameters:
+        fix = f"make it with rate_hz={rate:.6g}"
+    else:
+        fix = (
+            "use a log at its rate (--every thins one that is faster), or design its gains for "
+            f'that of the log and declare rates_hz = {{"dt": {rate:.6g}}}'
+        )
     require_rate(estimator, rate, record.where, fix)
 
 
@@ -338,29 +351,6 @@ def require_rate(estimator: Estimator, rate_hz: float, where: str, fix: str) -> 
         raise InputError.at(where, wanted=wanted, found=f"{rate_hz:.6g}", fix=fix)
 
 
-def _misread_unit(record: Record, factor: float) -> str:
-    """The remedy for times so many times too short, if that makes another unit; else empty."""
-    name = "t" if "t" in record.columns else "dt"
-    unit = record.columns[name].unit or "s"
-    seconds = linear(unit, "s")[0] * factor
-    near = [u for u, s in _TIME_UNITS.items() if abs(seconds / s - 1.0) <= _RATE_TOLERANCE]
-    if not near or near[0] == unit:
-        return ""
-    return f"the column {name} is probably in {near[0]}: write {name}[{near[0]}] in the header"
-
-
-def _for_rate(estimator: Estimator, rate: float) -> str:
-    """The remedy for a log at another rate."""
-    if "rate_hz" in signature(type(estimator)).parameters:
-        return f"make it with rate_hz={rate:.6g}"
-    return (
-        "use a log at its rate (--every thins one that is faster), or design its gains for that of "
-        f'the log and declare rates_hz = {{"dt": {rate:.6g}}}'
-    )
-
-
-#: Characters of a list of columns.
-_LISTED = 110
 #: Names that others give to the column of times.
 _TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
 
@@ -372,36 +362,28 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
     missing = [i for i in missing if i.name != "dt" or "t" not in columns]
     if not missing:
         return
-    hints, similar = [], []
+    hints = dict[str, str]()
     for i in missing:
-        near = next((c for c in columns if re.split(r"\W", c.lower())[0] == i.name.lower()), None)
-        similar += [near] if near else []
-        time = next((c for c in columns if c.lower() in _TIMES), None) if i.name == "dt" else None
-        if near or time:
-            unit = "[UNIT]" if near and near.lower() != i.name.lower() else ""
-            name = f"{i.name}{unit}" if near else "t (dt is its difference)"
-            hints.append(f"{near or time} to {name}")
+        lower = i.name.lower()
+        near = next((c for c in columns if re.split(r"\W", c.lower())[0] == lower), None)
+        time = next((c for c in columns if c.lower() in _TIMES), None)
+        if near:
+            hints[near] = i.name if near.lower() == lower else f"{i.name}[UNIT]"
+        elif time and i.name == "dt":
+            hints[time] = "t (dt is its difference)"
     names = [
         f"{'t [s] or ' if i.name == 'dt' else ''}{i.name}" + (f" [{i.unit}]" if i.unit else "")
         for i in missing
     ]
-    plural = len(missing) > 1
+    others = [*hints, *(c for c in columns if c not in hints)]
     raise InputError.at(
         record.where,
-        wanted=f"{'columns' if plural else 'a column'} {', '.join(names)}, "
-        f"{'inputs' if plural else 'an input'} of {estimator.name}",
-        found=f"columns {_listed([*similar, *(c for c in columns if c not in similar)])}",
-        fix=f"rename {', '.join(hints)}"
+        wanted=f"a column for {', '.join(names)}, of {estimator.name}",
+        found=", ".join(others[:12]) + ", ..." * (len(others) > 12),
+        fix="rename " + ", ".join(f"{old} to {name}" for old, name in hints.items())
         if len(hints) == len(missing)
-        else f"add {'them' if plural else 'it'}, or rename what holds {'them' if plural else 'it'}",
+        else "add it, or rename the column that holds it",
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    """The first names, whole, in a line that is not too long."""
-    ends = np.cumsum([len(name) + 2 for name in names])
-    count = max(1, int((ends <= _LISTED).sum()))
-    return ", ".join(names[:count]) + (", ..." if count < len(names) else "")
 
 
 def _values(record: Record, declared: Input) -> FloatArray:

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.declarations import QUATERNION
+from boresight.model.declarations import QUATERNION, Input
 from boresight.model.estimator import Estimator
 from boresight.sim.records.turning import Triad, contradictions, departures
 
@@ -28,45 +28,34 @@ _REPEATED, _HELD, _JUMP = 0.2, 0.03, 5.0
 _AT_END, _CROWD, _STEPS = 5, 2.0, 200.0
 
 
-@dataclass(frozen=True)
-class _Rule:
-    """Plausible typical lengths for sensors with one unit, and what other lengths look like.
+class _Rule(NamedTuple):
+    """Plausible typical lengths, largest declared range, and ends of what others look like."""
 
-    ``others`` gives ends of lengths and a unit, or a cause, in rising order.
-    """
-
-    unit: str
     least: float
     most: float
-    others: tuple[tuple[float, float, str], ...]
-    wants_triple: bool = True
-    #: Largest declared range of such a sensor.
-    range_limit: float = math.inf
+    range_limit: float
+    others: dict[str, tuple[float, float]]
 
 
-_RULES = (
-    # 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros measure.
-    _Rule("rad/s", 0.0, 10.0, ((10.0, math.inf, "deg/s"),), False, 100.0),
-    _Rule(
-        "m/s^2",
-        5.0,
-        200.0,
-        ((0.9, 1.1, "g (g0 in a header)"), (900.0, 1100.0, "mg (mg0 in a header)")),
+#: 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros measure. The
+#: Earth's field is 22 to 67 uT.
+_RULES = {
+    "rad/s": _Rule(0.0, 10.0, 100.0, {"deg/s": (10.0, math.inf)}),
+    "m/s^2": _Rule(
+        *(5.0, 200.0, math.inf),
+        {"g (g0 in a header)": (0.9, 1.1), "mg (mg0 in a header)": (900.0, 1100.0)},
     ),
-    # The Earth's field is 22 to 67 uT.
-    _Rule(
-        "uT",
-        7.0,
-        150.0,
-        (
-            (1e-5, 1.5e-4, "tesla"),
-            (1e-2, 0.15, "mT"),
-            (0.15, 1.5, "gauss"),
-            (150.0, 1500.0, "milligauss"),
-            (1e4, 1.5e5, "nT"),
-        ),
+    "uT": _Rule(
+        *(7.0, 150.0, math.inf),
+        {
+            "tesla": (1e-5, 1.5e-4),
+            "mT": (1e-2, 0.15),
+            "gauss": (0.15, 1.5),
+            "milligauss": (150.0, 1500.0),
+            "nT": (1e4, 1.5e5),
+        },
     ),
-)
+}
 #: Largest over least length of the field, of 9 in 10 samples, without a magnet.
 _UNEVEN = 4.0
 #: s, and share of the samples around: an axis that stands still for so long, but changes otherwise.
@@ -111,25 +100,17 @@ def warnings_of(
             rows = rows & ~zeros
             if not rows.any():
                 continue
-        typical = float(np.median(np.linalg.norm(inputs[rows][:, columns], axis=1)))
-        unlikely = [
-            f"{' '.join(names)}: typically {typical:.3g} {rule.unit}, {_looks(rule, typical)}"
-            for rule in _RULES
-            if rule.unit == declared.unit
-            and (len(columns) == 3 or not rule.wants_triple)
-            and not rule.least <= typical <= rule.most
-            and rule.least < declared.high <= rule.range_limit
-        ]
+        lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
+        unlikely = _unlikely(names, declared, float(np.median(lengths)))
         warnings += unlikely
         if len(columns) == 3:
             triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
             triads[declared.unit] = triad
             implausible[declared.unit] = unlikely
             clamps = any(estimator.inputs[k].clamp for k in columns)
-            warnings += [*_held(triad), *(() if clamps else _at_ends(names, triad))]
-            still[declared.unit] = [] if dt is None else [*_still(names, triad, inputs[:, dt])]
+            warnings += [*_held(triad), *(() if clamps else _at_ends(triad))]
+            still[declared.unit] = [] if dt is None else [*_still(triad, inputs[:, dt])]
         if is_field and not still["uT"]:
-            lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
             low, high = np.percentile(lengths, (5.0, 95.0))
             if uneven := bool(high > _UNEVEN * low):
                 warnings.append(
@@ -185,14 +166,20 @@ def _attitude(values: Mapping[str, FloatArray]) -> Triad | None:
     return Triad(" ".join(QUATERNION), q, known[:, 0])
 
 
-def _looks(rule: _Rule, typical: float) -> str:
-    """What a typical length looks like that is none of the rule's sensor."""
-    for low, high, unit in rule.others:
+def _unlikely(names: Sequence[str], declared: Input, typical: float) -> list[str]:
+    """A line about a typical length that is none of a sensor with the unit."""
+    rule = _RULES.get(declared.unit)
+    if rule is None or (len(names) != 3 and declared.unit != "rad/s"):
+        return []
+    if rule.least <= typical <= rule.most or not rule.least < declared.high <= rule.range_limit:
+        return []
+    looks = f"where {rule.least:g} to {rule.most:g} would be plausible"
+    if declared.unit == "m/s^2" and typical < rule.least:
+        looks = "too little for gravity: is the sensor dead, or has the device removed it?"
+    for unit, (low, high) in rule.others.items():
         if low <= typical < high:
-            return f"which looks like {unit}"
-    if rule.unit == "m/s^2" and typical < rule.least:
-        return "too little for gravity: is the sensor dead, or has the device removed it?"
-    return f"where {rule.least:g} to {rule.most:g} would be plausible"
+            looks = f"which looks like {unit}"
+    return [f"{' '.join(names)}: typically {typical:.3g} {declared.unit}, {looks}"]
 
 
 def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
@@ -232,11 +219,11 @@ def _is_noisy(steps: FloatArray) -> bool:
     return bool((steps != 0.0).sum() > _CHANGING * len(steps) and to_and_fro > 0.05 * len(steps))
 
 
-def _still(names: Sequence[str], sensor: Triad, dt: FloatArray) -> Iterator[str]:
+def _still(sensor: Triad, dt: FloatArray) -> Iterator[str]:
     """An axis without noise: in all samples, or from one sample on for a while."""
     steps = np.diff(sensor.values[sensor.new], axis=0)
     step_s = float(np.median(dt)) / float(sensor.new.mean())
-    for k, name in enumerate(names):
+    for k, name in enumerate(sensor.names.split()):
         changes = np.flatnonzero(np.concatenate([[True], steps[:, k] != 0.0, [True]]))
         first = int(np.diff(changes).argmax())
         start, end = changes[first : first + 2].tolist()
@@ -256,13 +243,13 @@ def _still(names: Sequence[str], sensor: Triad, dt: FloatArray) -> Iterator[str]
             return
 
 
-def _at_ends(names: Sequence[str], sensor: Triad) -> Iterator[str]:
+def _at_ends(sensor: Triad) -> Iterator[str]:
     """Axes whose samples pile up at their largest or least value, while others change."""
     values = sensor.values[sensor.new]
     changes = np.ones(values.shape, bool)
     changes[1:] = np.diff(values, axis=0) != 0.0
     found = dict[str, int]()
-    for k, name in enumerate(names):
+    for k, name in enumerate(sensor.names.split()):
         steps = np.abs(np.diff(values[:, k]))
         finest = min(steps[steps > 1e-6 * np.abs(values).max()], default=math.inf)
         varied = changes[:, [j for j in range(3) if j != k]].all(axis=1)

@@ -101,12 +101,6 @@ class InputReader:
         self.rows += n
         return inputs, new
 
-    def take_rows(self, columns: Mapping[str, FloatArray]) -> tuple[FloatArray, BoolArray]:
-        """Read columns (n,) of one run: `take` without the axis of the runs."""
-        n = len(next(iter(columns.values())))
-        inputs, new = self.take({name: values[:, None] for name, values in columns.items()}, n)
-        return inputs[:, 0], new[:, 0]
-
     def number(self, name: str, value: object, n: int = 1) -> FloatArray:
         """Values (n, runs) of another column of the next rows, NaN where a value is missing.
 

@@ -230,8 +230,7 @@ class Record:
         columns = dict(self.columns)
         if "t" in columns and "dt" not in columns:
             columns["dt"] = Column(self.steps())
-        leading = {n: Column(c.values[:steps], c.unit) for n, c in columns.items()}
-        return self.derived(leading)
+        return rows_of(self.derived(columns), 0, steps)
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:

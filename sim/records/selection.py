@@ -73,8 +73,8 @@ class Selection:
         if not 0.0 <= start_s < end_s:
             raise InputError.at(
                 "--to" if end is not None else "--from",
-                wanted=f"a time above --from, {start_s:g} s" if start_s >= 0.0 else "0 s or more",
-                found=f"{end_s:g} s" if start_s >= 0.0 else f"{start_s:g} s",
+                wanted="0 s or more for --from, and a later time for --to",
+                found=f"{start_s:g} s and {end_s:g} s",
                 fix="choose another",
             )
         if every is not None and every < 1:
@@ -117,7 +117,7 @@ class Selection:
             A gap that is refused; no row; no times, of which a slice or gaps are wanted.
         """
         available = count = 0
-        where, span = "", ""
+        where = ""
 
         def chosen() -> Iterator[Record]:
             nonlocal available, where
@@ -133,13 +133,10 @@ class Selection:
                 count += len(block)
                 yield block
         if not count:
-            if self._sliced:
-                end = f" to {self.end_s:g} s" if math.isfinite(self.end_s) else ""
-                span = f" from {self.start_s:g} s{end} of the log"
             raise InputError.at(
                 where,
-                wanted=f"{self.every} rows or more{span}" if available else f"rows{span}",
-                found=str(available) if available else "none",
+                wanted=f"rows in the slice, {self.every} or more",
+                found=str(available or "none"),
                 fix="choose a smaller --every" if available else "choose another slice",
             )
 

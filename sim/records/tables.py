@@ -110,16 +110,14 @@ def _steps(
             found=repr(fs.tolist())[:40],
             fix="correct it, or leave it out to use the times",
         )
-    if restart is None:
-        return dt
-    if restart.shape != dt.shape or restart.dtype.kind not in "biu":
+    if restart is not None and (restart.shape != dt.shape or restart.dtype.kind not in "biu"):
         raise InputError.at(
             f"{where}, array restart",
             wanted=f"truth values, shape {dt.shape}",
             found=f"{restart.dtype}, shape {restart.shape}",
             fix="store one for each sample",
         )
-    return np.where(restart != 0, RESTART_S, dt)
+    return dt if restart is None else np.where(restart != 0, RESTART_S, dt)
 
 
 def read_npz(file: BinaryIO) -> Iterator[Arrays]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -44,13 +44,12 @@ class Recording:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class Order:
+class Order(NamedTuple):
     """Messages in the order of their times.
 
     Attributes
     ----------
-    index : int (k,)
+    rows : int (k,)
         The messages that are kept, in the order of their times.
     stamps : int64 (k,)
         Their times [ns], which rise: messages of one time are spread over the step before it.
@@ -60,39 +59,12 @@ class Order:
         left out.
     """
 
-    index: IntArray
+    rows: IntArray
     stamps: IntArray
-    sorted: int = 0
-    repeated: int = 0
-    spread: int = 0
-    stray: int = 0
-
-    @classmethod
-    def of(cls, stamps: IntArray, values: FloatArray | None = None) -> Order:
-        """The order of times [ns]; messages of one time and equal ``values`` repeat each other."""
-        count, main = len(stamps), _rising(stamps)
-        steps = np.diff(stamps[main])
-        step = float(np.median(steps[steps > 0])) if (steps > 0).any() else NS
-        expected = np.interp(np.arange(count), np.flatnonzero(main), stamps[main])
-        kept = main | (np.abs(stamps - expected) <= _NEAR_STEPS * step)
-        index = np.flatnonzero(kept)
-        index = index[np.argsort(stamps[index], kind="stable")]
-        times = stamps[index]
-        same = np.concatenate([[False], times[1:] == times[:-1]])
-        if values is not None:
-            same &= np.concatenate([[False], (values[index][1:] == values[index][:-1]).all(axis=1)])
-        else:
-            same &= False
-        index, times = index[~same], times[~same]
-        spread = _spread(times)
-        return cls(
-            index,
-            spread,
-            int((kept & ~main).sum()),
-            int(same.sum()),
-            int((spread != times).sum()),
-            int((~kept).sum()),
-        )
+    sorted: int
+    repeated: int
+    spread: int
+    stray: int
 
     def notes(self, name: str) -> list[str]:
         """A line for each kind of irregularity, with its count."""
@@ -105,31 +77,46 @@ class Order:
         return [f"{text}: {count}" for text, count in lines.items() if count]
 
 
+def order_of(stamps: IntArray, values: FloatArray | None = None) -> Order:
+    """The order of times [ns]; messages of one time and equal ``values`` repeat each other."""
+    main = _rising(stamps)
+    steps = np.diff(stamps[main])
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else NS
+    expected = np.interp(np.arange(len(stamps)), np.flatnonzero(main), stamps[main])
+    kept = main | (np.abs(stamps - expected) <= _NEAR_STEPS * step)
+    index = np.flatnonzero(kept)
+    index = index[np.argsort(stamps[index], kind="stable")]
+    same = np.zeros(len(index), dtype=bool)
+    if values is not None:
+        same[1:] = (np.diff(stamps[index]) == 0) & (np.diff(values[index], axis=0) == 0.0).all(
+            axis=1
+        )
+    index = index[~same]
+    times = stamps[index]
+    spread = _spread(times)
+    counts = (kept & ~main, same, spread != times, ~kept)
+    return Order(index, spread, *(int(x.sum()) for x in counts))
+
+
 #: Median steps by which a message may be displaced and is sorted, not left out.
 _NEAR_STEPS = 32.0
 
 
 def _rising(stamps: IntArray) -> BoolArray:
     """A longest part of the messages whose times never fall."""
-    main = np.ones(len(stamps), dtype=bool)
     if (np.diff(stamps) >= 0).all():
-        return main
+        return np.ones(len(stamps), dtype=bool)
     ends: list[int] = []  # of a part of each length, the least last time
     last: list[int] = []  # and which message that is
-    before = np.full(len(stamps), -1)
+    before: list[int] = []
     for k, stamp in enumerate(stamps.tolist()):
         length = bisect_right(ends, stamp)
-        before[k] = last[length - 1] if length else -1
-        if length == len(ends):
-            ends.append(stamp)
-            last.append(k)
-        else:
-            ends[length], last[length] = stamp, k
-    main[:] = False
+        before.append(last[length - 1] if length else -1)
+        ends[length : length + 1], last[length : length + 1] = [stamp], [k]
+    main = np.zeros(len(stamps), dtype=bool)
     k = last[-1]
     while k >= 0:
-        main[k] = True
-        k = int(before[k])
+        main[k], k = True, before[k]
     return main
 
 
@@ -149,7 +136,7 @@ def _spread(times: IntArray) -> IntArray:
 
 def clock_of(stamps: IntArray) -> Clock:
     """The clock of messages' times [ns], in any order."""
-    order = Order.of(stamps)
-    clock = Clock.of_steps(np.diff(np.unique(stamps[order.index])).astype(np.float64) / NS)
+    order = order_of(stamps)
+    clock = Clock.of_steps(np.diff(np.unique(stamps[order.rows])).astype(np.float64) / NS)
     late = order.sorted + order.stray
     return replace(clock, samples=len(stamps), repeated=order.spread, late=late)

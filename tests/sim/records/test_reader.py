@@ -104,16 +104,14 @@ def test_columns_become_inputs(
 @pytest.mark.parametrize(
     "changes, units, message",
     [
-        ({"z": None}, {}, "log 'walk': wanted a column z [m], an input of probe, found columns c, "
-         "plain; add it, or rename what holds it"),
-        ({"z": None, "Z": [1.0, 1.0]}, {}, "log 'walk': wanted a column z [m], an input of probe, "
-         "found columns Z, c, plain; rename Z to z"),
+        ({"z": None}, {}, "log 'walk': wanted a column for z [m], of probe, found c, plain; add "),
+        ({"z": None, "Z": [1.0, 1.0]}, {}, "log 'walk': wanted a column for z [m], of probe, found "
+         "Z, c, plain; rename Z to z"),
         ({"z": None, **{f"column {k}": [0.0] * 2 for k in range(20)}, "z (cm)": [1.0] * 2}, {},
-         "log 'walk': wanted a column z [m], an input of probe, found columns z (cm), c, plain, "
-         "column 0, column 1, column 2, column 3, column 4, column 5, column 6, column 7, "
-         "column 8, ...; rename z (cm) to z[UNIT]"),
-        ({"z": None, "c": None}, {}, "log 'walk': wanted columns z [m], c, inputs of probe, found "
-         "columns plain; add them, or rename what holds them"),
+         "log 'walk': wanted a column for z [m], of probe, found z (cm), c, plain, column 0, column"
+         " 1, column 2, column 3, column 4, column 5, column 6, column 7, column 8, ...; rename z "
+         "(cm) to z[UNIT]"),
+        ({"z": None, "c": None}, {}, "log 'walk': wanted a column for z [m], c, of probe, found "),
         ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
          "complete the log, or declare missing=NUMBER, which needs no sample before it"),
         ({"plain": [1.0, NAN]}, {}, "record, plain[1]: wanted a number, found no value; complete "
@@ -142,9 +140,11 @@ def test_refused(changes: Any, units: dict[str, str], message: str) -> None:
 
 
 def test_many_columns_are_not_all_named() -> None:
-    with pytest.raises(InputError, match=r"wanted a column t \[s\] or dt \[s\].*, \.\.\.; add it"):
+    with pytest.raises(
+        InputError, match=r"wanted a column for t \[s\] or dt \[s\].*, \.\.\.; add it"
+    ):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(40)})
-    with pytest.raises(InputError, match=r"found columns k00, k01, .*, k07; add it"):
+    with pytest.raises(InputError, match=r"found k00, k01, .*, k07; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
 
 
@@ -162,7 +162,7 @@ def test_a_gap_is_named_by_its_time_and_a_cure(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=rf"^{where}: {message}.*; if it is a gap, {remedy}$"):
             feed(Short(), record)
-    with pytest.raises(InputError, match=r"found columns t, a; add"):
+    with pytest.raises(InputError, match=r"found t, a; add"):
         feed(Probe(), read_record(path))
 
 
