@@ -16,7 +16,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Output, Param, State
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
@@ -277,13 +277,9 @@ class Estimator:
         Values that belong to no node (constants, parts of a function) are left out.
         """
         check_word(word)
-        if word < self.least_word:
-            raise InputError.at(
-                f"estimator {self.name}",
-                wanted=f"a word of {self.least_word} bits or more",
-                found=str(word),
-                fix="choose a wider word: its covariance does not stay positive in this one",
-            )
+        fix = "choose a wider word: its covariance does not stay positive in this one"
+        wide, wanted = word >= self.least_word, f"a word of {self.least_word} bits or more"
+        require(wide, f"estimator {self.name}", wanted, word, fix)
         trace = self.record()
         profile = self.profile and self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), profile)
@@ -307,13 +303,9 @@ class Estimator:
             second run that differs.
         """
         self.check_declarations()
-        if not self.inputs:
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}"),
-                wanted="an input, whose word begins an update",
-                found="none",
-                fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
-            )
+        where = placed(self._line, f"estimator {self.name}")
+        fix = 'declare one, for example Input("dt", 0.0, 0.1, "s")'
+        require(bool(self.inputs), where, "an input, whose word begins an update", (), fix)
         recorded, repeated = self.trace(), self.trace()
         expressions = (recorded.tracer.expressions, repeated.tracer.expressions)
         keys = [[e.key for e in each] for each in expressions]
@@ -358,13 +350,10 @@ class Estimator:
         self, x: Any, u: Any, p: Any, *, arrays: bool = False
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Call `step`; errors in it become one line (`model.step.checked`)."""
-        if type(self).step is Estimator.step:
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}"),
-                wanted="a method step(self, x, u, p)",
-                found="none",
-                fix="write it: it gets states, inputs, parameters and returns {states}, {outputs}",
-            )
+        where = placed(self._line, f"estimator {self.name}")
+        fix = "write it: it gets states, inputs, parameters and returns {states}, {outputs}"
+        written = type(self).step is not Estimator.step
+        require(written, where, "a method step(self, x, u, p)", None, fix)
         return checked(self.name, self.step, (x, u, p), self.states, self.outputs, arrays=arrays)
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias, TypeVar
 
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, listed, require
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile, read_profile
 from boresight.model.tolerances import judged_outputs
@@ -75,13 +75,10 @@ def _profile(source: Named, estimator: Estimator) -> Profile | None:
         return read_profile(place) if place is not None and place.exists() else None
     profiles = [read_profile(file) for file in files]
     matching = [profile for profile in profiles if profile.estimator == estimator.name]
-    if profiles and not matching:
-        raise InputError.at(
-            profiles[0].place,
-            wanted=f"a profile of {estimator.name}",
-            found=f"one of {profiles[0].estimator}",
-            fix="add the one that fits, or leave --profile out",
-        )
+    for profile in profiles[:1]:
+        wanted = f"a profile of {estimator.name}"
+        fix = "add the one that fits, or leave --profile out"
+        require(bool(matching), profile.place, wanted, profile.estimator, fix)
     return matching[-1] if matching else None
 
 
@@ -162,13 +159,9 @@ def load(source: Any, base: type[T], kind: str, group: str) -> T:
         return source
     if isinstance(source, type) and issubclass(source, base):
         return _constructed(source, source.__name__, (), {})
-    if not isinstance(source, str):
-        raise InputError.at(
-            kind,
-            wanted=f"a name, file.py:Class, a class or an object of {base.__name__}",
-            found=type(source).__name__,
-            fix=f"derive the class from boresight.{base.__name__}",
-        )
+    wanted = f"a name, file.py:Class, a class or an object of {base.__name__}"
+    fix = f"derive the class from boresight.{base.__name__}"
+    require(isinstance(source, str), kind, wanted, type(source).__name__, fix)
     stem, colon, call = source.partition(".py:")
     path = f"{stem}.py" if colon else source
     if not colon and not source.endswith(".py"):
@@ -189,12 +182,8 @@ def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
         fix = f"write {name}.py, the file that is here"
     elif os.path.exists(name):
         fix = f"the {kind} comes first, logs after it"
-    raise InputError.at(
-        kind,
-        wanted=f"file.py:Class, or one of {listed(name, sorted(names))}",
-        found=repr(name),
-        fix=fix,
-    )
+    wanted = f"file.py:Class, or one of {listed(name, sorted(names))}"
+    raise InputError.at(kind, wanted=wanted, found=repr(name), fix=fix)
 
 
 def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
@@ -305,12 +294,9 @@ def call_of(text: str, source: str) -> tuple[str, tuple[Any, ...], dict[str, Any
             return node.id, (), {}
     except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
         pass
-    raise InputError.at(
-        repr(source),
-        wanted="file.py:Class or file.py:Class(NAME=VALUE)",
-        found=repr(text),
-        fix="give numbers and texts as arguments, in quotes for the shell",
-    )
+    wanted = "file.py:Class or file.py:Class(NAME=VALUE)"
+    fix = "give numbers and texts as arguments, in quotes for the shell"
+    raise InputError.at(repr(source), wanted=wanted, found=repr(text), fix=fix)
 
 
 def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -> type[T]:

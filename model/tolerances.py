@@ -13,14 +13,14 @@ from contextvars import ContextVar
 from dataclasses import replace
 
 from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Output
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import listed, require
 from boresight.model.units import conversion
 
 #: ``NAME=NUMBER`` or ``NAME=NUMBERunit`` texts, and the estimators that they were taken for.
 _tolerances: ContextVar[tuple[tuple[str, ...], set[str]]] = ContextVar(
     "tolerances", default=((), set())
 )
-_TEXT = re.compile(r"\s*(\w+)\s*=\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_TEXT = re.compile(r"\s*(\w+)\s*=\s*(\d*\.?\d+\.?(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 @contextmanager
@@ -38,10 +38,8 @@ def tolerances(texts: Iterable[str]) -> Iterator[None]:
         yield
     finally:
         _tolerances.reset(token)
-    if context[0] and not context[1]:
-        raise InputError.at(
-            "--tolerance", wanted="an estimator", found="none", fix="leave --tolerance out"
-        )
+    used = not context[0] or bool(context[1])
+    require(used, "--tolerance", "an estimator", None, "leave --tolerance out")
 
 
 def tolerances_now() -> tuple[str, ...]:
@@ -63,29 +61,17 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
     estimators.add(estimator)
     judged = {o.name: o for o in outputs}
     for text in texts:
-        match = _TEXT.fullmatch(text)
-        where = "--tolerance"
-        try:
-            limit = float(match[2]) if match else math.nan
-        except ValueError:
-            limit = math.nan
-        if match is None or not math.isfinite(limit):
-            raise InputError.at(
-                where,
-                wanted="OUTPUT=NUMBER, 0 or more, with or without a unit",
-                found=repr(text),
-                fix=f"write for example --tolerance {outputs[0].name}=0.05{outputs[0].unit}",
-            )
-        name, unit = match[1], match[3]
-        attitude = name == ATTITUDE and judged.keys() >= {*QUATERNION}
-        if not attitude and name not in judged:
-            names = [*judged, ATTITUDE] if judged.keys() >= {*QUATERNION} else judged
-            raise InputError.at(
-                where,
-                wanted=f"an output of {estimator}: {listed(name, names)}",
-                found=repr(name),
-                fix="choose one of its outputs; estimators with others are judged one by one",
-            )
+        match, where = _TEXT.fullmatch(text), "--tolerance"
+        name, number, unit = match.groups() if match else ("", "nan", "")
+        limit = float(number)
+        fix = f"write for example --tolerance {outputs[0].name}=0.05{outputs[0].unit}"
+        wanted = "OUTPUT=NUMBER, 0 or more, with or without a unit"
+        require(math.isfinite(limit), where, wanted, text, fix)
+        names = [*judged, ATTITUDE] if judged.keys() >= {*QUATERNION} else [*judged]
+        attitude = name == ATTITUDE and ATTITUDE in names
+        fix = "choose one of its outputs; estimators with others are judged one by one"
+        wanted = f"an output of {estimator}: {listed(name, names)}"
+        require(name in names, where, wanted, name, fix)
         output_unit = "deg" if attitude else judged[name].unit
         factor, _ = conversion(f"{where} {text}", name, unit, output_unit) if unit else (1.0, 0.0)
         limit *= factor / (ATTITUDE_DEG if attitude else 1.0)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from boresight.model import ops
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.update import checked_measurements, in_range, moved
 from boresight.model.lowering.trace import Scalar
@@ -64,13 +64,9 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
         after = moved_by(now, back)
         return _seen(kalman, x, {s.name: in_range(after[s.name], s) for s in scalars})
     rate = kalman.rates_hz.get("dt", 0.0)
-    if not rate:
-        raise InputError.at(
-            placed(line, "measurement, delay"),
-            wanted="the time step of the model",
-            found="none",
-            fix='declare rates_hz = {"dt": 1.0 / DT} in the class, or an input dt',
-        )
+    fix = 'declare rates_hz = {"dt": 1.0 / DT} in the class, or an input dt'
+    where = placed(line, "measurement, delay")
+    require(rate > 0.0, where, "the time step of the model", None, fix)
     return _seen(kalman, x, ago(ago(now, 0.5 * (delay + 1.0 / rate)), delay))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output, check_flag
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
@@ -200,13 +200,10 @@ class Kalman(Estimator):
             method = getattr(self, name)
             where = placed(place_of_function(method), f"{name} of {self.name}")
             check_arguments(where, name, method)
-        if type(self).measure is Kalman.measure:
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}"),
-                wanted="a method measure(self, x, u, p)",
-                found="none",
-                fix="write it: it returns a list of Measurement(z, h, r)",
-            )
+        where = placed(self._line, f"estimator {self.name}")
+        written = type(self).measure is not Kalman.measure
+        fix = "write it: it returns a list of Measurement(z, h, r)"
+        require(written, where, "a method measure(self, x, u, p)", None, fix)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: predict, then correct."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Output
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.kalman.declared import Measurement, State
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.places import author_line, placed
@@ -149,13 +149,9 @@ def linear(
 def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
     """A, B, C, D as arrays of two dimensions."""
     fixed = isinstance(system, tuple | list) or hasattr(system, "F")
-    if not fixed and getattr(system, "dt", None) in (None, 0):
-        raise InputError.at(
-            where,
-            wanted="a time-discrete system",
-            found="a continuous one" if hasattr(system, "A") else f"a {type(system).__name__}",
-            fix="sample it: SYSTEM.to_discrete(DT) of scipy, control.sample_system(SYSTEM, DT)",
-        )
+    discrete = fixed or getattr(system, "dt", None) not in (None, 0)
+    fix = "sample it: SYSTEM.to_discrete(DT) of scipy, control.sample_system(SYSTEM, DT)"
+    require(discrete, where, "a time-discrete system", type(system).__name__, fix)
     if hasattr(system, "F"):
         parts = [system.F, getattr(system, "B", None), system.H, None]
     else:

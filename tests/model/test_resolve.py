@@ -204,7 +204,7 @@ def test_no_file(tmp_path: Path) -> None:
 def test_what_is_no_estimator(what: Any, reason: str) -> None:
     assert refused(what) == (
         "estimator: wanted a name, file.py:Class, a class or an object of Estimator, found "
-        f"{reason}; derive the class from boresight.Estimator"
+        f"{reason!r}; derive the class from boresight.Estimator"
     )
 
 

@@ -142,6 +142,6 @@ def test_it_is_found_there_chosen_or_left_out(tmp_path: Path) -> None:
         assert getattr(estimator_of(str(file)).profile, "place", None) == str(other)
         with profiles([]):
             assert estimator_of(str(file)).profile is None
-        with pytest.raises(InputError, match="wanted a profile of mekf, found one of sum"):
+        with pytest.raises(InputError, match="wanted a profile of mekf, found 'sum'"):
             estimator_of("mekf")
     assert estimator_of(str(file)).compile().digest != plain.compile().digest
