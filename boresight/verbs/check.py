@@ -152,8 +152,15 @@ def check(
     logs = tuple(recorded(log, build, steps) if is_world(log) else log for log in logs)
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
+    for name in (e.name for e in estimators if own and e.name not in own):
+        raise InputError.at(
+            "logs",
+            wanted=f"a log of {name}, since {', '.join(own)} has its own",
+            found="none",
+            fix=f"write for example {name}=log.csv",
+        )
     if own:
-        rounds.append([_own_log(e.name, own, steps) for e in estimators])
+        rounds.append([Log.of(own[e.name], steps) for e in estimators])
     if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results: list[CheckResult] = []
@@ -223,15 +230,3 @@ def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any
         else:
             shared.append(log)
     return shared, own
-
-
-def _own_log(name: str, own: Mapping[str, Any], steps: int | None) -> Log:
-    """The log of one of several estimators."""
-    if name not in own:
-        raise InputError.at(
-            "logs",
-            wanted=f"a log of {name}, since {', '.join(own)} has its own",
-            found="none",
-            fix=f"write for example {name}=log.csv",
-        )
-    return Log.of(own[name], steps)

@@ -37,11 +37,6 @@ class Interpreted(Level):
         self._ahead: CModel | None = None
         self._rows = 0
 
-    def _begun(self) -> Interpreter:
-        """The interpreter, from a reset on if it has not run yet."""
-        self._machine = self._machine or Interpreter(self.program)
-        return self._machine
-
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         program, lent, self.shown = self.program, self.shown, None
@@ -55,7 +50,7 @@ class Interpreted(Level):
         out, saturated, states, broken = interpret(
             program, words, states=lent, machine=self._machine
         )
-        machine = self._begun()
+        machine = self._machine = self._machine or Interpreter(program)
         if len(words):
             machine.states = states[-1:].T
         fault = "" if broken is None else f"states differ from C after step {self._rows + broken}"
@@ -100,7 +95,10 @@ class Emitted(Level):
     @classmethod
     def batch(cls, build: Build, runs: int) -> Level:
         """Several runs side by side, updated by one call; without states."""
-        return _EmittedBatch(build, runs)
+        level = cls(build)
+        level.runs, level.traced = runs, False
+        level._model = CModel(level.program, runs, files=build.firmware(0))
+        return level
 
     def words_of_update(
         self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
@@ -113,26 +111,6 @@ class Emitted(Level):
             self._model.update(words_of(self.program, piece))
         words = self._model.values_of_update(words_of(self.program, records[-1]))
         return [Seen(op.dest, words[op.dest]) for op in self.program.ops]
-
-
-class _EmittedBatch(Level):
-    """The emitted C of several runs."""
-
-    name, tools = Emitted.name, Emitted.tools
-
-    def __init__(self, build: Build, runs: int) -> None:
-        super().__init__(build)
-        self.runs, self._model = runs, CModel(self.program, runs)
-
-    def reset(self) -> None:
-        """Set the states of every run to their start words."""
-        self._model.reset()
-
-    def run(self, records: FloatArray) -> Run:
-        """Updates of every run: inputs (n, runs, n_inputs)."""
-        words = words_of(self.program, records).astype(np.int32, order="C")
-        outputs, saturated = self._model.update(words)
-        return run_of_words(self.program, outputs, saturated, beyond=self._model.beyond)
 
 
 #: Levels of this module, for `sim.levels.registry`.

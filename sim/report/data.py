@@ -18,6 +18,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.words.program import Kind, Program
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.twin import authors_name
 from boresight.sim.report.accuracy import accuracy_section
 from boresight.sim.report.numerics import numerics_section
 from boresight.sim.report.observed import Observed
@@ -91,8 +92,8 @@ def report_data(
     else:
         count = observed.saturations
         if count.any():
-            names = ", ".join(v.name for v, n in zip(program.values, count, strict=True) if n)
-            warn(f"numerics: {count.sum()} saturations, in {names}")
+            named = (authors_name(program, observed.nodes, int(n)) for n in np.flatnonzero(count))
+            warn(f"numerics: {count.sum()} saturations, in {', '.join(dict.fromkeys(named))}")
     levels = [level for check in checks for level in check.levels]
     data: dict[str, Any] = {
         "design": program.name,

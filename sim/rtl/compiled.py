@@ -65,17 +65,7 @@ int main(int argc, char **argv) {
 
 @dataclass(frozen=True)
 class CompletedRun:
-    """Output and duration of a run.
-
-    Attributes
-    ----------
-    stdout : str
-        Output of the bench.
-    cycles : int
-        Clock cycles.
-    seconds : float
-        Wall clock time of the simulation loop, without the start of the process.
-    """
+    """A bench's output, clock cycles, and wall clock time of the simulation loop, s."""
 
     stdout: str
     cycles: int
