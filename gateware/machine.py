@@ -126,16 +126,6 @@ class Machine:
         )
 
     @property
-    def latency(self) -> int:
-        """Cycles from the last slot of a group to the first slot that may read its result."""
-        return self.depth
-
-    @property
-    def index_delay(self) -> int:
-        """Cycles from a slot that captures the segment index to the first slot that it serves."""
-        return self.stages.read
-
-    @property
     def prefetch(self) -> int:
         """Words by which the program counter is ahead of the word at work.
 

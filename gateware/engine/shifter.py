@@ -45,9 +45,6 @@ class Shifter(wiring.Component):
     """
 
     def __init__(self, *, width_in: int, width_out: int, registered: bool = False) -> None:
-        for name, value in (("width_in", width_in), ("width_out", width_out)):
-            if not isinstance(value, int) or value < 2:
-                raise ValueError(f"{name} must be an integer of at least 2, not {value!r}")
         self.width_in = width_in
         self.width_out = width_out
         self.registered = registered

@@ -6,8 +6,6 @@ field.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.allocate import Allocation
@@ -41,7 +39,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
             raise ScheduleError(f"{program.name}: field {name} of word {word} wanted twice")
 
     for slot in schedule.slots:
-        for name, value in _slot_fields(schedule, registers, slot):
+        for name, value in _slot_fields(schedule, registers, slot).items():
             put(slot.cycle, name, value)
     for k, (cycle, value) in enumerate(zip(schedule.gets, program.inputs, strict=True)):
         for name, bits in (
@@ -96,49 +94,32 @@ def _restart_routine(schedule: Schedule, allocation: Allocation) -> Words:
     return words
 
 
-def _slot_fields(
-    schedule: Schedule, registers: dict[int, int], slot: Slot
-) -> Iterable[tuple[str, int]]:
+def _slot_fields(schedule: Schedule, registers: dict[int, int], slot: Slot) -> dict[str, int]:
     """Fields of one slot by name; missing ones are 0."""
-    lane = slot.lane
-    yield f"a_addr{lane}", registers[slot.a]
+    lane, fields, common = slot.lane, {"a_addr": registers[slot.a]}, dict[str, int]()
     if slot.emit is not None:
-        yield "emit", 1
-        yield "emit_last", int(slot.emit == len(schedule.program.outputs) - 1)
-    if slot.op is None:
-        return
-    op = schedule.program.ops[slot.op]
-    yield f"cap_index{lane}", int(slot.cap_index)
-    yield f"cap_flag{lane}", int(slot.cap_flag)
-    yield f"cap_norm{lane}", int(slot.cap_norm)
-    yield f"quarter{lane}", int(slot.quarter)
-    yield f"first{lane}", int(slot.first)
-    if slot.last:
-        yield f"we{lane}", 1
-        yield f"wrap{lane}", int(op.overflow.wraps)
-        yield f"sticky{lane}", int(op.overflow.is_sticky)
-        yield f"dest{lane}", registers[op.dest] % schedule.machine.bank_depth
-    if slot.term is None:
-        return
-    term = op.terms[slot.term]
-    if term.coefficient is not None:
-        assert op.table is not None
-        yield f"table{lane}", 1
-        yield f"b_addr{lane}", op.table << 2 | term.coefficient
-    else:
-        assert slot.b is not None
-        yield f"b_addr{lane}", registers[slot.b]
-    fraction = (term.fraction_a, term.fraction_b)
-    yield f"frac_a{lane}", int(fraction[slot.swap])
-    yield f"frac_b{lane}", int(fraction[not slot.swap])
-    neg, neg_flag = _NEGATE[term.negate]
-    when, when_flag = _WHEN[term.when]
-    yield f"neg{lane}", neg
-    yield f"neg_flag{lane}", neg_flag
-    yield f"when{lane}", when
-    yield f"when_flag{lane}", when_flag
-    yield f"shift{lane}", term.shift
-    yield f"scale{lane}", _SCALE[term.scale]
+        common = {"emit": 1, "emit_last": int(slot.emit == len(schedule.program.outputs) - 1)}
+    op = None if slot.op is None else schedule.program.ops[slot.op]
+    if op is not None:
+        for name in ("cap_index", "cap_flag", "cap_norm", "quarter", "first"):
+            fields[name] = int(getattr(slot, name))
+    if op is not None and slot.last:
+        fields |= {"we": 1, "wrap": int(op.overflow.wraps), "sticky": int(op.overflow.is_sticky)}
+        fields["dest"] = registers[op.dest] % schedule.machine.bank_depth
+    if op is not None and slot.term is not None:
+        term = op.terms[slot.term]
+        if term.coefficient is not None:
+            assert op.table is not None
+            fields |= {"table": 1, "b_addr": op.table << 2 | term.coefficient}
+        else:
+            assert slot.b is not None
+            fields["b_addr"] = registers[slot.b]
+        fraction = (term.fraction_a, term.fraction_b)
+        fields |= {"frac_a": int(fraction[slot.swap]), "frac_b": int(fraction[not slot.swap])}
+        fields["neg"], fields["neg_flag"] = _NEGATE[term.negate]
+        fields["when"], fields["when_flag"] = _WHEN[term.when]
+        fields |= {"shift": term.shift, "scale": _SCALE[term.scale]}
+    return common | {f"{name}{lane}": value for name, value in fields.items()}
 
 
 def encode(machine: Machine, values: dict[str, int]) -> int:

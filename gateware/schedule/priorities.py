@@ -50,7 +50,7 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
 def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     """Longest paths of a lowered program."""
     n_ops, n_out = len(program.ops), len(program.outputs)
-    latency = machine.latency + _WAIT
+    latency = machine.depth + _WAIT
     tail = [None] * n_ops + [urgent - 1 - j if j < urgent else None for j in range(n_out)]
     total = [latency] * n_ops + [machine.stages.read + n_out - j for j in range(n_out)]
     producer = {op.dest: k for k, op in enumerate(program.ops)}
@@ -58,7 +58,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     for k, op in enumerate(program.ops):
         for value in sorted(reads(op)):
             if value in producer:
-                cost = latency + slots_after(op, value, machine.index_delay) - 1
+                cost = latency + slots_after(op, value, machine.stages.read) - 1
                 edges[producer[value]].append((k, cost))
     for j, value in enumerate(program.outputs):
         if value in producer:

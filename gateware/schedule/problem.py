@@ -75,7 +75,8 @@ class ListProblem:
         self.keys = [keys(op) for op in program.ops]
         self.terms = [len(op.terms) for op in program.ops]
         self.reads = [reads(op) for op in program.ops]
-        self.index_delay = machine.index_delay
+        #: Cycles from a slot that captures the segment index to the first slot that it serves.
+        self.index_delay = machine.stages.read
         self.gifts = gifts(program)
         self.givers: dict[tuple[int, Key], list[int]] = defaultdict(list)
         for k, offers in enumerate(self.gifts):

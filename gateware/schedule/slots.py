@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 
 from boresight.gateware.machine import Machine
@@ -89,19 +88,3 @@ class Schedule:
     def write_cycle(self, op: int) -> int:
         """Cycle at whose end the result of an op is written."""
         return self.ends[op].cycle + self.machine.stages.write
-
-    def to_json(self) -> str:
-        """The schedule as JSON, the same text for the same schedule."""
-        return json.dumps(
-            {
-                "machine": self.machine.name,
-                "source": self.source,
-                "program": json.loads(self.program.to_json()),
-                "slots": [asdict(s) for s in self.slots],
-                "gets": self.gets,
-                "length": self.length,
-                "urgent": self.urgent,
-            },
-            indent=1,
-            sort_keys=True,
-        )

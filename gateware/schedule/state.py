@@ -128,7 +128,7 @@ class ListState:
             op = problem.program.ops[node]
             if problem.makes_state[node]:
                 self.state_quota[lane] -= 1
-            self.ready[op.dest] = end + problem.machine.latency
+            self.ready[op.dest] = end + problem.machine.depth
             captured = self.held[lane]
             for kind, key in enumerate(problem.keys[node]):
                 if key is not None:

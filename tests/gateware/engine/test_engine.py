@@ -93,11 +93,11 @@ def image(machine: Machine) -> Image:
         wrap=1,
         dest=PRODUCT,
     )
-    asm.slot(4 + machine.latency, a_addr=after)
-    asm.word(5 + machine.latency, emit=1)
-    asm.slot(5 + machine.latency, a_addr=register(machine, PRODUCT, other))
-    asm.word(6 + machine.latency, emit=1, emit_last=1)
-    asm.word(8 + machine.latency, home=1)
+    asm.slot(4 + machine.depth, a_addr=after)
+    asm.word(5 + machine.depth, emit=1)
+    asm.slot(5 + machine.depth, a_addr=register(machine, PRODUCT, other))
+    asm.word(6 + machine.depth, emit=1, emit_last=1)
+    asm.word(8 + machine.depth, home=1)
     registers = [0] * machine.register_words
     registers[ONE] = 1 << 16
     registers[register(machine, PARAM, other)] = 3 << 16
