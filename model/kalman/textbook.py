@@ -215,49 +215,50 @@ class Textbook:
     def _faults(self, inputs: FloatArray) -> list[tuple[str, str]]:
         """Faults of the measurements in a run, each with its kind."""
         k, updates, faults = self.kalman, len(inputs), list[tuple[str, str]]()
-        repeats = np.mean(np.diff(inputs, axis=0) == 0.0, axis=0) if updates > 1 else None
+        repeats = (np.diff(inputs, axis=0) == 0.0).sum(axis=0) / max(updates - 1, 1)
         flagged = {name for i in k.inputs for name in i.flags}
         for n, (m, valid, accepted) in enumerate(zip(self.measurements, *self._valid, strict=True)):
             subject, flags = placed(m.line, "measurement"), self._unread[n]
             if valid and not accepted:
                 text = (
-                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
-                    f"deviations, found none in {valid} updates; raise r, sd or the gate"
+                    f"wanted innovations within the gate of {m.gate:g} standard deviations, found "
+                    f"none in {valid} updates; raise r, sd or the gate"
                 )
-                faults.append(("gate", text))
+                faults.append(("gate", f"{subject}: {text}"))
             if self._repeated[n]:
                 text = (
-                    f"{subject}: taken in {self._repeated[n]} of {updates} updates without a new "
-                    f"sample of {' or '.join(flags)}; leave these out by "
+                    f"taken in {self._repeated[n]} of {updates} updates without a new sample of "
+                    f"{' or '.join(flags)}; leave these out by "
                     f"valid=u.{next(iter(flags.values()))} > 0.5"
                 )
-                faults.append(("hold", text))
+                faults.append(("hold", f"{subject}: {text}"))
             reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
-            for number, i in enumerate(k.inputs if not reads_flag else ()):
+            for i, share in zip(k.inputs if not reads_flag else (), repeats, strict=False):
                 held = i.missing == "hold" and i.name not in flagged and i.name in _inputs_of(m.z)
-                if held and repeats is not None and repeats[number] >= _HELD:
+                if held and share >= _HELD:
                     text = (
-                        f"{subject}: {i.name} holds its last sample in {repeats[number]:.0%} of "
-                        "the updates, and each is taken as a new one; declare an input with "
+                        f"{i.name} holds its last sample in {share:.0%} of the updates, and each "
+                        "is taken as a new one; declare an input with "
                         f'valid_of="{i.name}", and give it to valid'
                     )
-                    faults.append(("hold", text))
+                    faults.append(("hold", f"{subject}: {text}"))
         return faults
 
     def _remarks(self, updates: int) -> list[str]:
         """Remarks of a run about the model, one line each, with the source location."""
-        k, texts = self.kalman, []
-        for m, valid in zip(self.measurements, self._valid[0], strict=True):
-            if not valid:
-                subject = placed(m.line, "measurement")
-                texts.append(f"{subject}: not valid in any of {updates} updates")
+        k = self.kalman
+        texts = [
+            f"{placed(m.line, 'measurement')}: not valid in any of {updates} updates"
+            for m, valid in zip(self.measurements, self._valid[0], strict=True)
+            if not valid
+        ]
         unseen = self._observability.unseen()
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
-        for i in np.flatnonzero((self._held > 0) & shown):
-            texts.append(
-                f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
-                f"largest in {self._held[i]} of {updates} updates; raise sd_max"
-            )
+        texts += [
+            f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
+            f"largest in {self._held[i]} of {updates} updates; raise sd_max"
+            for i in np.flatnonzero((self._held > 0) & shown)
+        ]
         noise = self._noise_sum / updates
         if not noise.any():
             texts.append(
@@ -278,9 +279,8 @@ class Textbook:
                 )
         for direction in unseen:
             at = np.flatnonzero(np.abs(direction) > 0.05)
-            parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at)
-            several = len(at) > 1
-            subject = f"{parts} (each in its sd_max)".strip("+") if several else k.errors[at[0]]
+            parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at).strip("+")
+            subject = f"{parts} (each in its sd_max)" if len(at) > 1 else k.errors[at[0]]
             texts.append(
                 f"{placed(k.places[at[0]], 'state')}: no measurement of {updates} updates shows "
                 f"{subject}; measure it, let it move what is measured, or leave it out"
@@ -417,19 +417,16 @@ class _Observability:
 
     def unseen(self) -> Sequence[FloatArray]:
         """Directions of less than `_UNSEEN` information: states themselves first."""
-        values, vectors = np.linalg.eigh(self._information)
-        threshold = max(_UNSEEN, 1e-13 * values[-1])
-        states = [i for i, element in enumerate(np.diag(self._information)) if element < threshold]
-        out = [*np.eye(len(values))[states]]
-        remaining = np.delete(np.arange(len(values)), states)
-        if len(remaining):
-            values, vectors = np.linalg.eigh(self._information[np.ix_(remaining, remaining)])
-            for value, vector in zip(values, vectors.T, strict=True):
-                if value < threshold:
-                    direction = np.zeros(len(self._sd_max))
-                    largest = np.abs(vector).round(6).argmax()  # the first of equals
-                    direction[remaining] = vector * np.sign(vector[largest])
-                    out.append(direction)
+        information = self._information
+        threshold = max(_UNSEEN, 1e-13 * np.linalg.eigvalsh(information)[-1])
+        seen = np.diag(information) >= threshold
+        out: list[FloatArray] = [*np.eye(len(seen))[~seen]]
+        values, vectors = np.linalg.eigh(information[np.ix_(seen, seen)])
+        for vector in vectors.T[values < threshold]:
+            direction = np.zeros(len(seen))
+            largest = np.abs(vector).round(6).argmax()  # the first of equals
+            direction[seen] = vector * np.sign(vector[largest])
+            out.append(direction)
         return out
 
 
