@@ -6,9 +6,12 @@ reference); `Estimator.compile` runs it once on tracing scalars and gives the `P
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
+from keyword import iskeyword
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -16,8 +19,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Output, Param, State
-from boresight.model.errors import require, require_choice
-from boresight.model.interface import check_interface
+from boresight.model.errors import InputError, require, require_choice
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.misuse import repeatable
@@ -153,9 +155,12 @@ class Estimator:
         Raises
         ------
         InputError
-            See `model.interface.check_interface`.
+            A declaration that is not a tuple of its kind, a name that is illegal or occurs twice, a
+            parameter with the name of an input or state, no output, ``urgent`` above the number of
+            outputs, ``valid_of`` without an input that has samples, ``rates_hz`` that are no rates
+            of the log and of inputs.
         """
-        check_interface(self, self._line)
+        _check_interface(self)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: state ``x``, inputs ``u``, parameters ``p`` (attributes by name).
@@ -355,6 +360,69 @@ class Estimator:
         written = type(self).step is not Estimator.step
         require(written, where, "a method step(self, x, u, p)", None, fix)
         return checked(self.name, self.step, (x, u, p), self.states, self.outputs, arrays=arrays)
+
+
+_KINDS = (
+    ("input", "inputs", Input),
+    ("parameter", "params", Param),
+    ("state", "states", State),
+    ("output", "outputs", Output),
+)
+
+
+def _check_interface(estimator: Estimator) -> None:
+    """Refuse declarations that contradict each other; see `Estimator.check_declarations`."""
+    name = f"estimator {estimator.name}"
+    where = placed(estimator._line, name)
+    _check_name(where, "estimator", estimator.name)
+    for noun, group, kind in _KINDS:
+        declared = getattr(estimator, group)
+        several = isinstance(declared, tuple | list)
+        for d in declared if several else [declared]:
+            if not several or not isinstance(d, kind):
+                raise InputError.at(
+                    f"{where}, {group}",
+                    wanted=f"a tuple of {kind.__name__}",
+                    found=f"{'' if several else 'one '}{type(d).__name__}",
+                    fix=f"write {group} = ({kind.__name__}(...),), also where there is only one",
+                )
+        names = set[str]()
+        for d in declared:
+            place = placed(d.line, name)
+            _check_name(place, noun, d.name)
+            require(d.name not in names, place, f"each {noun} once", d.name, "rename one")
+            names.add(d.name)
+    inputs, outputs, rates = estimator.inputs, estimator.outputs, estimator.rates_hz
+    taken = {i.name for i in inputs} | {s.name for s in estimator.states}
+    for p in estimator.params:
+        place = placed(p.line, f"{name}, parameter {p.name}")
+        wanted = "a name that no input or state has"
+        require(p.name not in taken, place, wanted, p.name, "rename one")
+    require(bool(outputs), where, "an output", outputs, "declare outputs")
+    fix = "it counts the leading outputs whose latency counts first"
+    urgent = estimator.urgent is None or 0 <= estimator.urgent <= len(outputs)
+    require(urgent, where, f"urgent of 0 to {len(outputs)}", estimator.urgent, fix)
+    sampled = [i.name for i in inputs if not i.flags]
+    for i in inputs:
+        place = placed(i.line, f"{name}, input {i.name}")
+        fix = f"choose {', '.join(sampled) or 'inputs with columns'}"
+        for other in i.flags:
+            require(other in sampled, place, "valid_of names of inputs", other, fix)
+    known = isinstance(rates, Mapping) and {*rates} <= {"dt", *(i.name for i in inputs)}
+    good = known and all(isinstance(r, Real) and 0.0 < float(r) < math.inf for r in rates.values())
+    require(
+        good and (not rates or "dt" in rates),
+        f"{where}, rates_hz",
+        "samples a second, of the log (dt) and of inputs, by name",
+        rates,
+        'write for example rates_hz = {"dt": 100.0}',
+    )
+
+
+def _check_name(where: str, kind: str, name: Any) -> None:
+    valid = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
+    wanted = f"{kind} names of letters, digits and _, no words of Python"
+    require(valid, where, wanted, name, "rename it")
 
 
 def input_words(program: Program, inputs: FloatArray) -> IntArray:

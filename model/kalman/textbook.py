@@ -17,9 +17,8 @@ from boresight.model.arrays import FloatArray
 from boresight.model.estimator import SecondForm
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
-from boresight.model.kalman.delay import measurements_of
 from boresight.model.kalman.slopes import Intervals
-from boresight.model.kalman.update import moved, noise_of
+from boresight.model.kalman.update import measurements_of, moved, noise_of
 from boresight.model.lowering.trace import Expression, Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate

@@ -15,7 +15,7 @@ from boresight.model import ops
 from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Tracer
-from boresight.model.words import polynomials, rounded
+from boresight.model.words import rounded
 from boresight.model.words.fixed import Arithmetic
 
 #: Largest sine that the table of the arc sine holds, a little above sqrt(1/2).
@@ -196,7 +196,7 @@ class Expansion(Graph):
         turns = self._scaled(x, rounded.LOG2_E)
         g = self._wrap(self.add(turns, self.const(0.5)), 1.0, "turn")
         above = self.add(self.sub(g, turns), self.const(float(k)))  # m + 1/2
-        y = self.saturated(self._polynomial(g, polynomials.exp2()), 1.0)
+        y = self.saturated(self._polynomial(g, rounded.exp2()), 1.0)
         for j in range(math.floor(span).bit_length()):
             odd = self._wrap(self._scaled(above, 2.0**-j), 2.0, "ht")
             shifted = self._scaled(y, 2.0 ** -(2**j))
@@ -229,7 +229,7 @@ class Expansion(Graph):
             less = self.select(small, self.const(2**j * rounded.LN_2), self.const(0.0))
             rest = self.sub(rest, less)
         centred = self.saturated(self.sub(self._scaled(y, 4.0), self.const(3.0)), 1.0)
-        total = self.add(self._polynomial(centred, polynomials.log()), rest)
+        total = self.add(self._polynomial(centred, rounded.log()), rest)
         low, high = ops.log(a.low), ops.log(a.high)
         slack = _SLACK * max(1.0, abs(low), abs(high))
         return self.bounded(total, low - slack, high + slack, "log", _ARGUMENT)

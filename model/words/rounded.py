@@ -10,6 +10,8 @@ is that of integers, and rounded once.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from mpmath import MPContext
@@ -29,3 +31,23 @@ LOG2_E = float(1 / PRECISE.ln2)
 def binary_exponent(x: float) -> int:
     """The largest k with 2^k <= abs(x), of x other than 0."""
     return math.frexp(x)[1] - 1
+
+
+def _interpolated(function: Callable[[Any], Any], reach: float, count: int) -> tuple[float, ...]:
+    """Coefficients of 1, x, x^2, ... through the Chebyshev nodes of [-reach, reach]."""
+    nodes = [reach * PRECISE.cospi(PRECISE.mpf(2 * k + 1) / (2 * count)) for k in range(count)]
+    powers = PRECISE.matrix([[x**k for k in range(count)] for x in nodes])
+    coefficients = PRECISE.lu_solve(powers, PRECISE.matrix([function(x) for x in nodes]))
+    return tuple(float(c) for c in coefficients)
+
+
+@cache
+def exp2() -> tuple[float, ...]:
+    """2^(x - 1/2) of x in [-1/2, 1/2): [1/2, 1)."""
+    return _interpolated(lambda x: PRECISE.mpf(2) ** (x - 0.5), 0.5, 8)
+
+
+@cache
+def log() -> tuple[float, ...]:
+    """log((x + 3) / 4) of x in [-1, 1): the logarithm of [1/2, 1)."""
+    return _interpolated(lambda x: PRECISE.log((x + 3) / 4), 1.0, 12)

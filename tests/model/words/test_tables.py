@@ -12,7 +12,7 @@ from numpy.polynomial import polynomial
 
 from boresight.model import ops
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.polynomials import exp2, log
+from boresight.model.words.rounded import exp2, log
 from boresight.model.words.tables import (
     BLOCK_WORDS,
     TABLES,
