@@ -10,13 +10,12 @@ from boresight.model.errors import InputError
 _COMPARISONS = ("ximu_walk",)
 
 
-def _folder() -> Path:
-    return Path(__file__).parents[1] / "data"
+_FOLDER = Path(__file__).parents[1] / "data"
 
 
 def bundled_names() -> tuple[str, ...]:
     """List the bundled logs: file names without suffix, sorted."""
-    return tuple(sorted(path.stem for path in _folder().glob("*.csv")))
+    return tuple(sorted(path.stem for path in _FOLDER.glob("*.csv")))
 
 
 def bundled(name: str) -> Path:
@@ -24,10 +23,10 @@ def bundled(name: str) -> Path:
     if name not in bundled_names():
         names = ", ".join(bundled_names())
         raise InputError(f"name must be one of the bundled logs ({names}), not {name!r}")
-    return _folder() / f"{name}.csv"
+    return _FOLDER / f"{name}.csv"
 
 
 def is_comparison(path: str | Path) -> bool:
     """Whether a path is that of a bundled log whose attitude is a comparison, not truth."""
     path = Path(path)
-    return path.stem in _COMPARISONS and path.resolve().parent == _folder().resolve()
+    return path.stem in _COMPARISONS and path.resolve().parent == _FOLDER.resolve()

@@ -64,15 +64,14 @@ class NineAxis:
             there in part, or an attitude has not the norm one.
         """
         triads = {key: _stack(record, names, unit) for key, (names, unit) in TRIADS.items()}
-        for key in ("gyr", "acc"):
-            _refuse(record, TRIADS[key][0], np.isnan(triads[key]))
         names = truth_names(record)
         q = None
         if all(n in names for n in QUATERNION):
             q = _stack(record, [names[n] for n in QUATERNION], "")
             check_norm(record, q)
-            _refuse_parts(record, [names[n] for n in QUATERNION], q)
-        _refuse_parts(record, TRIADS["mag"][0], triads["mag"])
+            _refuse(record, [names[n] for n in QUATERNION], q)
+        for key, values in triads.items():
+            _refuse(record, TRIADS[key][0], values, in_part=key == "mag")
         mov = record.numbers("mov") != 0.0 if "mov" in record.columns else None
         t = _stack(record, ["t"], "s")[:, 0]
         return cls(record.name, t, **triads, q=q, steps=record.steps(), mov=mov)
@@ -134,18 +133,16 @@ def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:
     return np.stack([record.values(name, unit) for name in names], axis=1)
 
 
-def _refuse_parts(record: Record, names: Sequence[str], values: FloatArray) -> None:
-    """Refuse rows in which some values are missing and some are not."""
-    gap = np.isnan(values)
-    _refuse(record, names, gap & ~gap.all(axis=1, keepdims=True), ", or none in all of the row")
-
-
-def _refuse(record: Record, names: Sequence[str], missing: BoolArray, condition: str = "") -> None:
+def _refuse(record: Record, names: Sequence[str], values: FloatArray, in_part: bool = True) -> None:
+    """Refuse rows in which values are missing, or only some of them (``in_part``)."""
+    missing = np.isnan(values)
+    if in_part:
+        missing &= ~missing.all(axis=1, keepdims=True)
     if missing.any():
         row, k = divmod(int(np.argmax(missing)), missing.shape[1])
         raise InputError.at(
             record.place(row, names[k]),
-            wanted=f"a number{condition}",
+            wanted="a number" + ", or none in all of the row" * in_part,
             found="no value",
             fix="complete or remove the row",
         )

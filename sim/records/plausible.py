@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -92,11 +92,11 @@ def warnings_of(
             continue
         declared = estimator.inputs[columns[0]]
         is_field = declared.unit == "uT" and len(columns) == 3
-        if is_field and (zeros := rows & (inputs[:, columns] == 0.0).all(axis=1)).any():
-            warnings.append(
-                f"{' '.join(names)}: 0 in {zeros.sum()} samples: is the sensor dead? leave what is "
-                "not new empty"
-            )
+        zeros = rows & (inputs[:, columns] == 0.0).all(axis=1)
+        is_force = declared.unit == "m/s^2" and len(columns) == 3
+        if zeros.any() and (is_field or (is_force and (rows & ~zeros).any())):
+            text = f"{' '.join(names)}: 0 in {zeros.sum()} samples: is the sensor dead?"
+            warnings.append(text + " leave what is not new empty" * is_field)
             rows = rows & ~zeros
             if not rows.any():
                 continue
@@ -108,9 +108,10 @@ def warnings_of(
             triads[declared.unit] = triad
             implausible[declared.unit] = unlikely
             clamps = any(estimator.inputs[k].clamp for k in columns)
-            warnings += [*_held(triad), *(() if clamps else _at_ends(triad))]
-            still[declared.unit] = [] if dt is None else [*_still(triad, inputs[:, dt])]
-        if is_field and not still["uT"]:
+            ends = [] if clamps else [*_at_ends(triad)]
+            warnings += [*_held(triad), *ends]
+            still[declared.unit] = [] if dt is None or ends else [*_still(triad, inputs[:, dt])]
+        if is_field and not (unlikely or still["uT"]):
             low, high = np.percentile(lengths, (5.0, 95.0))
             if uneven := bool(high > _UNEVEN * low):
                 warnings.append(
@@ -220,8 +221,13 @@ def _is_noisy(steps: FloatArray) -> bool:
 
 
 def _still(sensor: Triad, dt: FloatArray) -> Iterator[str]:
-    """An axis without noise: in all samples, or from one sample on for a while."""
+    """An axis without noise, in all samples or for a while, or that is another one."""
     steps = np.diff(sensor.values[sensor.new], axis=0)
+    for j, k in combinations(range(3), 2):
+        if (sensor.values[:, j] == sensor.values[:, k]).all() and _is_noisy(steps[:, j]):
+            one, other = (sensor.names.split()[axis] for axis in (j, k))
+            yield f"{sensor.names}: {other} is {one} in every sample: is a column there twice?"
+            return
     step_s = float(np.median(dt)) / float(sensor.new.mean())
     for k, name in enumerate(sensor.names.split()):
         changes = np.flatnonzero(np.concatenate([[True], steps[:, k] != 0.0, [True]]))

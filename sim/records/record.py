@@ -395,7 +395,7 @@ def _time_error(record: Record, row: int, previous: float) -> InputError:
 _COUNTERS = [
     (bits, name, 2.0**bits * size)
     for name, size in (("microseconds", 1e-6), ("milliseconds", 1e-3))
-    for bits in (32, 31)
+    for bits in (32, 31, 24, 16)
 ]
 
 

@@ -386,6 +386,12 @@ CARELESS = [
     (scaled(FORCE, 1.25), False, f"{FORCE}: a mean of 12 m/s\\^2 over 1 s, too much"),
     (lambda c: {"mx": c["mx"] + 60.0}, False, f"{FIELD}: an offset of 60, -2, -6 uT"),
     (lambda c: {n: np.nan_to_num(c[n]) for n in FIELD.split()}, False, f"{FIELD}: 0 in 4431 sam"),
+    (lambda c: {"ay": c["ax"]}, False, f"{FORCE}: ay is ax in every sample"),
+    (
+        lambda c: {n: c[n] * (np.arange(12625) % 500 > 0) for n in FORCE.split()},
+        False,
+        f"{FORCE}: 0 in 26 samples",
+    ),
     (stuck("mz"), False, f"{FIELD}: mz stays at -23.19 for 9.89 s"),
     (late(FORCE, 15), False, f"{FORCE}: 0.07 s late"),
     (late(RATES, 77), True, f"{RATES}: 0.3 s late"),

@@ -81,7 +81,10 @@ def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
         (["--from", "1h"], "log.csv: wanted rows in the slice, 1 or more, found none; "),
         (["--every", "0"], "--every: wanted 1 or more"),
         (["--every", "5000"], "log.csv: wanted rows in the slice, 5000 or more, found 3000; "),
-        (["--every", "9", "--from", "3550ms", "--to", "3.6s"], "wanted rows in the slice, 9 or more, found 5"),
+        (
+            ["--every", "9", "--from", "3550ms", "--to", "3.6s"],
+            "wanted rows in the slice, 9 or more, found 5",
+        ),
         (["--map", "none.toml"], "none.toml: wanted a map that can be read"),
         (["--map", str(Path(maps.__file__).with_name("px4.toml"))], "log.csv: wanted a recording"),
         (["--gaps", "fill"], "--gaps: wanted one of refuse, bridge, restart"),
