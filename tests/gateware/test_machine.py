@@ -21,7 +21,7 @@ def test_figures() -> None:
     assert [(m.name, m.lanes) for m in CONFIGS.values()] == [("small", 1), ("fast", 2)]
     assert [m.bank_depth for m in (SMALL, FAST)] == [512, 256]
     assert [m.state_slots for m in (SMALL, FAST)] == [128, 64]
-    assert [m.latency for m in (SMALL, FAST)] == [7, 7]
+    assert [m.depth for m in (SMALL, FAST)] == [7, 7]
     assert [m.word_bits for m in (SMALL, FAST)] == [54, 101]
 
 
