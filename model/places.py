@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 #: Folders without estimators.
-_ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks", "kalman")]
+_ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "kalman")]
 #: The whole package, whose files no user wrote.
 _PACKAGE = str(Path(__file__).parents[1]) + os.sep
 #: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.

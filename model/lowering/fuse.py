@@ -12,9 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from boresight.model.errors import InputError
-from boresight.model.lowering.forms import CONDITIONAL, Form, Product
 from boresight.model.lowering.graph import LEAVES, Graph, Node
-from boresight.model.lowering.groups import Groups, Target
+from boresight.model.lowering.groups import CONDITIONAL, Form, Groups, Product, Target
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Kind, Negate, Overflow, Scale, Value, When

@@ -14,10 +14,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from boresight.model.lowering.expand import expand
-from boresight.model.lowering.forms import Product
 from boresight.model.lowering.fuse import Fusion
 from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node
-from boresight.model.lowering.groups import Groups
+from boresight.model.lowering.groups import Groups, Product
 from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables

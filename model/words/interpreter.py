@@ -10,10 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray
-from boresight.model.words import walk
 from boresight.model.words.fixed import Arithmetic, IntArray, leading_sign_count, saturate
-from boresight.model.words.program import Kind, Overflow, Program, Scale
-from boresight.model.words.walk import Condition
+from boresight.model.words.program import Condition, Kind, Overflow, Program, Scale, total_of
 
 #: ``update(words, table_memory)`` replaces the words of the operations in the list of all words by
 #: value number, and returns which of them saturated (`_clamps`).
@@ -149,7 +147,7 @@ class Interpreter:
 
 
 class _Text:
-    """Python that computes an update, of plain integers or arrays: a domain of `walk.total`."""
+    """Python that computes an update, of plain integers or arrays: a domain of `total_of`."""
 
     def __init__(self, program: Program, arrays: bool) -> None:
         arith = program.arithmetic
@@ -160,7 +158,7 @@ class _Text:
         results = {op.dest for op in program.ops}
         self.add(*(f"v{n} = v[{n}]" for n in range(len(program.values)) if n not in results))
         for op in program.ops:
-            total, word = walk.total(op, "v{}".format, self), f"v{op.dest}"
+            total, word = total_of(op, "v{}".format, self), f"v{op.dest}"
             self.add(f"q = ({total}) >> {arith.guard}")
             if op.overflow.wraps:
                 self.add(f"{word} = {self.wrapped('q')}")

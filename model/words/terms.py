@@ -17,14 +17,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from boresight.model.words import walk
+from boresight.model.words import program
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Program, Scale
-from boresight.model.words.walk import ALWAYS, NEVER
+from boresight.model.words.program import ALWAYS, NEVER, Kind, Program, Scale, total_of
 
 __all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
 
-Condition = walk.Condition[int]
+Condition = program.Condition[int]
 
 #: Which parts of a term are terms, if not all.
 _PARTS = {"sign": (0,), "index": (0,), "table": (2,), "amount": (2,), "term": (0,)}
@@ -35,7 +34,7 @@ class Refuted(Exception):
 
 
 class Terms:
-    """Numbers of terms, the domain of `walk.total`; the same term always has the same number.
+    """Numbers of terms, a domain of `model.words.program.total_of`; a term has one number.
 
     Parameters
     ----------
@@ -167,7 +166,7 @@ class Meaning:
             values[number] = terms.word(program.values[number].initial)
         flagged = set()
         for op in program.ops:
-            total = walk.total(op, values.__getitem__, terms)
+            total = total_of(op, values.__getitem__, terms)
             values[op.dest] = terms.result(total, wrap=op.overflow.wraps)
             if op.overflow.is_sticky and terms.may_overflow(values[op.dest]):
                 flagged.add(values[op.dest])  # not a copy, which always fits

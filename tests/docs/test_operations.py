@@ -13,7 +13,7 @@ from scipy import signal
 import boresight
 from boresight import blocks, ops
 from boresight.gateware.core import build_core
-from boresight.model.blocks.biquad import Cascade
+from boresight.model.blocks import Cascade
 from boresight.model.kalman.slopes import Slopes
 from boresight.model.recorded import evaluate
 from boresight.model.words.fixed import Arithmetic

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from boresight.model.blocks import biquad
-from boresight.model.blocks.biquad import Cascade
-from boresight.model.blocks.moving import MovingSum
-from boresight.model.blocks.table import interpolated
+from boresight.model import blocks
+from boresight.model.blocks import Cascade, MovingSum, interpolated
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, input_words
 from boresight.model.words.interpreter import Interpreter
@@ -97,7 +95,7 @@ def test_sections_that_are_none(rows: Any, wanted: str) -> None:
 
 def test_poles_without_a_bound_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sum that is cut off is no bound."""
-    monkeypatch.setattr(biquad, "_MOST", 3000)
+    monkeypatch.setattr(blocks, "_MOST", 3000)
     near = Cascade.of([(1.0, 0.0, 0.0, 1.0, -1.9998, 0.99980001)], 1.0)
     with pytest.raises(InputError, match=r"^sections: wanted an impulse .* within 3,000 samples"):
         _ = near.largest_values

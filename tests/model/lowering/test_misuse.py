@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER
-from boresight.model.lowering.trace import Condition, Scalar, Tracer
+from boresight.model.lowering.trace import NO_CONDITION, NO_NUMBER, Condition, Scalar, Tracer
 
 pytestmark = pytest.mark.pythons
 

@@ -1,23 +1,4 @@
-"""Second-order sections in cascade, the same code on floats and the tracer.
-
-Each is of direct form I, whose states are samples of its input and output::
-
-    y_n = b0 x_n + b1 x_n-1 + b2 x_n-2 - a1 y_n-1 - a2 y_n-2
-
-One accumulator adds the five products and rounds once. The output of a section is the input of the
-next, so n sections have 2 n + 2 states and 5 n products. The other forms have fewer states, but
-these are rounded and their ranges are not those of a signal.
-
-Effects of fixed point:
-
-* **Ranges.** Between sections a signal may be larger than at either end. `Cascade.largest_values`
-  are sums of absolute impulse responses, which no input passes; leave sections in scipy's order.
-* **Rounding comes back through the poles.** `Cascade.rounding` bounds it, in last bits. At a corner
-  far below the sample rate it is large, (rate / 2 pi corner)^2: a constant may stay that far off.
-  Decimate first, or take `model.algebra.low_pass`, whose second state is as fine as it is small.
-* **Coefficients** are rounded to a word, relative 2^-W of the largest: poles at 1 - e move by about
-  2^-W / e. Narrow words need sections of lower Q.
-"""
+"""Reusable parts of filters, written with the ordinary operations (`docs/operations.md`)."""
 
 from __future__ import annotations
 
@@ -25,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 from boresight.model import ops
@@ -44,7 +26,27 @@ _END, _MOST = 1e-12, 2_000_000
 
 @dataclass(frozen=True)
 class Cascade:
-    """Sections one after another.
+    """Second-order sections in cascade, the same code on floats and the tracer.
+
+    Each is of direct form I, whose states are samples of its input and output::
+
+        y_n = b0 x_n + b1 x_n-1 + b2 x_n-2 - a1 y_n-1 - a2 y_n-2
+
+    One accumulator adds the five products and rounds once. The output of a section is the input of
+    the next, so n sections have 2 n + 2 states and 5 n products. The other forms have fewer states,
+    but these are rounded and their ranges are not those of a signal.
+
+    Effects of fixed point:
+
+    * **Ranges.** Between sections a signal may be larger than at either end.
+      `Cascade.largest_values` are sums of absolute impulse responses, which no input passes; leave
+      sections in scipy's order.
+    * **Rounding comes back through the poles.** `Cascade.rounding` bounds it, in last bits. At a
+      corner far below the sample rate it is large, (rate / 2 pi corner)^2: a constant may stay that
+      far off. Decimate first, or take `model.algebra.low_pass`, whose second state is as fine as it
+      is small.
+    * **Coefficients** are rounded to a word, relative 2^-W of the largest: poles at 1 - e move by
+      about 2^-W / e. Narrow words need sections of lower Q.
 
     Parameters
     ----------
@@ -167,3 +169,107 @@ def _absolute_sum(chain: Sequence[Sequence[float]]) -> float:
         found=f"poles {[section[3:] for section in chain]}",
         fix="sample more slowly, or raise the corner",
     )
+
+
+@dataclass(frozen=True)
+class MovingSum:
+    """The sum of the last samples, the same code on floats and the tracer.
+
+    The states hold the samples, and one accumulator adds them: nothing drifts, and the sum is
+    rounded once. A running sum (plus the newest, minus the oldest sample) needs the same states, is
+    exact only in a word that holds the whole sum in the last bit of a sample, and never recovers
+    from an upset. A core has room for 128 states (`docs/engine.md`): longer windows are sums of
+    sums, each over samples that a counter groups.
+
+    Parameters
+    ----------
+    length : int
+        Samples in the window, 2 or more.
+    low, high : float
+        Range of a sample.
+
+    Raises
+    ------
+    InputError
+        The window has fewer than 2 samples.
+    """
+
+    length: int
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        require(self.length >= 2, author_line, "a window of 2 samples or more", self.length)
+
+    def states(self, name: str, unit: str = "") -> tuple[State, ...]:
+        """Earlier samples, ``NAME_1`` the newest; initially 0, or the nearest value in range."""
+        first = min(max(0.0, self.low), self.high)
+        return tuple(
+            State(f"{name}_{k}", self.low, self.high, unit, first) for k in range(1, self.length)
+        )
+
+    def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
+        """Process a sample.
+
+        Parameters
+        ----------
+        name : str
+            As in `states`.
+        x : states
+            States, the argument of the estimator's ``step``.
+        sample : scalar
+
+        Returns
+        -------
+        (dict, scalar)
+            The next states by name, and the sum with this sample.
+        """
+        window = [sample, *(getattr(x, f"{name}_{k}") for k in range(1, self.length))]
+        after = {f"{name}_{k}": window[k - 1] for k in range(1, self.length)}
+        return after, sum(window[1:], window[0])
+
+
+#: Room for rounding in the result's range, as a share of it.
+_SLACK = 2e-8
+
+
+def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> Any:
+    """Value at ``x`` between points, as `numpy.interp`; constant beyond the ends.
+
+    With points (a_k, y_k) and slopes s_k between them::
+
+        h_k = max(x - a_k, 0)        y = y_0 + sum_k s_k (h_k - h_k+1)
+
+    Distances and points have the resolution of x or half of it; one accumulator adds all products
+    and rounds once. Each point costs 5 slots.
+
+    Parameters
+    ----------
+    x : scalar
+    points : sequence of float (n,)
+        Arguments, rising, at least two.
+    values : sequence of float (n,)
+        Values of the function at the points.
+
+    Raises
+    ------
+    InputError
+        The points do not rise, a number is not finite, or the lengths differ.
+    """
+    a, y = [[float(v) for v in column] for column in (points, values)]
+    fix = "give two or more points with their values"
+
+    def where() -> str:
+        return author_line() or "interpolated"
+
+    require(len(a) == len(y) >= 2, where, "as many values as points", (len(a), len(y)), fix)
+    valid = all(map(math.isfinite, a + y)) and all(b > c for c, b in pairwise(a))
+    require(valid, where, "finite points that rise", a, "sort them, each once")
+    slopes = [(y[k + 1] - y[k]) / (a[k + 1] - a[k]) for k in range(len(a) - 1)]
+    ramps = [ops.maximum(x - point, 0.0) for point in a]
+    total: Any = y[0]
+    for slope, (ramp, next_ramp) in zip(slopes, pairwise(ramps), strict=True):
+        total = total + slope * ramp - slope * next_ramp
+    low, high = min(y), max(y)
+    slack = _SLACK * max(high - low, abs(low), abs(high))
+    return ops.bounded(total, low - slack, high + slack, "values of the table")
