@@ -9,7 +9,6 @@ tables     Parquet, Feather, MAT, ``.npz``
 topics     topics of a recording, and their clocks
 recordings PX4's flight logs, bags of ROS, MCAP
 maps       which topics and fields become which columns, in TOML
-frames     axes by their letters
 assembly   a recording's topics as one record
 selection  slices, every n-th row, gaps
 files      log files by suffix; a log in blocks, as often as wanted

@@ -20,12 +20,15 @@ import numpy.typing as npt
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
-from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Place, Record, name_of
 from boresight.sim.records.selection import GAP_STEPS, Clock
 from boresight.sim.records.topics import NS, Order, Recording, Topic, order_of
-from boresight.sim.rotations.rotation import quaternion_normalise
+from boresight.sim.rotations.rotation import (
+    matrix_to_quaternion,
+    quaternion_multiply,
+    quaternion_normalise,
+)
 
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
@@ -34,6 +37,9 @@ Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
 _GAP_S = 0.1
 #: Largest share of messages with stray times that are left out.
 _MOST_STRAY = 0.1
+#: Letters of the axes of FLU and ENU, and of the opposite ones: forward, left, up, back, right,
+#: down; east, north, up, west, south, down.
+_BODY, _NAVIGATION = ("FLU", "BRD"), ("ENU", "WSD")
 _NO_SAMPLE = -(2**31)  # PX4's delay of a sensor that has no sample
 
 
@@ -209,9 +215,32 @@ def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArr
         geodetic2enu = optional("pymap3d").geodetic2enu
         first = values[np.argmax(is_finite)]
         return np.stack(geodetic2enu(*values.T, *first), axis=1)
-    if " to " not in source.frame:
-        return vector_from(where, source.frame, values)
-    return attitude_from(where, source.frame, values)
+    body, _, navigation = source.frame.partition(" to ")
+    if not navigation:
+        matrix = _matrix(where, body, _BODY, _NAVIGATION)
+        axis = np.abs(matrix).argmax(axis=1)  # no sum of products: a missing component stays alone
+        return np.asarray(values[:, axis] * matrix.sum(axis=1))
+    # v_enu = N v_n, v_b = B^T v_flu: q_enu_flu = q_N q q_B*.
+    left = matrix_to_quaternion(_matrix(where, navigation, _NAVIGATION))
+    right = matrix_to_quaternion(_matrix(where, body, _BODY).T)
+    return quaternion_multiply(quaternion_multiply(left, values), right)
+
+
+def _matrix(where: str, name: str, *letters: tuple[str, str]) -> FloatArray:
+    """Columns: the axes of ``name`` in FLU or ENU."""
+    for axes, opposite in letters:
+        if len(name) == 3 and set(name) <= {*axes, *opposite}:
+            signs = [1.0 if x in axes else -1.0 for x in name]
+            matrix = np.eye(3)[:, [(axes + opposite).index(x) % 3 for x in name]] * signs
+            if np.linalg.det(matrix) > 0.5:
+                return matrix
+    raise InputError.at(
+        where,
+        wanted=f"three letters of {' or '.join(map(''.join, letters))} for right-handed axes, "
+        "as FRD or NED",
+        found=repr(name),
+        fix="name the frame of the file",
+    )
 
 
 def _in_rows(path: Path, s: _Series, base: _Series, notes: list[str]) -> FloatArray:

@@ -137,8 +137,15 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
         A folder without logs.
     """
     out: list[Path] = []
-    for path in paths:
-        logs = _logs_below(Path(path))
+    for path in map(Path, paths):
+        logs = {path}
+        if os.path.isdir(path) and not is_bag(path):  # `Path.is_dir` raises on some Pythons
+            logs = {p.parent for p in path.rglob("metadata.yaml")}
+            files = (p for p in path.rglob("*") if p.name.lower().endswith((*FORMATS, *RECORDINGS)))
+            logs |= {p for p in files if p.parent not in logs}
+            # In hidden folders are files that are being written, or were when a process was killed.
+            hidden = (p for p in logs if any(x[0] == "." for x in p.relative_to(path).parts[:-1]))
+            logs = logs - {*hidden}
         if not logs:
             raise InputError.at(
                 str(path),
@@ -146,19 +153,8 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
                 found="a folder without any",
                 fix="name a log file",
             )
-        out += logs
+        out += sorted(logs)
     return out
-
-
-def _logs_below(path: Path) -> list[Path]:
-    """Return the path itself, or every log in a folder."""
-    if not os.path.isdir(path) or is_bag(path):  # `Path.is_dir` raises on some Pythons
-        return [path]
-    bags = {p.parent for p in path.rglob("metadata.yaml")}
-    files = (p for p in path.rglob("*") if p.name.lower().endswith((*FORMATS, *RECORDINGS)))
-    logs = bags | {p for p in files if p.parent not in bags}
-    # In hidden folders are files that are being written, or were when a process was killed.
-    return sorted(p for p in logs if not any(x[0] == "." for x in p.relative_to(path).parts[:-1]))
 
 
 def record_of(data: Any, *, name: str = "record") -> Record:

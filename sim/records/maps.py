@@ -1,7 +1,7 @@
 """Maps from the topics of a recording to the columns of a record.
 
 A map is a TOML file of tables ``[[source]]``: ``columns``; ``topic``, the name, or ``type``, that
-of its messages; ``fields``, names, or the path to a vector; ``unit``; ``frame`` (`frames`;
+of its messages; ``fields``, names, or the path to a vector; ``unit``; ``frame`` (FRD, FRD to NED;
 "geodetic" of latitude, longitude and altitude, which become east, north and up of the first fix;
 "none"). Of several sources of the same columns the first that the recording has counts. ``extends``
 names a ready map (`READY`), whose sources of other columns count too. Further keys: `Source`.
