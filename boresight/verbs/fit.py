@@ -117,12 +117,16 @@ def fit(
     target = OutputFile(place, inputs=log_files(s for s in logs if isinstance(s, str | Path)))
     say = progress or (lambda text: None)
     records: dict[str, Inputs] = {}
+
+    def keep(name: str, inputs: Inputs) -> None:
+        records[f"{name} {len(records) + 1}" if name in records else name] = inputs
+
     for log in logs_of(logs, steps):
-        records[_free(log.name, records)] = partial(_inputs, found, log)
+        keep(log.name, partial(_inputs, found, log))
     for world in (world_of(s) for s in sources if is_world(s)):
         say(f"{world.name} and {found.name} in float64")
         with make_level("float", Build(found, params=[values])) as level:
-            records[_free(world.name, records)] = close_loop(world, level, steps=steps).inputs
+            keep(world.name, close_loop(world, level, steps=steps).inputs)
     made_from = {name: _digest(inputs) for name, inputs in records.items()}
     fit_result = fitted(
         found, records, params=values, starts=initial_covariances(found), progress=say
@@ -132,7 +136,7 @@ def fit(
     before, after = choice.before, choice.after
     fit_result = replace(fit_result, profile=choice.profile)
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
-    failures = _failures(after.saturated_updates, negative)
+    failures = _failures(after.saturated_updates, *negative)
     if not failures:
         target.write(_text(fit_result, made_from))
     errors = _errors(before, after)
@@ -185,21 +189,17 @@ def fit(
     return Result(data, {"fixed point against float64": errors}, "\n".join(lines), (), failures)
 
 
-def _failures(saturated: int, negative: tuple[int | None, int]) -> list[str]:
+def _failures(saturated: int, before: int | None, after: int) -> list[str]:
     """Why the profile is not written; empty where it is."""
-    before, after = negative
+    text, without = "", "" if before is None else f", {before} without it"
     if saturated:
-        return [
-            f"not written: {saturated} updates SATURATED in the records; boresight check names "
-            "the first value"
-        ]
-    if after > (before or 0):
-        without = "" if before is None else f", {before} without it"
-        return [
-            f"not written: a variance is NEGATIVE after {after} hostile updates{without}: declare "
-            "the ranges of the covariance's values with ops.bounded"
-        ]
-    return []
+        text = (
+            f"{saturated} updates SATURATED in the records; boresight check names the first value"
+        )
+    elif after > (before or 0):
+        text = f"a variance is NEGATIVE after {after} hostile updates{without}: declare the ranges "
+        text += "of the covariance's values with ops.bounded"
+    return [f"not written: {text}"] if text else []
 
 
 def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[int, int] | None:
@@ -224,12 +224,6 @@ def _digest(inputs: Inputs) -> tuple[int, str]:
         updates += len(piece)
         digest.update(piece.tobytes())
     return updates, digest.hexdigest()
-
-
-def _free(name: str, taken: Mapping[str, Any]) -> str:
-    """A name that is not taken."""
-    names = (name if k == 1 else f"{name} {k}" for k in range(1, len(taken) + 2))
-    return next(n for n in names if n not in taken)
 
 
 def _line(fit_result: Fitted, number: int) -> str:

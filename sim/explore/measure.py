@@ -255,13 +255,7 @@ def _line(error: Exception) -> str:
 
 
 def _records(exploration: Exploration) -> list[Record]:
-    """The logs, read once in each process.
-
-    Raises
-    ------
-    InputError
-        A file has changed since the exploration began.
-    """
+    """The logs, read once in each process; InputError if a file has changed since the beginning."""
     records = _read(exploration.logs, selection(), exploration.digest)
     if digest_of(records) != exploration.digest:
         wanted = "the logs as they were when the exploration began"

@@ -70,13 +70,7 @@ def quantities(estimator: Estimator) -> list[Quantity]:
 
 
 def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
-    """A figure by name.
-
-    Raises
-    ------
-    InputError
-        There is no figure of this name.
-    """
+    """A figure by name; raises InputError if there is none."""
     by_name = {quantity.name: quantity for quantity in known}
     require_choice(where, name, by_name, "choose one; docs/learn/explore.md has them all")
     return by_name[name]

@@ -66,24 +66,11 @@ def chosen(seen: Range, provoked: Range | None, interval: Range) -> Range | None
 
 
 def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, Range]]:
-    """Interval of each expression, and the limits that it needs.
+    """Interval of each expression, and the limits that it needs, by its number.
 
-    Parameters
-    ----------
-    seen : mapping of int to (float, float)
-        Observed range of each expression. A divisor or radicand whose interval crosses zero is
-        limited to `FLOOR` times the smallest one seen; a divisor whose interval is wider than any
-        word can divide by, to the largest one seen with all margins.
-
-    Returns
-    -------
-    intervals, limits : dict of int to (float, float)
-        By the number of the expression; see `Profile`.
-
-    Raises
-    ------
-    InputError
-        See `model.lowering.expand.expand`; a divisor was seen on both sides of zero.
+    A divisor or radicand whose interval crosses zero is limited to `FLOOR` times the smallest one
+    seen; a divisor whose interval is wider than any word can divide by, to the largest one seen
+    with all margins. Raises InputError for one that was seen on both sides of zero.
     """
     graph, operands, limits = Expansion(trace.tracer.name), list[Any](), dict[int, Range]()
     for e in trace.tracer.expressions:
@@ -121,11 +108,8 @@ def _limits_of(kind: str, args: Sequence[Any], seen: Range | None) -> Range | No
 def between(trace: Trace, elements: Collection[str]) -> set[int]:
     """Numbers of the expressions on paths from some states to their next values.
 
-    Parameters
-    ----------
-    elements : collection of str
-        Names of the states: the covariance of a filter made by `boresight.kalman`, whose ranges
-        are proven. Saturation of a value in between could make it negative.
+    The states are a covariance whose ranges are proven; saturation in between could make it
+    negative.
     """
     pairs = [(leaf, after) for leaf, _, after in trace.states if leaf.data[1] in elements]
     descendants, ancestors = {s.number for s, _ in pairs}, {after.number for _, after in pairs}
@@ -141,20 +125,7 @@ def between(trace: Trace, elements: Collection[str]) -> set[int]:
 def profile_of(
     trace: Trace, estimator: Estimator, seen: Reached, provoked: Reached, logs: Sequence[str]
 ) -> tuple[Profile, dict[int, Range]]:
-    """The profile for the ranges seen in records and provoked by hostile inputs, and all intervals.
-
-    Parameters
-    ----------
-    trace : Trace
-        The record of ``estimator``.
-    logs : sequence of str
-        Names of the logs and worlds.
-
-    Raises
-    ------
-    InputError
-        See `intervals`.
-    """
+    """The profile for ranges seen in records and provoked by hostile inputs; all `intervals`."""
     bounds, limits = intervals(trace, joined(seen, provoked))
     by_interval = {e.args[-1].number for e in trace.tracer.expressions if e.kind in _DIVIDING}
     by_interval |= between(trace, estimator.covariance_elements)
@@ -206,19 +177,9 @@ def fitted(
 ) -> Fitted:
     """Run an estimator in float64 and choose ranges from those of its values.
 
-    Parameters
-    ----------
-    records : mapping of str to (n, n_inputs), or callable
-        Inputs by the name of the log or world, or a function that gives them in pieces.
-    params : mapping, optional
-        Parameter values of all runs.
-    starts : sequence of mapping
-        Further parameter values of the hostile runs, one after the other.
-
-    Raises
-    ------
-    InputError
-        See `profile_of`.
+    ``records`` are inputs (n, n_inputs) by the name of the log or world, or functions that give
+    them in pieces; ``starts`` further parameter values of the hostile runs, one after the other.
+    Raises InputError as `intervals`.
     """
     say = progress or (lambda text: None)
     trace, overrides = estimator.record(), dict(params or {})
