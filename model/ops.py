@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line
 from boresight.model.units import same_unit
@@ -117,22 +117,17 @@ def unit_of(x: Any, depth: int = 6) -> tuple[str, float]:
 def _check_half_turns(x: Any) -> None:
     """Refuse a recorded angle of another unit than half turns."""
     unit, _ = unit_of(x)
-    if unit and not same_unit(unit, "ht"):
-        made, _ = ANGLES.get(unit, ("", 0.0))
-        fix = f"write {made}, or declare the angle in ht" if made else "give it an angle"
-        raise InputError.at(author_line(), wanted="an angle in half turns", found=unit, fix=fix)
+    made, _ = ANGLES.get(unit, ("", 0.0))
+    fix = f"write {made}, or declare the angle in ht" if made else "give it an angle"
+    angle = not unit or same_unit(unit, "ht")
+    require(angle, author_line, "an angle in half turns", unit, fix)
 
 
 def _is_traced(condition: Any) -> bool:
     """Whether a condition is recorded; raises for a number, such as ~ of a Python bool."""
     if isinstance(condition, Scalar) or (type(condition) is int and condition not in (0, 1)):
-        negated = type(condition) is int
-        raise InputError.at(
-            author_line(),
-            wanted="a condition, as x > 0.5",
-            found=f"{condition}, which ~ of a Python bool is" if negated else "a number",
-            fix="write not for ~" if negated else "compare it with something",
-        )
+        fix = "compare it with something; ~ of a Python bool is a number: write not for it"
+        require(False, author_line, "a condition, as x > 0.5", condition, fix)
     return isinstance(condition, Condition)
 
 
@@ -528,12 +523,8 @@ def _remainder(x: Any, period: Any) -> Any:
 
 
 def _fmod(x: Any, period: Any) -> Any:
-    raise InputError.at(
-        author_line(),
-        wanted="operations that can be recorded",
-        found="numpy's fmod of a traced value",
-        fix="write x % c of a number c, whose results are from 0 to c",
-    )
+    fix = "write x % c of a number c, whose results are from 0 to c"
+    require(False, author_line, "operations that can be recorded", "numpy's fmod", fix)
 
 
 #: numpy's functions, which numpy calls for recorded values.

@@ -11,7 +11,8 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import TypeAlias
 
 from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
@@ -220,32 +221,20 @@ def lower(
 FEWEST = 4
 
 
-@dataclass(frozen=True)
-class _Separate:
-    """A product with a value of its own: that, the value of its sum, and the excess bits."""
-
-    number: int
-    of: int
-    product: Product
-    excess: int
-
-    @property
-    def copies(self) -> set[tuple[int, int]]:
-        """Coarser factors that return it to its sum; an even number of bits is removed."""
-        assert self.product.b is not None
-        bits = self.excess + self.excess % 2
-        return {(self.product.a, bits), (self.product.b, bits)}
+#: A product with a value of its own: that, the value of its sum, the product, and the coarser
+#: factors that return it to its sum, each with a number of bits.
+_Separate: TypeAlias = tuple[int, int, Product, list[tuple[int, int]]]
 
 
 def share(groups: Groups) -> None:
     """Take products back into their sums where `FEWEST` or more share a coarser factor."""
     candidates = [*_separate_products(groups)]
     while candidates:
-        [(copy, count)] = Counter(c for a in candidates for c in sorted(a.copies)).most_common(1)
+        [(copy, count)] = Counter(c for *_, copies in candidates for c in copies).most_common(1)
         if count < FEWEST:
             break
-        _merge(groups, *copy, [a for a in candidates if copy in a.copies])
-        candidates = [a for a in candidates if copy not in a.copies]
+        _merge(groups, *copy, [a for a in candidates if copy in a[3]])
+        candidates = [a for a in candidates if copy not in a[3]]
 
 
 def _separate_products(groups: Groups) -> Iterator[_Separate]:
@@ -260,7 +249,8 @@ def _separate_products(groups: Groups) -> Iterator[_Separate]:
         if len(sums) == 1 and p.b is not None and p.scale is Scale.NONE:
             excess = groups.excess(p, groups.frac(p.b), groups.frac(sums[0]))
             if excess > 0:
-                yield _Separate(number, sums[0], p, excess)
+                bits = excess + excess % 2  # an even number of bits is removed
+                yield number, sums[0], p, sorted({(p.a, bits), (p.b, bits)})
 
 
 def _merge(groups: Groups, factor: int, bits: int, candidates: list[_Separate]) -> None:
@@ -271,12 +261,11 @@ def _merge(groups: Groups, factor: int, bits: int, candidates: list[_Separate]) 
     del groups.ops[before:]
     place = {op.dest: k for k, op in enumerate(groups.ops)}
     first = before
-    for a in candidates:
-        k = place[a.of]
-        p = a.product
+    for number, of, p, _ in candidates:
+        k = place[of]
         coarser = replace(p, a=copy) if p.a == factor else replace(p, b=copy)
-        terms = groups.forms[a.of].products
-        op = groups.exchanged(groups.ops[k], [coarser if t.a == a.number else t for t in terms])
+        terms = groups.forms[of].products
+        op = groups.exchanged(groups.ops[k], [coarser if t.a == number else t for t in terms])
         if op is not None:
             groups.ops[k] = op
             first = min(first, k)

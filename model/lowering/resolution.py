@@ -89,12 +89,8 @@ class _Walk:
 
     def _named(self, value: int) -> str:
         """What its author calls a value, or the kind of expression."""
-        node = self.nodes.get(value)
-        if (
-            node is not None
-            and self.program.values[value].kind is Kind.OP
-            and not (node.name or node.title)
-        ):
+        node, of = self.nodes.get(value), self.program.values[value]
+        if node is not None and of.kind is Kind.OP and not (node.name or node.title):
             return node.description
         return f"value {declared_name(self.program, self.nodes, value)}"
 
@@ -107,20 +103,18 @@ class _Walk:
 
     def _remedy(self, value: int) -> str:
         """Remedy: how a value gets a finer last bit."""
-        declared, states = self.program.values[value], self.program.states
+        declared, node = self.program.values[value], self.nodes.get(value)
         if declared.kind is not Kind.OP:
             return "narrow its range, or widen the tolerance"
-        for number, after in states:
+        for number, after in self.program.states:
             state = self.program.values[number]
-            is_next_state = self.nodes.get(after) is self.nodes.get(value) is not None
-            if is_next_state and declared.frac == state.frac:
+            if self.nodes.get(after) is node is not None and declared.frac == state.frac:
                 name = declared_name(self.program, self.nodes, number)
                 ends = f"[{state.low:g}, {state.high:g}]"
                 return f"narrow the range {ends} of state {name}, or widen the tolerance"
-        profiled = any(node.fit is not None for node in self.nodes.values())
-        return "limit it, or its factors, with ops.bounded or ops.clip" + (
-            "" if profiled else ", or use boresight fit"
-        )
+        profiled = any(n.fit is not None for n in self.nodes.values())
+        fit = "" if profiled else ", or use boresight fit"
+        return f"limit it, or its factors, with ops.bounded or ops.clip{fit}"
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach a value, each once, and the share of their error that does."""

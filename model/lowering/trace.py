@@ -71,13 +71,10 @@ def repeatable(same: bool, line: str = "") -> None:
     InputError
         See above.
     """
-    if not same:
-        raise InputError.at(
-            line or author_line(),
-            wanted="a step that computes the same whenever it runs",
-            found="another expression the second time",
-            fix="no random numbers, no time, nothing kept in self: use states and inputs",
-        )
+    found = "another expression the second time"
+    fix = "no random numbers, no time, nothing kept in self: use states and inputs"
+    where = line or author_line
+    require(same, where, "a step that computes the same whenever it runs", found, fix)
 
 
 def _refusing(operation: str, fix: str) -> Callable[..., Any]:
@@ -200,14 +197,10 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
         return self.functions["remainder"](self, other)
 
     def __eq__(self, other: object) -> Any:
-        if self is other:
-            return np.True_
-        raise InputError.at(
-            author_line(),
-            wanted="comparisons with < > <= >=",
-            found="== or != on a traced value",
-            fix="compare its distance, as ops.absolute(a - b) < 0.5",
-        )
+        fix = "compare its distance, as ops.absolute(a - b) < 0.5"
+        wanted = "comparisons with < > <= >="
+        require(self is other, author_line, wanted, "== or != on a traced value", fix)
+        return np.True_
 
     def __ne__(self, other: object) -> Any:
         return ~self.__eq__(other)
@@ -391,10 +384,7 @@ class Tracer:
 
     def div(self, a: Scalar, b: Scalar) -> Scalar:
         """a / b; by a constant: times its reciprocal."""
-        if _is(b, 0.0):
-            raise InputError.at(
-                author_line(), wanted="a divisor other than 0", found="0", fix="correct it"
-            )
+        require(not _is(b, 0.0), author_line, "a divisor other than 0", 0)
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.data[0]))
         return self.new("div", a, b)
@@ -407,13 +397,9 @@ class Tracer:
         InputError
             n is no whole number.
         """
-        if isinstance(n, Scalar) or int(n) != n:
-            raise InputError.at(
-                author_line(),
-                wanted="a whole number as power",
-                found=repr(n),
-                fix="write ops.sqrt(x) for x**0.5, ops.exp(n * ops.log(x)) for others",
-            )
+        fix = "write ops.sqrt(x) for x**0.5, ops.exp(n * ops.log(x)) for others"
+        whole = not isinstance(n, Scalar) and int(n) == n
+        require(whole, author_line, "a whole number as power", n, fix)
         if n < 0:
             return self.power(self.div(self.const(1.0), a), -n)
         if n < 2:

@@ -71,7 +71,7 @@ def test_step_must_return_what_is_declared() -> None:
         ("3.0; use ops.clip for any other", lambda x: ops.saturated(x.y, 3.0)),
         ("a traced leaf in a condition; compare it; ", lambda x: (x.y < 1) & x.y),
         ("a condition as a number; ", lambda x: ops.where(x.y < 1.0, x.y < 0.0, 1.0)),
-        ("a number; compare it", lambda x: ops.where(x.y, 1.0, 0.0)),
+        ("a traced leaf; compare it", lambda x: ops.where(x.y, 1.0, 0.0)),
         ("numpy's sinh of a traced value; ", lambda x: np.sinh(x.y)),
     ],
 )
