@@ -103,18 +103,10 @@ def write_system(
 def core_texts(
     build: Build, records: Sequence[Recorded], target: str, area: Mapped | Routed | None = None
 ) -> dict[str, str]:
-    """Verilog, C, register map, texts and bench of a core, by file.
+    """Verilog, C, register map, texts and bench of a core for one of `TARGET_NAMES`, by file.
 
-    Parameters
-    ----------
-    build : Build
-        The core and its estimators.
-    records : sequence of Recorded
-        Records of every program for the bench (`sim.levels.vectors.recorded`).
-    target : str
-        One of `TARGET_NAMES`.
-    area : Mapped or Routed, optional
-        Area and clock, for the README.
+    ``records`` of every program are the bench's (`sim.levels.vectors.recorded`); area and clock are
+    for the README.
     """
     core = build.core
     description = describe(core, {e.name: e.summary for e in build.estimators})
@@ -134,17 +126,8 @@ def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> str:
     """Prove that texts of a core (`core_texts`) compute its programs for all inputs; write them.
 
     The microcode was proven when the core was built (`gateware.core`). Checked here are the
-    memories in the Verilog, which hold it, and the C.
-
-    Returns
-    -------
-    str
-        What was proven.
-
-    Raises
-    ------
-    Refuted
-        The texts do not compute the programs, and nothing is written: a bug of the compiler.
+    memories in the Verilog, which hold it, and the C. Returns what was proven; raises Refuted, and
+    writes nothing, if the texts do not compute the programs: a bug of the compiler.
     """
     start = time.perf_counter()
     check_memories(core.machine, core.image, texts["core.v"])

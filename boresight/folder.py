@@ -60,10 +60,7 @@ def changes_in(folder: Path) -> list[str]:
 def build_in(folder: Path) -> Build:
     """The build whose Verilog and C are a folder's, and whose estimators are those of today.
 
-    Raises
-    ------
-    InputError
-        The report does not say what the core was made of, or an estimator cannot be read.
+    Raises InputError if the report does not say what the core was made of.
     """
     report = read_json(folder / _REPORT, "a report of compile")
     made = report.get("made")

@@ -22,13 +22,7 @@ from boresight.sim.records.reading import kind_of, read_json
 
 
 def estimator_names(*texts: Named) -> list[Named]:
-    """Split texts of one or several names with commas.
-
-    Raises
-    ------
-    InputError
-        A name is unknown or occurs twice.
-    """
+    """Split texts of one or several names with commas; InputError for one unknown, or twice."""
     names: list[Named] = []
     for text in texts:
         names += split_names(text) if isinstance(text, str) else [text]
@@ -108,13 +102,7 @@ def _given(
 
 
 def numbers(texts: Sequence[str], option: str = "--param") -> dict[str, float]:
-    """Values of ``NAME=NUMBER`` texts; the last text of a name counts.
-
-    Raises
-    ------
-    InputError
-        A text of another form.
-    """
+    """Values of ``NAME=NUMBER`` texts, or InputError; the last text of a name counts."""
     out = {}
     for text in texts:
         name, _, number = text.partition("=")

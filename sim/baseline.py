@@ -89,13 +89,7 @@ def baseline(result: Result, file: str | Path) -> Result:
 
 
 def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
-    """An earlier result.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is not a result of this kind.
-    """
+    """An earlier result; raises InputError if it cannot be read, or is not one of this kind."""
     wanted = "an earlier result, which --json prints"
     data = read_json(path, wanted)
     if not _figures(data, judged):
@@ -111,16 +105,8 @@ def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
 def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str | Path) -> Result:
     """Compare plain data of a result with an earlier one (`read_baseline`).
 
-    Returns
-    -------
-    Result
-        ``equal``, the number of equal figures, and ``changes``, the worse ones first. Good unless a
-        figure is worse than accepted, or missing.
-
-    Raises
-    ------
-    InputError
-        Results that cannot be compared.
+    Returns the number of ``equal`` figures and the ``changes``, the worse ones first; good unless a
+    figure is worse than accepted, or missing. Raises InputError if they cannot be compared.
     """
     old, new = _figures(before, judged), _figures(now, judged)
     changes, rows, notes = list[dict[str, Any]](), list[dict[str, Any]](), list[str]()

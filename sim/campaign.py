@@ -97,7 +97,6 @@ def dispatch(
     ----------
     jobs : int, optional
         Number of processes; by default one for each processor.
-    tasks : iterable of (label, function, arguments)
     executor : concurrent.futures.Executor, optional
         Runs the tasks instead, for example a Dask cluster (`cluster`).
 
@@ -157,19 +156,8 @@ def _pool(count: int) -> Iterator[Executor]:
 def cluster(address: str | None) -> Iterator[Executor | None]:
     """The executor that runs a campaign: the Dask cluster of a scheduler.
 
-    Yields None, which stands for the processes of this machine, without an address.
-
-    Parameters
-    ----------
-    address : str or None
-        Address of the scheduler, for example ``tcp://host:8786``.
-
-    Raises
-    ------
-    ToolMissing
-        dask.distributed is not installed.
-    InputError
-        No scheduler answers.
+    Yields None, which stands for the processes of this machine, without an address (for example
+    ``tcp://host:8786``). Raises ToolMissing without dask.distributed, InputError if none answers.
     """
     if address is None:
         yield None
@@ -215,13 +203,7 @@ class Journal:
         self.rows = {} if again else found
 
     def add(self, rows: Mapping[str, Row]) -> None:
-        """Append rows by key; they are in the file when this returns.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written, for example because the disk is full.
-        """
+        """Append rows by key; they are in the file when this returns, or it raises InputError."""
         text = "".join(json.dumps({"key": key, **row}) + "\n" for key, row in rows.items())
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -65,17 +65,9 @@ def read_trials(
 ) -> tuple[list[Trial], list[Log]]:
     """Logs with truth, in the order of their names, and the logs that are left out.
 
-    Parameters
-    ----------
-    logs : paths, or data in memory (`Record.of`)
-        By default the bundled logs. Logs of the same name are named with their folders.
-    load : bool
-        Hold whole logs in memory, as published filters need.
-
-    Raises
-    ------
-    InputError
-        A bad log, a log named twice, or no log with truth.
+    By default the bundled logs; those of the same name are named with their folders. ``load``: hold
+    whole logs in memory, as published filters need. Raises InputError for a bad log, a log named
+    twice, or none with truth.
     """
     if any(map(is_world, logs)):
         fix = "record it first: boresight run ESTIMATOR WORLD -o log.csv"
@@ -169,13 +161,7 @@ class LogRuns:
     def run(
         self, params: Mapping[str, float] | None = None, indices: Sequence[int] | None = None
     ) -> list[list[Scores]]:
-        """Run some logs (all by default); the scores of each, fixed point first.
-
-        Raises
-        ------
-        InputError
-            Unknown or illegal parameter.
-        """
+        """Run some logs (all by default); the scores of each, fixed point first."""
         self.estimator.param_values(params)
         indices = range(len(self.feeds)) if indices is None else indices
         if self.jobs == 1:

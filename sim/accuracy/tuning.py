@@ -71,13 +71,7 @@ class Axis:
 def axes_of(
     estimator: Estimator, start: Mapping[str, float], names: Sequence[str] | None = None
 ) -> list[Axis]:
-    """Axes of the named parameters, or of all.
-
-    Raises
-    ------
-    InputError
-        Unknown or repeated name, or nothing to tune.
-    """
+    """Axes of the named parameters, or of all; raises InputError for bad names, and for none."""
     known = {p.name: p for p in estimator.params}
     names = [*known] if names is None else names
     require(bool(names), estimator.name, "parameters", names, "there is nothing to tune")
@@ -156,11 +150,7 @@ def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:
     """Test sets of a cross-validation: every index in exactly one of them.
 
     By default three folds, or as many as there are indices; 1: none. Indices are dealt in turn.
-
-    Raises
-    ------
-    InputError
-        More folds than indices.
+    Raises InputError for more folds than indices.
     """
     folds = min(3, count) if folds is None else folds
     if folds > count:
@@ -180,10 +170,7 @@ def weights_of(
 ) -> dict[str, float]:
     """Weights of errors (units by name): ``chosen`` on top of the module's defaults.
 
-    Raises
-    ------
-    InputError
-        No such error, a weight below zero or not finite, or none above zero.
+    Raises InputError for no such error, a weight below zero or not finite, or none above zero.
     """
     has_attitude = ANGLES[0] in figures
     weights = {n: float(not has_attitude or n == ANGLES[0]) for n in figures}

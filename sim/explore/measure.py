@@ -73,13 +73,7 @@ class Case:
 
     @property
     def named(self) -> Named:
-        """The estimator with the arguments of its constructor.
-
-        Raises
-        ------
-        InputError
-            There is no name.
-        """
+        """The estimator with the arguments of its constructor; InputError if it has no name."""
         name, text = self.estimator, ", ".join(f"{key}={value}" for key, value in self.arguments)
         if not text:
             return name
@@ -122,10 +116,7 @@ class Exploration:
 def arguments_of(texts: Sequence[Any]) -> tuple[list[Any], dict[str, list[Any]]]:
     """Logs, and values of the constructor's arguments by name, written ``NAME=VALUE,VALUE``.
 
-    Raises
-    ------
-    InputError
-        A name twice, or a value that is no literal of Python.
+    Raises InputError for a name twice, or a value that is no literal of Python.
     """
     logs: list[Any] = []
     arguments: dict[str, list[Any]] = {}
@@ -195,10 +186,7 @@ def planned(
 ) -> tuple[list[Plan], dict[str, Task]]:
     """The work of every combination, and all of it by key, the quick kinds first.
 
-    Raises
-    ------
-    ToolMissing
-        There is no yosys or no router, and areas or routed clocks are wanted.
+    Raises ToolMissing without yosys or a router, if areas or routed clocks are wanted.
     """
     tool = find_tool().version if area or route else ""
     routers = {

@@ -107,13 +107,7 @@ class Demand(NamedTuple):
 
 
 def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
-    """Demands from a text such as ``attitude<0.01deg, dsp<=1, us<5``.
-
-    Raises
-    ------
-    InputError
-        Not a demand, or a figure or unit that does not exist.
-    """
+    """Demands from a text such as ``attitude<0.01deg, dsp<=1, us<5``, or InputError."""
     demands = []
     for part in filter(None, map(str.strip, text.split(","))):
         match = _DEMAND.fullmatch(part)

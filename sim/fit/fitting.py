@@ -308,12 +308,7 @@ def select_ranges(
     * outputs were beyond their tolerances, and none is now.
 
     No more updates saturate, and no more variances are negative. If it does not compile without the
-    profile, all ranges are kept.
-
-    Raises
-    ------
-    InputError
-        It does not compile with the profile either.
+    profile, all ranges are kept; InputError if it does not with it either.
     """
     before, full = (
         effect(fit.estimator, profile, records, params=params, word=word)
