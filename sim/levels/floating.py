@@ -70,7 +70,3 @@ class CompiledFloat(Level):
         table = self._model.update(records).astype(np.float64)
         outputs = self.build.estimators[self.number].outputs
         return Run(wrapped({o.name: table[:, k].copy() for k, o in enumerate(outputs)}, outputs))
-
-
-#: Levels of this module, for `sim.levels.registry`.
-LEVELS = (NumpyFloat, CompiledFloat)

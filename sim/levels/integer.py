@@ -111,7 +111,3 @@ class Emitted(Level):
             self._model.update(words_of(self.program, piece))
         words = self._model.values_of_update(words_of(self.program, records[-1]))
         return [Seen(op.dest, words[op.dest]) for op in self.program.ops]
-
-
-#: Levels of this module, for `sim.levels.registry`.
-LEVELS = (Interpreted, Emitted)

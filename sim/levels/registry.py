@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from boresight.model.errors import require_choice
-from boresight.sim.levels import floating, integer, rtl
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
+from boresight.sim.levels.integer import Emitted, Interpreted
 from boresight.sim.levels.level import Level
+from boresight.sim.levels.rtl import Simulated
 
 #: Float64 with numpy and compiled, integer interpreter, C, Verilog.
 LEVELS: dict[str, type[Level]] = {
-    level.name: level for module in (floating, integer, rtl) for level in module.LEVELS
+    kind.name: kind for kind in (NumpyFloat, CompiledFloat, Interpreted, Emitted, Simulated)
 }
-
-
-def level_of(name: str) -> type[Level]:
-    """Return the level with a name; raises InputError for unknown names."""
-    require_choice("level", name, LEVELS)
-    return LEVELS[name]
 
 
 def make_level(name: str, build: Build, runs: int | None = None) -> Level:
@@ -29,5 +25,5 @@ def make_level(name: str, build: Build, runs: int | None = None) -> Level:
     ToolMissing
         A compiler or simulator is not installed.
     """
-    kind = level_of(name)
-    return kind(build) if runs is None else kind.batch(build, runs)
+    require_choice("level", name, LEVELS)
+    return LEVELS[name](build) if runs is None else LEVELS[name].batch(build, runs)

@@ -182,10 +182,6 @@ class Simulated(Level):
         return [level._run_of(run) for level, run in zip(simulated, replayed, strict=True)]
 
 
-#: Levels of this module, for `sim.levels.registry`.
-LEVELS = (Simulated,)
-
-
 def run_in_turns(
     simulation: RtlSimulation,
     streams: Sequence[IntArray],

@@ -95,7 +95,7 @@ def report_data(
             named = (authors_name(program, observed.nodes, int(n)) for n in np.flatnonzero(count))
             warn(f"numerics: {count.sum()} saturations, in {', '.join(dict.fromkeys(named))}")
     levels = [level for check in checks for level in check.levels]
-    data: dict[str, Any] = {
+    return {
         "design": program.name,
         "config": core.machine.name,
         "word": program.arithmetic.word,
@@ -114,7 +114,6 @@ def report_data(
         "observed": None if observed is None else observed.summary,
         "warnings": warnings,
     }
-    return data
 
 
 def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
