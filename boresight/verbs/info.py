@@ -27,7 +27,7 @@ from boresight.model.errors import ToolMissing
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
 from boresight.model.tools.cache import Cache
 from boresight.options import EstimatorName
-from boresight.sim.experiments.registry import EXPERIMENT_GROUP
+from boresight.sim.experiments.experiment import EXPERIMENT_GROUP
 from boresight.sim.records.files import read_pieces, recording_of
 from boresight.sim.records.maps import Source, ready_map
 from boresight.sim.records.topics import NS, Topic, clock_of

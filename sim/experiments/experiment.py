@@ -15,6 +15,10 @@ from typing import Any, ClassVar
 
 from boresight.model.errors import InputError
 from boresight.model.methods import called
+from boresight.model.resolve import load
+
+#: Entry points of installed packages that are experiments.
+EXPERIMENT_GROUP = "boresight.experiments"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,11 +94,6 @@ class Target:
             sign, limit = ("at most", self.high) if self.low is None else ("at least", self.low)
             return "" if limit is None else f"{sign} {limit:.4g}"
         return f"{self.low:.4g} to {self.high:.4g}"
-
-    @property
-    def unjudged(self) -> str:
-        """Why it is not judged, where it has limits."""
-        return f"not judged: needs {self.needs}" if self.needs else ""
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; ``limit`` is least and greatest good value, null for an open end."""
@@ -185,6 +184,11 @@ class Experiment:
         raise NotImplementedError
 
 
+def experiment_of(source: str | type[Experiment] | Experiment) -> Experiment:
+    """The experiment of a name, ``file.py:Class``, a class or an object; see `load`."""
+    return load(source, Experiment, "experiment", EXPERIMENT_GROUP)
+
+
 def result_of(
     experiment: Experiment, *, seed: int, runs: int, say: Callable[[str], None]
 ) -> ExperimentResult:
@@ -210,19 +214,14 @@ def result_of(
         runs=runs,
         say=say,
     )
+    targets, found = result.targets, ""
     if not isinstance(result.figures, Mapping):
         found = f"figures of type {type(result.figures).__name__}"
-        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
-    targets = result.targets
-    if not isinstance(targets, Sequence) or not all(isinstance(t, Target) for t in targets):
+    elif not isinstance(targets, Sequence) or not all(isinstance(t, Target) for t in targets):
         found = f"targets of type {type(targets).__name__}"
-        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
     for name in experiment.pages:
         if not isinstance(result.pages.get(name), str):
-            raise InputError.at(
-                where,
-                wanted=f"the page {name}",
-                found="none",
-                fix="return it in ExperimentResult.pages",
-            )
+            wanted, found, fix = f"the page {name}", "none", "return it in ExperimentResult.pages"
+    if found:
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
     return result

@@ -13,7 +13,6 @@ from boresight.model.estimator import Estimator
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
-from boresight.sim.rotations.zyx import wrapped
 
 
 def run_forms(
@@ -40,26 +39,11 @@ def run_forms(
     return runs
 
 
-def differences_of(
-    outputs: Mapping[str, FloatArray],
-    reference: Mapping[str, FloatArray],
-    names: Sequence[str],
-    period: float,
-) -> FloatArray:
-    """Outputs less those of a reference (len(names), ...), from -period/2 up to period/2."""
-    return wrapped([outputs[name] - reference[name] for name in names], period)
-
-
 def schedules_of(*estimators: Estimator) -> dict[str, tuple[Schedule, ...]]:
     """Schedules of estimators that share a core, in their order, for "small" and "fast".
 
     ``interval`` of each is the cycles from one record to the next, ``latency`` those to the last of
-    its urgent outputs.
-
-    Raises
-    ------
-    ScheduleError
-        They do not fit into one core.
+    its urgent outputs. `ScheduleError`: they do not fit into one core.
     """
     return {
         config: tuple(part.schedule for part in Build(*estimators, config=config).core.parts)

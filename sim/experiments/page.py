@@ -8,11 +8,6 @@ from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.pages import Section, Verdict, number, page_of, section_of, unit
 
 
-def numbers(values: Iterable[float], form: str = ".2f") -> str:
-    """Several numbers as one cell."""
-    return ", ".join(f"{v:z{form}}" for v in values).replace("-", "\N{MINUS SIGN}")
-
-
 def render(
     name: str, intro: Sequence[str], targets: Sequence[Target], sections: Sequence[Section]
 ) -> str:
@@ -47,6 +42,6 @@ def _row(target: Target, note: str) -> dict[str, object]:
         "runs, least to most": least or None,
         **target.beside,
         "target": target.limits or None,
-        "verdict": verdict or target.unjudged or None,
+        "verdict": verdict or (f"not judged: needs {target.needs}" if target.needs else None),
         "note": "; ".join(filter(None, ["reported" * (not target.binding), note])) or None,
     }

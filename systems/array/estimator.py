@@ -65,10 +65,7 @@ class ArrayAttitude(Estimator):
     aided : bool
         False: strapdown alone, from ``attitude``.
 
-    Raises
-    ------
-    InputError
-        One of these is none of that.
+    `InputError`: one of these is none of that.
     """
 
     name = "array_attitude"
@@ -134,7 +131,7 @@ class ArrayAttitude(Estimator):
             nabla = [b + getattr(x, f"nabla_{a}") for a, b in zip(AXES, nabla, strict=True)]
         force = [f - self.dt * n for f, n in zip(sample.force, nabla, strict=True)]
         v, axes = sd.velocity(x, c, force, place)
-        hold, begin, rest, filtered = restart, restart, None, None
+        hold, begin, rest = restart, restart, None
         if self.align:
             rest = alignment.aligned(
                 x, u.phase, sample.q, turn(c, force), place.earth, self.align, self.dt
@@ -149,9 +146,10 @@ class ArrayAttitude(Estimator):
         if self.aided:
             up = ops.saturated(dot(c[2], sample.turn), 2.0 * STEP_TURN)
             axes[2] = axes[2] + x.scale_up * up
-            filtered = self._filtered(x, u, p, _Now(hold, sample, seen, place, v, up))
-            v = [a - m for a, m in zip(v, filtered.moves[:3], strict=True)]
-            correction = [filtered.moves[k] for k in errors.PHI]
+            now = _Now(hold, sample, seen, place, v, up)
+            states, more, moves, propagated = self._filtered(x, u, p, now)
+            v = [a - m for a, m in zip(v, moves[:3], strict=True)]
+            correction = [moves[k] for k in errors.PHI]
         if rest is not None:
             # To the end of the sample: the Earth has turned since half way.
             correction = [
@@ -165,9 +163,9 @@ class ArrayAttitude(Estimator):
         outputs = (
             seen.outputs | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
         )
-        if filtered is None:
+        if not self.aided:
             return after, outputs
-        after |= filtered.states
+        after |= states
         old = {f"from_q{a}": getattr(x, f"from_q{a}") for a in "wxyz"}
         if rest is not None:
             sums = {f"from_q{a}": s for a, s in zip(AXES, rest.up, strict=True)}
@@ -175,12 +173,14 @@ class ArrayAttitude(Estimator):
             count = ops.where(rest.running, rest.count, after["count"])
             after |= rest.states | {"count": ops.where(restart, -1.0 - self.align, count)}
         for a in "wxyz":
-            moved = filtered.propagated | begin
+            moved = propagated | begin
             after[f"from_q{a}"] = ops.where(moved, after[f"q{a}"], old[f"from_q{a}"])
-        return after, outputs | filtered.outputs
+        return after, outputs | more
 
-    def _filtered(self, x: Any, u: Any, p: Any, now: _Now) -> _Filtered:
-        """The filter's part of a sample."""
+    def _filtered(
+        self, x: Any, u: Any, p: Any, now: _Now
+    ) -> tuple[dict[str, Any], dict[str, Any], list[Any], Any]:
+        """States and outputs of the filter; moves of the 13 states; whether P was propagated."""
         hold, working, arrived = now.hold, u.phase > 1.5, u.index > 0.5
         erecting = (u.phase > 0.5) & ~working
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
@@ -239,7 +239,7 @@ class ArrayAttitude(Estimator):
             7: angle >= 3.0,
             8: hold,
         }
-        return _Filtered(states, learnt | {"status": status_word(flags)}, moves, due)
+        return states, learnt | {"status": status_word(flags)}, moves, due
 
 
 @dataclass(frozen=True)
@@ -255,16 +255,6 @@ class _Now:
     place: Site
     v: list[Any]
     up: Any
-
-
-@dataclass(frozen=True)
-class _Filtered:
-    """States and outputs of the filter; moves of the 13 states; whether P was propagated."""
-
-    states: dict[str, Any]
-    outputs: dict[str, Any]
-    moves: list[Any]
-    propagated: Any
 
 
 def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, full: Any) -> Measured:

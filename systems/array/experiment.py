@@ -63,10 +63,7 @@ class Array(CasesExperiment):
     jobs : int, optional
         See `Experiment`.
 
-    Raises
-    ------
-    InputError
-        Other hours.
+    `InputError`: other hours.
     """
 
     runs, at_once = 8, 1

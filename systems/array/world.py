@@ -59,10 +59,7 @@ class TurningArray(World):
     truths : bool
         Whether the records hold true angles, which take most of the time of making them.
 
-    Raises
-    ------
-    InputError
-        A rate of 0 or more than 44 deg/s, no time, a size below 0, a tilt above 20 deg.
+    `InputError`: a rate of 0 or more than 44 deg/s, no time, a size below 0, a tilt above 20 deg.
     """
 
     name = "turning_array"

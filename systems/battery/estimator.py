@@ -21,6 +21,7 @@ CAPACITY = 0.85  # A h
 A_0, A_1, A_2, A_3, B, C = 3.685, 0.2156, -0.1178, 0.3201, -1.031, 35.0
 R_0, R_FAST, R_SLOW = 0.07446, 0.04669, 0.04984  # ohm
 C_FAST, C_SLOW = 703.6, 4475.0  # F
+GONE_FAST, GONE_SLOW = (1.0 - ops.exp(-DT / rc) for rc in (R_FAST * C_FAST, R_SLOW * C_SLOW))
 #: Charge below which the curve's exponential grows no steeper.
 _EMPTY = 0.05
 
@@ -45,22 +46,8 @@ class Battery(Kalman):
         Param("r_0", R_0, 0.001, 0.5, "ohm", "resistance that acts at once"),
         Param("r_fast", R_FAST, 0.001, 0.5, "ohm", "resistance of the fast element"),
         Param("r_slow", R_SLOW, 0.001, 0.5, "ohm", "resistance of the slow element"),
-        Param(
-            "gone_fast",
-            1.0 - ops.exp(-DT / (R_FAST * C_FAST)),
-            1e-4,
-            0.5,
-            "",
-            "1 - exp(-step / R C)",
-        ),
-        Param(
-            "gone_slow",
-            1.0 - ops.exp(-DT / (R_SLOW * C_SLOW)),
-            1e-4,
-            0.5,
-            "",
-            "1 - exp(-step / R C)",
-        ),
+        Param("gone_fast", GONE_FAST, 1e-4, 0.5, "", "1 - exp(-step / R C)"),
+        Param("gone_slow", GONE_SLOW, 1e-4, 0.5, "", "1 - exp(-step / R C)"),
         Param("var_v", 9e-6, 1e-6, 1e-2, "V^2", "variance of a voltage"),
         Param("var_i", 1.6e-3, 1e-6, 1.0, "A^2", "variance of a current"),
         Param("q_v", 1e-10, 0.0, 1e-4, "V^2", "noise of either element in a step"),

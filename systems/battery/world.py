@@ -62,15 +62,10 @@ class Discharge(BatchedWorld):
     Parameters
     ----------
     cell : str
-        Of `CELLS`.
+        Of `CELLS`; any other is an `InputError`.
     seeds : sequence of int
         Of the loads, the noise, and the charge at first: 0.8 to 0.98, where the filter takes 0.5.
     steps : int
-
-    Raises
-    ------
-    InputError
-        There is no such cell.
     """
 
     def __init__(

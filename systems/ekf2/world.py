@@ -52,8 +52,6 @@ def _timetable() -> list[tuple[str, FloatArray]]:
         ((k + 0.5) / count, n) for n, (_, _, count) in enumerate(ROWS) for k in range(count)
     )
     steps = round(1.0 / DT)
-    if len(entries) > steps:
-        raise ValueError(f"rows must be at most {steps} a second, not {len(entries)}")
     table: list[tuple[str, FloatArray]] = [("nothing", _NONE)] * steps
     for k, (_, n) in enumerate(entries):
         table[k * steps // len(entries)] = ROWS[n][:2]
@@ -71,14 +69,9 @@ class Flight(BatchedWorld):
     seeds : sequence of int
         Of noise, biases, wind, fields and the error of the attitude at first.
     without : sequence of str
-        Kinds of measurements that are never there.
+        Kinds of measurements that are never there; any other is an `InputError`.
     outage : (float, float)
         When there is no velocity nor horizontal position [s].
-
-    Raises
-    ------
-    InputError
-        There is no such kind.
     """
 
     def __init__(

@@ -59,7 +59,7 @@ class Journey(BatchedWorld):
     Parameters
     ----------
     carrier : str
-        Of `CARRIERS`.
+        Of `CARRIERS`; any other is an `InputError`.
     seeds : sequence of int
         Of noise, biases and the error of the attitude at first.
     outages : sequence of (float, float)
@@ -68,11 +68,6 @@ class Journey(BatchedWorld):
         Age of a fix when it comes [s], whole steps.
     lever : (3,)
         From the inertial sensor to the antenna, body axes [m].
-
-    Raises
-    ------
-    InputError
-        There is no such carrier.
     """
 
     def __init__(

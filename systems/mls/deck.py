@@ -51,10 +51,7 @@ class SensorErrors:
 def deck(name: str, seconds: float, seed: int, heading_deg: float = 0.0) -> Deck:
     """One of `MOTIONS` about a heading.
 
-    Raises
-    ------
-    InputError
-        No such motion.
+    `InputError`: no such motion.
     """
     require(name in MOTIONS, "motion", f"one of {', '.join(MOTIONS)}", name)
     t, rng = np.arange(round(seconds * RATE_HZ)) / RATE_HZ, np.random.default_rng([seed, 25])

@@ -10,7 +10,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.sim.experiments.cases import Case, CasesExperiment
-from boresight.sim.experiments.forms import differences_of, run_forms, schedules_of
+from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.pages import Section
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
@@ -215,8 +215,8 @@ def flown(
         c, real = run_forms(filter, rows.swapaxes(0, 1), params=case.params)
         q = np.stack([attitude_of(r.outputs) for r in c], axis=1)
         pairs = zip(c, real, strict=True)
-        difference = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
-        error = 180.0 * difference[:, :, SETTLED:]
+        difference = np.array([[r.outputs[a] - f.outputs[a] for a in AXES] for r, f in pairs])
+        error = 180.0 * wrapped(difference, 2.0)[:, :, SETTLED:]
         figures["fixed_float_max"] = np.abs(error).max(axis=(1, 2))
         figures["fixed_float_rms"] = _rms(error, (1, 2))
         figures["saturated_sum"] = np.array([float(r.n_saturated) for r in c])
@@ -234,8 +234,8 @@ def phases_fixed_float(seed: int, axis: str) -> float:
     parts = [rng.normal(size=(4000, n)) for n in (4, 3)]
     u = np.concatenate([x / np.linalg.norm(x, axis=1, keepdims=True) for x in parts], axis=1)
     (c,), (real,) = run_forms(ArrayPhases(axis=axis), [u])
-    names = [name for name in c.outputs if name != "status"]
-    return float(np.abs(differences_of(c.outputs, real.outputs, names, 1.0)).max())
+    apart = [c.outputs[n] - real.outputs[n] for n in c.outputs if n != "status"]
+    return float(np.abs(wrapped(apart, 1.0)).max())
 
 
 def beam_errors(

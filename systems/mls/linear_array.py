@@ -27,10 +27,7 @@ def direction(azimuth_deg: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> Float
 class Array:
     """``elements`` in a line, ``spacing`` apart, in wavelengths, on ``axis``: 1 is y, 2 is z.
 
-    Raises
-    ------
-    InputError
-        Fewer than two elements; a spacing that is not above zero.
+    `InputError`: fewer than two elements, a spacing that is not above zero.
     """
 
     elements: int = 64
@@ -41,13 +38,6 @@ class Array:
         require(self.elements >= 2, "array, elements", "2 or more", self.elements)
         above = 0.0 < self.spacing < np.inf
         require(above, "array, spacing", "wavelengths above 0", self.spacing)
-
-    def closed_form(self, sine: npt.ArrayLike, of: float = 0.0) -> FloatArray:
-        """(5), (6): |sin(N u/2) / (N sin(u/2))|, u = 2 pi d/lambda (sine - ``of``)."""
-        half = np.pi * self.spacing * (np.asarray(sine, dtype=np.float64) - of)
-        singular = np.abs(np.sin(half)) < 1e-12
-        denominator = np.where(singular, 1.0, self.elements * np.sin(half))
-        return np.where(singular, 1.0, np.abs(np.sin(self.elements * half) / denominator))
 
     def displacements(
         self, axis: int, b: float, draws: int, rng: np.random.Generator

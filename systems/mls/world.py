@@ -105,10 +105,7 @@ class Landing(World):
     and fro [deg], of every scan with a whole pulse, 3 dB lower at both ends: of 64 elements none
     beyond 60 deg.
 
-    Raises
-    ------
-    InputError
-        A receiver outside the scan; fewer than 8 beams; see `Array` and `deck`.
+    `InputError`: a receiver outside the scan; fewer than 8 beams; see `Array` and `deck`.
     """
 
     name = "landing"

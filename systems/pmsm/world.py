@@ -60,15 +60,10 @@ class Motor(BatchedWorld):
     Parameters
     ----------
     machine : str
-        Of `MACHINES`.
+        Of `MACHINES`; any other is an `InputError`.
     seeds : sequence of int
         Of the noise, and of where the rotor stands at first (any angle).
     steps : int
-
-    Raises
-    ------
-    InputError
-        There is no such machine.
     """
 
     def __init__(

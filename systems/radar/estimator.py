@@ -32,12 +32,13 @@ from typing import Any
 
 import numpy as np
 
-from boresight import Estimator, InputError, ops
+from boresight import Estimator, ops
 from boresight.model.algebra.carried import carried
 from boresight.model.algebra.quaternion import Matrix, Vector, conjugate_turn, dot, turn
 from boresight.model.algebra.quaternion_filter import status_word, sum_of
 from boresight.model.algebra.square_root import Potter, potter, whitened
 from boresight.model.arrays import FloatArray
+from boresight.model.errors import require
 from boresight.systems.radar import interface
 from boresight.systems.radar.interface import AXES, BIASES, ECEF, FASTEST, REACH, WIDEST
 
@@ -102,13 +103,8 @@ class Registration(Estimator):
         distance = math.sqrt(
             math.fsum((a - b) * (a - b) for a, b in zip(*self.places, strict=True))
         )
-        if not distance >= 1.0:
-            raise InputError.at(
-                "registration, sites",
-                wanted="radars a metre apart or more",
-                found=f"{distance:.3g} m",
-                fix="correct the sites",
-            )
+        apart = "radars a metre apart or more"
+        require(distance >= 1.0, "registration, sites", apart, f"{distance:.3g} m")
         #: T_1^T T_2.
         self.between = [[dot(a, b) for b in self.axes[1]] for a in self.axes[0]]
 
@@ -331,28 +327,12 @@ def _subtract_angle(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any,
     return [ops.bounded(v, -1.0, 1.0, "of a unit vector") for v in turned], c, bent, angle - c
 
 
-def _checked(number: int, coordinates: Site) -> tuple[float, float, float]:
+def _checked(number: int, coordinates: Site) -> tuple[float, ...]:
     """A site whose place on the earth is plausible."""
-    where = f"registration, site_{number}"
-    try:
-        longitude, latitude, height = (float(v) for v in coordinates)
-    except (TypeError, ValueError):
-        raise InputError.at(
-            where,
-            wanted="(longitude, latitude, height)",
-            found=repr(coordinates),
-            fix="give three numbers: deg, deg, m",
-        ) from None
-    for name, value, low, high in (
-        ("longitude", longitude, -180.0, 180.0),
-        ("latitude", latitude, -89.0, 89.0),
-        ("height", height, -500.0, 20e3),
-    ):
-        if not low <= value <= high:
-            raise InputError.at(
-                f"{where}, {name}",
-                wanted=f"{low:g} to {high:g}",
-                found=f"{value:g}",
-                fix="correct the site",
-            )
-    return longitude, latitude, height
+    where, ranges = f"registration, site_{number}", ((-180.0, 180.0), (-89.0, 89.0), (-500.0, 20e3))
+    some = len(coordinates) == 3 and not isinstance(coordinates, str)
+    require(some, where, "longitude, latitude [deg], height [m]", coordinates)
+    names = ("longitude", "latitude", "height")
+    for name, value, (low, high) in zip(names, coordinates, ranges, strict=True):
+        require(low <= value <= high, f"{where}, {name}", f"{low:g} to {high:g}", value)
+    return tuple(coordinates)

@@ -92,10 +92,7 @@ FLIGHTS: dict[str, Callable[[FloatArray], FloatArray]] = {
 def flight(name: str, t: FloatArray) -> FloatArray:
     """Positions (n, 3) [m] of one of `FLIGHTS` at times (n,) [s].
 
-    Raises
-    ------
-    InputError
-        No such flight; it ends below the ground.
+    `InputError`: no such flight; it ends below the ground.
     """
     require_choice("flight", name, FLIGHTS)
     place = FLIGHTS[name](t)

@@ -62,10 +62,7 @@ class TwoRadars(World):
     sites : two of (longitude, latitude, height)
         [deg, deg, m]
 
-    Raises
-    ------
-    InputError
-        An argument that no such world has; a target that hits the ground.
+    `InputError`: an argument that no such world has; a target that hits the ground.
     """
 
     name = "two_radars"

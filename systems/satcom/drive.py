@@ -102,10 +102,7 @@ DRIVES: dict[str, Callable[[float], Drive]] = {
 def drive(name: str, rate_hz: float = 50.0) -> Drive:
     """One of `DRIVES`, at 10 to 1000 records a second.
 
-    Raises
-    ------
-    InputError
-        No such drive, another rate.
+    `InputError`: no such drive, another rate.
     """
     for valid, where, wanted, found in (
         (name in DRIVES, "drive", f"one of {', '.join(DRIVES)}", name),

@@ -107,10 +107,7 @@ class Satcom(Estimator):
     def param_values(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
         """As `Estimator.param_values`; also refuses what the filter would clamp at this ``scale``.
 
-        Raises
-        ------
-        InputError
-            Unknown name, a value outside the legal range, or too large for ``scale``.
+        `InputError`: unknown name, a value outside the legal range, or too large for ``scale``.
         """
         values = super().param_values(given)
         adapt = values["adapt"]

@@ -61,10 +61,7 @@ class Vehicles(World):
     place : (latitude, longitude, satellite)
         [deg]
 
-    Raises
-    ------
-    InputError
-        Unknown rate or output; no place on earth; the satellite is below the horizon.
+    `InputError`: unknown rate or output; no place on earth; the satellite is below the horizon.
     """
 
     drive: Drive

@@ -62,10 +62,7 @@ class Ship:
 def spectrum(w: FloatArray, state: int) -> FloatArray:
     """S = 5/16 H^2 wp^4/w^5 exp(-5/4 (wp/w)^4) [m^2 s].
 
-    Raises
-    ------
-    InputError
-        No such sea state.
+    `InputError`: no such sea state.
     """
     require_choice("sea state", state, SEA_STATES)
     height, period = SEA_STATES[state]

@@ -120,10 +120,7 @@ class Turning:
     vibration : Vibration, optional
         On top of the turns.
 
-    Raises
-    ------
-    InputError
-        No turn; a time step that is none.
+    `InputError`: no turn; a time step that is none.
     """
 
     def __init__(

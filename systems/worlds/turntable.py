@@ -29,10 +29,7 @@ class Mark:
         Shares of the turns: no pulse; another one of the same mark up to five samples later; one
         of the mark anywhere in the turn.
 
-    Raises
-    ------
-    InputError
-        No such index, a share that is none.
+    `InputError`: no such index, a share that is none.
     """
 
     at_deg: float = 90.0
