@@ -249,19 +249,18 @@ def _checked(
     given: tuple[Any, ...], marks: int, known: set[str], where: str
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Names and covariances of an estimator, if they are of its states and fit each other."""
-    found = f"{len(given)} values"
-    if len(given) == 2:
-        names = (given[0],) if isinstance(given[0], str) else tuple(given[0])
+    try:
+        given_names, values = given
+        names = (given_names,) if isinstance(given_names, str) else tuple(given_names)
+        covariances: FloatArray = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        found = str(error)
+    else:
         unknown = [name for name in names if name not in known]
-        try:
-            covariances: FloatArray = np.asarray(given[1], dtype=np.float64)
-        except (TypeError, ValueError):
-            found = f"a {type(given[1]).__name__} that holds no numbers"
-        else:
-            if not unknown and covariances.shape == (marks, len(names), len(names)):
-                return names, covariances
-            shapes = f"the shape {covariances.shape} of {len(names)} names"
-            found = f"the name {unknown[0]!r}" if unknown else shapes
+        if not unknown and covariances.shape == (marks, len(names), len(names)):
+            return names, covariances
+        shapes = f"the shape {covariances.shape} of {len(names)} names"
+        found = f"the name {unknown[0]!r}" if unknown else shapes
     raise InputError.at(
         where,
         wanted=f"names of states, and covariances of {marks} records, each a matrix of them",

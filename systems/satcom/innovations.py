@@ -8,40 +8,25 @@ lies within 1 +- 1.96 sqrt(2/n), each autocorrelation within +- 1.96/sqrt(n), 19
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import cycle
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
 
-@dataclass(frozen=True, eq=False)
-class Innovations:
-    """Statistics of one measurement's innovations in one run.
+class Innovations(NamedTuple):
+    """Statistics of one measurement's innovations in one run."""
 
-    Attributes
-    ----------
-    nis : float
-        Mean of nu^2/S.
-    nis_band : float
-        Largest distance of a consistent filter's from one.
-    correlation : float64 (lags,)
-        Autocorrelation of nu/sqrt(S), from lag 1 on.
-    band : float
-        Largest distance of a consistent filter's from zero.
-    """
-
-    nis: float
-    nis_band: float
-    correlation: NDArray[np.float64]
-    band: float
+    nis: float  #: mean of nu^2/S.
+    nis_band: float  #: largest distance of a consistent filter's from one.
+    correlation: FloatArray  #: of nu/sqrt(S), (lags,), from lag 1 on.
+    band: float  #: largest distance of a consistent filter's from zero.
 
 
-def innovations(
-    normalised: NDArray[np.float64], valid: NDArray[np.bool_], lags: int = 25
-) -> Innovations:
+def innovations(normalised: FloatArray, valid: BoolArray, lags: int = 25) -> Innovations:
     """Of nu/sqrt(S) (n,) where ``valid`` (n,); pairs of which one is not count in no lag."""
     x = np.where(valid, normalised, 0.0)
     count = max(int(valid.sum()), 1)

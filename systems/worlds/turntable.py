@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,23 +47,12 @@ class Mark:
             require(0.0 <= value <= 1.0, f"mark, {name}", "a share, 0 to 1", value)
 
 
-@dataclass(frozen=True, eq=False)
-class Pulses:
-    """Pulses in order of time.
+class Pulses(NamedTuple):
+    """Pulses in order of time, each (n,)."""
 
-    Attributes
-    ----------
-    sample : int (n,)
-        In which sample each comes, one at most in each.
-    share : float64 (n,)
-        When in it, 0 (its begin) to 1 (its end).
-    azimuth : float64 (n,)
-        Azimuth of the mark [rad], 0 to 2 pi.
-    """
-
-    sample: IntArray
-    share: FloatArray
-    azimuth: FloatArray
+    sample: IntArray  #: in which each comes, one at most in each.
+    share: FloatArray  #: when in it, 0 (its begin) to 1 (its end).
+    azimuth: FloatArray  #: of the mark [rad], 0 to 2 pi.
 
 
 def pulses(
