@@ -7,7 +7,7 @@ machine; those of ``math`` and numpy are not. Besides these functions use ``+ - 
 and the comparisons ``< > <= >=`` whose results combine with ``& | ^ ~ == !=``.
 
 `OPERATIONS` has a record for each kind of expression. To add a function, write it here with its
-record, and its expansion for words as a method of `model.lowering.expand.Expansion`.
+record, and its expansion for words as a method of `model.lowering.graph.Graph`.
 
 The range of a divisor must not contain zero nor span more than 2^22. A word that cannot normalise
 so much (W < 32) counts a divisor below 2^-(W - 1 - guard) of its full scale as that.

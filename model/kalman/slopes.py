@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.lowering.expand import Expansion
+from boresight.model.lowering.graph import Graph
 from boresight.model.lowering.trace import Condition, Expression, Scalar, Tracer
 
 #: Derivatives by the number of an error state; missing ones are zero.
@@ -133,7 +133,7 @@ class Intervals:
 
     def __init__(self, tracer: Tracer) -> None:
         self._tracer = tracer
-        self._graph = Expansion(tracer.name)
+        self._graph = Graph(tracer.name)
         self._nodes: list[Any] = []
 
     def __call__(self, x: Any) -> tuple[float, float]:

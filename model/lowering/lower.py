@@ -1,6 +1,6 @@
 """Lowering: from the recorded step to the fixed-point program.
 
-`model.lowering.expand` expands functions and finds intervals, `model.lowering.fuse` makes words and
+`model.lowering.graph` expands functions and finds intervals, `model.lowering.fuse` makes words and
 operations; what nothing needs is left out here.
 """
 
@@ -14,9 +14,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TypeAlias
 
-from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
-from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node
+from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node, expand
 from boresight.model.lowering.groups import Groups, Product
 from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace

@@ -1,7 +1,7 @@
 """Record of an estimator's ``step``, which runs on recording scalars.
 
 Every expression is recorded once, as its author wrote it: ranges, words and fixed point do not
-exist here. The floating-point C is written from this record; `model.lowering.expand` expands it
+exist here. The floating-point C is written from this record; `model.lowering.graph` expands it
 for the fixed-point program. What needs a number, or would lose the record, is refused with its
 line and with what to write instead.
 """
@@ -104,7 +104,7 @@ class Expression:
     ----------
     kind : str
         "leaf", "const", an operation or a function, named as the method of
-        `model.lowering.expand.Expansion` that takes ``args`` and then ``data``.
+        `model.lowering.graph.Graph` that takes ``args`` and then ``data``.
     number : int
         Position in the order in which they were first computed.
     line : str

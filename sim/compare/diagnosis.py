@@ -19,8 +19,7 @@ from boresight.model.arrays import BoolArray
 from boresight.model.declarations import PERIODS
 from boresight.model.estimator import Estimator
 from boresight.model.kalman.update import INDEFINITE, SPREAD
-from boresight.model.lowering.expand import ASIN_LIMIT
-from boresight.model.lowering.graph import LEAVES, Node, declared_name
+from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program

@@ -15,8 +15,7 @@ import numpy as np
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.lowering.expand import Expansion
-from boresight.model.lowering.graph import Flag
+from boresight.model.lowering.graph import Flag, Graph
 from boresight.model.lowering.profile import Profile, Range, record_digest
 from boresight.model.lowering.trace import Trace
 from boresight.model.words.fixed import Arithmetic
@@ -72,7 +71,7 @@ def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, 
     seen; a divisor whose interval is wider than any word can divide by, to the largest one seen
     with all margins. Raises InputError for one that was seen on both sides of zero.
     """
-    graph, operands, limits = Expansion(trace.tracer.name), list[Any](), dict[int, Range]()
+    graph, operands, limits = Graph(trace.tracer.name), list[Any](), dict[int, Range]()
     for e in trace.tracer.expressions:
         graph.line = e.line
         args = [operands[a.number] for a in e.args]

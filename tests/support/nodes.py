@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.lowering.expand import expand
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import Node, expand
 from boresight.model.lowering.trace import Scalar
 
 

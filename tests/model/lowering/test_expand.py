@@ -10,7 +10,7 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.lowering.expand import EXP_LIMIT
+from boresight.model.lowering.graph import EXP_LIMIT
 from boresight.model.lowering.trace import Tracer
 from tests.support.nodes import node_of
 
