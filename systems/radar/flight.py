@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import pymap3d
@@ -66,26 +67,12 @@ def straight(
     return np.stack(pymap3d.enu2ecef(e, n, u, latitude, longitude, height), axis=1)
 
 
-def _printed(t: FloatArray) -> FloatArray:
-    """The paper's missile."""
-    return ballistic((-2664e3, 5350e3, 2870e3), (1700.0, 104.0, 1100.0), t)
-
-
-def _crossing(t: FloatArray) -> FloatArray:
-    """An aircraft at 11 km that crosses the line between the radars."""
-    return straight(SITES[0], (-1.3e5, 3e4, 11e3), (620.0, 140.0, 4.0), t)
-
-
-def _overhead(t: FloatArray) -> FloatArray:
-    """A fast aircraft at 24 km that passes close to the zenith of radar 1."""
-    return straight(SITES[0], (-6e4, 4e4, 24e3), (900.0, -580.0, 0.0), t)
-
-
-#: Flights by name.
+#: Flights by name: the paper's missile; an aircraft at 11 km that crosses the line between the
+#: radars; a fast one at 24 km that passes close to the zenith of radar 1.
 FLIGHTS: dict[str, Callable[[FloatArray], FloatArray]] = {
-    "printed": _printed,
-    "crossing": _crossing,
-    "overhead": _overhead,
+    "printed": partial(ballistic, (-2664e3, 5350e3, 2870e3), (1700.0, 104.0, 1100.0)),
+    "crossing": partial(straight, SITES[0], (-1.3e5, 3e4, 11e3), (620.0, 140.0, 4.0)),
+    "overhead": partial(straight, SITES[0], (-6e4, 4e4, 24e3), (900.0, -580.0, 0.0)),
 }
 
 
