@@ -9,7 +9,7 @@ from operator import and_, or_
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.synthesis.family import Target
-from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.targets import smallest
 from boresight.gateware.texts.memories import data_memories
 from boresight.model.errors import InputError
 
@@ -47,13 +47,12 @@ def check_memory(machine: Machine, image: Image, target: Target) -> None:
     room, total = device.capacity(device.memory), microcode + data
     if total <= room:
         return
-    parts = (t for t in TARGETS.values() if t.family.name == target.family.name)
-    fits = (t.name for t in parts if t.device.capacity(t.device.memory) >= total)
+    fits = smallest(target, lambda part: part.capacity(part.memory) >= total)
     raise InputError.at(
         f"target {target.name}",
         wanted=f"{room} {device.unit(device.memory)}",
         found=f"{total:g} ({total - room:g} too many)",
         fix=f"{len(image.rom):,} microwords of {machine.word_bits} bits take {microcode:g}, "
         f"{machine.register_words:,} registers and the tables {data:g}: "
-        f"choose {next(fits, 'another family, or compile less into the core')}",
+        f"choose {fits or 'another family, or compile less into the core'}",
     )

@@ -46,17 +46,9 @@ class Device:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """A step of a timing path: through a cell or along a net.
+    """A step of a timing path, from port to port: through a cell or along a net.
 
-    Attributes
-    ----------
-    kind : str
-        ``clk-to-q``, ``logic``, ``routing`` or ``setup``, as nextpnr names them.
-    ns : float
-    start, end : str
-        Cell and port.
-    net : str
-        Name of a net.
+    ``kind`` is ``clk-to-q``, ``logic``, ``routing`` or ``setup``, as nextpnr names them.
     """
 
     kind: str

