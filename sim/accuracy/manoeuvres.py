@@ -31,8 +31,7 @@ def hostile(estimator: Estimator, steps: int, rng: np.random.Generator) -> dict[
 
     Motions for an estimator that reads a gyro and an accelerometer, perhaps a magnetometer, alone.
     """
-    field = {*TRIADS["mag"][0]}
-    if {i.name for i in estimator.inputs} | field == {*_COLUMNS}:
+    if {i.name for i in estimator.inputs} | {*TRIADS["mag"][0]} == {*_COLUMNS}:
         place = [_COLUMNS.index(i.name) for i in estimator.inputs]
         return {name: manoeuvre(name, steps, rng)[:, place] for name in MANOEUVRES}
     return {name: within(estimator, name, steps, rng) for name in WITHIN}
@@ -47,7 +46,7 @@ def within(estimator: Estimator, name: str, steps: int, rng: np.random.Generator
     n = len(low)
     share = rng.random((steps, n))
     if name == "still":
-        share = np.full((steps, n), 0.5)
+        share[:] = 0.5
     elif name == "slow":
         turn = 2.0 * np.pi * rng.uniform(0.5, 20.0, n) / steps
         share = 0.5 + 0.5 * np.sin(turn * np.arange(steps)[:, None] + rng.uniform(0.0, 6.28, n))
@@ -75,13 +74,7 @@ def within(estimator: Estimator, name: str, steps: int, rng: np.random.Generator
 
 
 def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005) -> FloatArray:
-    """Input records (steps, 10) in the order of every attitude estimator: dt, gyro, field, force.
-
-    Raises
-    ------
-    InputError
-        No such manoeuvre.
-    """
+    """Records (steps, 10) in the order of every attitude estimator: dt, gyro, field, force."""
     require_choice("manoeuvre", name, MANOEUVRES)
     t = dt * np.arange(steps)[:, None]
     rate = {"still": 0.0, "spin": 35.0}.get(name, 3.0)

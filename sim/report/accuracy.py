@@ -161,16 +161,9 @@ def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> d
 class _Rows:
     """All rows of a check, piece by piece.
 
-    Attributes
-    ----------
-    count : int
-        Rows so far.
-    last : float
-        Time of the last one from the first one on; without times its number.
-    times : dict of int to float
-        Times of the rows in which an output is first beyond its tolerance.
-    references : tuple of str
-        Outputs with a truth.
+    ``count`` are the rows so far, ``last`` is the time of the last one from the first one on
+    (without times its number), ``times`` are those of the rows in which an output is first beyond
+    its tolerance, ``references`` the outputs with a truth.
     """
 
     def __init__(self, check: CheckResult) -> None:

@@ -17,7 +17,7 @@ NAMES = list(STRANGERS)
 #: Each kind of operation once: for the RTL at every change.
 FEW = [
     *("kalman.py", "madgwick.py:Madgwick", "biquad.py", "pendulum.py"),
-    *("alphabeta.py", "pll.py", "geometry.py:Look", "battery.py"),
+    *("alphabeta.py", "geometry.py:Look", "battery.py"),
 ]
 
 

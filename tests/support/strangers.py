@@ -129,18 +129,6 @@ def alphabeta(n: int, seed: int = 6) -> Given:
     return columns, {"range": scaled("range[km]", 1e-3)}
 
 
-def pll(n: int, seed: int = 7) -> Given:
-    """A carrier of 35 Hz that wanders by 10 Hz, at 1 kHz."""
-    rng = np.random.default_rng(seed)
-    frequency = 35.0 + 10.0 * np.sin(2e-3 * np.arange(n))
-    phase = np.cumsum(2.0 * math.pi * 1e-3 * frequency)
-    i, q = np.cos(phase), np.sin(phase)
-    columns = {"i": i + rng.normal(0.0, 0.05, n), "q": q + rng.normal(0.0, 0.05, n)}
-    columns |= {"phase_true": (phase / math.pi + 1.0) % 2.0 - 1.0, "frequency_true": frequency}
-    heads = {"i": scaled("i[mV]", 1e3), "q": scaled("q[mV]", 1e3)}
-    return columns, heads | {"phase_true": scaled("phase_true[deg]", 180.0)}
-
-
 def geometry(n: int) -> Given:
     """Points 20 to 1,000 m away, within 40 degrees of the horizon."""
     rng = np.random.default_rng(8)
@@ -203,7 +191,6 @@ STRANGERS: dict[str, Callable[[int], Given]] = {
     "pendulum.py": pendulum,
     "attitude.py": attitude,
     "alphabeta.py": alphabeta,
-    "pll.py": pll,
     "geometry.py:Look": geometry,
     "fir.py:Fir(taps=7)": fir,
     "strapdown.py": strapdown,
