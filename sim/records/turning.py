@@ -41,7 +41,7 @@ _CALM = 2e-3
 #: Share of the scatter that a cause explains; standard deviations of the count of windows.
 _SHARE, _SURE = 0.1, 3.0
 #: Scales of the rates, and delays [s], that are right.
-_RIGHT, _ON_TIME_S = (0.9, 1.1), 0.05
+_RIGHT, _ON_TIME_S = (0.9, 1.1), 0.035
 #: What is tried: scales, finer ones around the best, and delays [s].
 _SCALES, _FINE = np.geomspace(0.01, 100.0, 49), np.linspace(0.85, 1.15, 13)
 _DELAYS_S = np.linspace(-2.0, 2.0, 101)
@@ -52,7 +52,7 @@ _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
 _OFFSET, _LEFT = 0.2, 0.6
 #: Activity of force and rates: s of a block, least and longest delay, and from the best one to
 #: others; least correlation in standard deviations, and of others as a share of the best.
-_STEP_S, _LATE_S, _LATEST_S, _APART_S, _ALIKE, _OTHER = 0.01, 0.04, 0.4, 0.05, 8.0, 0.6
+_STEP_S, _LATE_S, _LATEST_S, _APART_S, _ALIKE, _OTHER = 0.01, 0.034, 0.4, 0.05, 8.0, 0.6
 #: An attitude that has left the rates: angle in a window, and number of windows.
 _AWAY_DEG, _OFTEN = 30.0, 3
 #: All matrices that exchange axes and signs; the first leaves them as they are.

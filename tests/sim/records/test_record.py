@@ -393,7 +393,7 @@ CARELESS = [
         f"{FORCE}: 0 in 26 samples",
     ),
     (stuck("mz"), False, f"{FIELD}: mz stays at -23.19 for 9.89 s"),
-    (late(FORCE, 15), False, f"{FORCE}: 0.07 s late"),
+    (late(FORCE, 8), False, f"{FORCE}: 0.035 s late"),
     (late(RATES, 77), True, f"{RATES}: 0.3 s late"),
     (late(FIELD, 77), False, f"{FIELD}: 0.3 s late"),
     (late(ATTITUDE, 52), True, f"{ATTITUDE}: 0.2 s late"),
