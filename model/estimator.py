@@ -21,10 +21,9 @@ from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Output, Param, State
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.lowering.graph import Node
-from boresight.model.lowering.lower import lower
+from boresight.model.lowering.lower import lower, watched
 from boresight.model.lowering.profile import Profile
 from boresight.model.lowering.trace import Scalar, Trace, Tracer, repeatable
-from boresight.model.lowering.watch import watched
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word

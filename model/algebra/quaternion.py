@@ -7,7 +7,7 @@ products of an estimator's ``step``, one operation of the engine each. Docstring
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from boresight.model import ops
@@ -62,29 +62,28 @@ def matrix(q: Vector, *, unit: bool = True) -> list[list[Any]]:
 
     ``unit``: q is known to be no longer than one. Else elements are limited to one.
     """
-    w, x, y, z = q
 
     def element(value: Any) -> Any:
         if not unit:
             return ops.saturated(value, 1.0)
         return ops.bounded(value, -1.0, 1.0, "rotation matrix", unless=NOT_UNIT)
 
+    def diagonal(k: int) -> Any:
+        a, b = (c for n, c in enumerate(q[1:]) if n != k)
+        return 1.0 - 2.0 * a * a - 2.0 * b * b
+
+    return _rotation(q, lambda k: element(diagonal(k)), element)
+
+
+def _rotation(
+    q: Vector, diagonal: Callable[[int], Any], element: Callable[[Any], Any]
+) -> list[list[Any]]:
+    """Rows of a rotation; ``element`` limits what is computed beside the diagonal."""
+    w, x, y, z = q
     return [
-        [
-            element(1.0 - 2.0 * y * y - 2.0 * z * z),
-            element(2.0 * x * y - 2.0 * w * z),
-            element(2.0 * x * z + 2.0 * w * y),
-        ],
-        [
-            element(2.0 * x * y + 2.0 * w * z),
-            element(1.0 - 2.0 * x * x - 2.0 * z * z),
-            element(2.0 * y * z - 2.0 * w * x),
-        ],
-        [
-            element(2.0 * x * z - 2.0 * w * y),
-            element(2.0 * y * z + 2.0 * w * x),
-            element(1.0 - 2.0 * x * x - 2.0 * y * y),
-        ],
+        [diagonal(0), element(2.0 * x * y - 2.0 * w * z), element(2.0 * x * z + 2.0 * w * y)],
+        [element(2.0 * x * y + 2.0 * w * z), diagonal(1), element(2.0 * y * z - 2.0 * w * x)],
+        [element(2.0 * x * z - 2.0 * w * y), element(2.0 * y * z + 2.0 * w * x), diagonal(2)],
     ]
 
 
@@ -100,28 +99,17 @@ def product(p: Vector, q: Vector) -> list[Any]:
 
 def scaled_matrix(q: Vector, largest: float = 4.0) -> list[list[Any]]:
     """|q|^2 C_nb of a quaternion whose squared norm is at most ``largest``, 30 slots."""
-    w, x, y, z = q
 
     def element(value: Any) -> Any:
         return ops.bounded(value, -largest, largest, "rotation matrix, scaled")
 
-    return [
-        [
-            element(w * w + x * x - y * y - z * z),
-            element(2.0 * x * y - 2.0 * w * z),
-            element(2.0 * x * z + 2.0 * w * y),
-        ],
-        [
-            element(2.0 * x * y + 2.0 * w * z),
-            element(w * w - x * x + y * y - z * z),
-            element(2.0 * y * z - 2.0 * w * x),
-        ],
-        [
-            element(2.0 * x * z - 2.0 * w * y),
-            element(2.0 * y * z + 2.0 * w * x),
-            element(w * w - x * x - y * y + z * z),
-        ],
-    ]
+    def diagonal(k: int) -> Any:
+        total = q[0] * q[0]
+        for n, c in enumerate(q[1:]):
+            total = total + c * c if n == k else total - c * c
+        return element(total)
+
+    return _rotation(q, diagonal, element)
 
 
 def increment(half: Vector, *, short: bool = False) -> list[Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field, replace
 
-from boresight.model.lowering.watch import watched
+from boresight.model.lowering.lower import watched
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
     Kind,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.firmware.build import CModel
-from boresight.model.lowering.watch import watched
+from boresight.model.lowering.lower import watched
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Program, Value
 
