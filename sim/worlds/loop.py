@@ -192,7 +192,11 @@ def _world(
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
         if not reader.rows and "dt" in columns:
-            _refuse_rate(world, estimator, reader.number("dt", columns["dt"], n))
+            dt = reader.number("dt", columns["dt"], n)
+            rates = 1.0 / dt[dt > 0.0]  # a step below 0 restarts
+            if len(rates):
+                where = f"world {world.name}, step 0, dt"
+                require_rate(estimator, float(np.median(rates)), where, "correct dt, or rates_hz")
         if not known.issuperset(columns):
             unused |= dict.fromkeys(str(name) for name in columns if name not in known)
         truth = {
@@ -216,14 +220,6 @@ def _world(
             found="none",
             fix="let record() return None only at the end",
         )
-
-
-def _refuse_rate(world: World, estimator: Estimator, steps: FloatArray) -> None:
-    """Refuse a world whose first time steps are not those that the estimator is made for."""
-    rates = 1.0 / steps[steps > 0.0]  # a step below 0 restarts
-    if len(rates):
-        where, fix = f"world {world.name}, step 0, dt", "correct dt, or rates_hz"
-        require_rate(estimator, float(np.median(rates)), where, fix)
 
 
 def close_loop(

@@ -20,8 +20,7 @@ across the axis, so up is (w_ie T)^2/80 sin(2 latitude) too far north, which is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from boresight import State, ops
 from boresight.model.algebra.carried import BELOW
@@ -31,20 +30,15 @@ from boresight.model.algebra.strapdown import AXES, STEP_FORCE
 STEEP = 0.0013  #: squared sine of a tilt of s, 2.1 deg, that overflows no sum; else s is levelled.
 
 
-@dataclass(frozen=True)
-class Alignment:
-    """``running``: the attitude is not known yet; ``found``: it is in this sample, or level axes.
+class Alignment(NamedTuple):
+    """Result of a sample."""
 
-    ``q``: the attitude half way, turned by the gyros since; ``turned``: the axes since then [rad];
-    ``count``: the next; ``up``: sums over their limit, kept in place of ``from_q``.
-    """
-
-    running: Any
-    found: Any
-    q: list[Any]
-    turned: list[Any]
-    count: Any
-    up: list[Any]
+    running: Any  #: the attitude is not known yet.
+    found: Any  #: it is in this sample, or level axes.
+    q: list[Any]  #: the attitude half way, turned by the gyros since.
+    turned: list[Any]  #: the axes since then [rad].
+    count: Any  #: the next.
+    up: list[Any]  #: sums over their limit, kept in place of ``from_q``.
     states: dict[str, Any]
 
 
