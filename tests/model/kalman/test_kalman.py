@@ -486,7 +486,7 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, wrap=True)]},
-            "measurement, wrap: wanted an angle in half turns, found m",
+            "measurement, wrap: wanted an angle in half turns, found 'm'",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, wrap="no")]},
