@@ -21,19 +21,13 @@ _RESULT = {
 }
 
 
-def _flag(op: Op) -> int | None:
-    """The value with the flag that a term uses."""
-    return op.flag if any(term.conditional for term in op.terms) else None
-
-
-def _norm(op: Op) -> int | None:
-    """The value whose normalisation count a term uses."""
-    return op.norm if any(term.scale is not Scale.NONE for term in op.terms) else None
-
-
-def _index(op: Op) -> int | None:
-    """The value that selects a table's segment, if a term uses one."""
-    return op.index if any(term.coefficient is not None for term in op.terms) else None
+def _captured(op: Op) -> tuple[int | None, int | None, int | None]:
+    """Values whose flag, normalisation count and table segment the terms use; None: they do not."""
+    return (
+        op.flag if any(term.conditional for term in op.terms) else None,
+        op.norm if any(term.scale is not Scale.NONE for term in op.terms) else None,
+        op.index if any(term.coefficient is not None for term in op.terms) else None,
+    )
 
 
 class Body:
@@ -99,7 +93,7 @@ class Body:
     @property
     def uses_table(self) -> bool:
         """Whether some operation reads the table memory."""
-        return any(_index(op) is not None for op in self.program.ops)
+        return any(_captured(op)[2] is not None for op in self.program.ops)
 
     def _term(self, term: Term) -> str:
         a = f"fraction({self.word(term.a)})" if term.fraction_a else self.word(term.a)
@@ -127,7 +121,7 @@ class Body:
 
     def _op(self, op: Op) -> Iterator[str]:
         yield f"// {self.describe(op.dest, name=True)}, {op.overflow.value}"
-        flag, norm, index = _flag(op), _norm(op), _index(op)
+        flag, norm, index = _captured(op)
         if flag is not None:
             helper = "sign_mask_quarter" if op.flag_quarter else "sign_mask"
             yield f"flag = {helper}({self.word(flag)});"
@@ -146,7 +140,7 @@ class Body:
         read.update(source for state, source in self.program.states if state != source)
         for op in self.program.ops:
             operands = [n for term in op.terms for n in (term.a, term.b)]
-            read.update(n for n in (*operands, _flag(op), _norm(op), _index(op)) if n is not None)
+            read.update(n for n in (*operands, *_captured(op)) if n is not None)
         return read
 
     def statements(
@@ -182,9 +176,9 @@ class Body:
         lines += ["bool saturated = false;", "bool beyond = false;"]
         if p.ops:
             lines.append("uint64_t acc; // accumulator, modulo 2^64")
-        if any(_flag(op) is not None for op in p.ops):
+        if any(_captured(op)[0] is not None for op in p.ops):
             lines.append("uint64_t flag; // all ones where the sign bit of the flag is set")
-        if any(_norm(op) is not None for op in p.ops):
+        if any(_captured(op)[1] is not None for op in p.ops):
             lines.append("uint32_t n; // normalisation count")
         if self.uses_table:
             lines.append("const int32_t *segment; // coefficients of one segment of a table")
