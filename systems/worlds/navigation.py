@@ -25,24 +25,11 @@ from boresight.sim.worlds.loop import Loop
 def rates_and_forces(
     q: FloatArray, v: FloatArray, gravity: npt.ArrayLike, dt: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean rates [rad/s] and specific forces [m/s^2] of each step, in body axes.
+    """Mean rates [rad/s] and specific forces [m/s^2] (n, 3) of each step of ``dt`` [s], body axes.
 
-    A rate is constant over its step; a force is that of the attitude in the middle of it.
-
-    Parameters
-    ----------
-    q : float64 (n + 1, 4)
-        Attitudes, body to navigation, of norm one.
-    v : float64 (n + 1, 3)
-        Velocities in navigation axes [m/s].
-    gravity : (3,)
-        In navigation axes [m/s^2].
-    dt : float
-        Length of a step [s].
-
-    Returns
-    -------
-    rates, forces : float64 (n, 3)
+    Of attitudes (n + 1, 4), body to navigation; velocities (n + 1, 3) [m/s] and gravity (3,)
+    [m/s^2] are in navigation axes. A rate is constant over its step; a force is that of the
+    attitude in the middle of it.
     """
     rates = turns_between(q[:-1], q[1:]) / dt
     mid_attitude = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * dt * rates))

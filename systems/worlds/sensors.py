@@ -16,21 +16,11 @@ PER_HOUR = math.radians(1.0) / 3600.0  #: deg/h in rad/s.
 
 @dataclass(frozen=True)
 class Noise:
-    """Random errors of each axis; a unit is rad/s of gyros, m/s^2 of accelerometers.
+    """Random errors of each axis; a unit is rad/s of gyros, m/s^2 of accelerometers."""
 
-    Parameters
-    ----------
-    white : float
-        Root of the spectral density: what the integral walks in a second, unit times s^(1/2).
-    walk : float
-        What the bias walks in a second, unit over s^(1/2).
-    lsb : float
-        Count of the increments; what a count leaves goes into the next one. 0: none.
-    """
-
-    white: float = 0.0
-    walk: float = 0.0
-    lsb: float = 0.0
+    white: float = 0.0  #: root of the spectral density: what the integral walks, unit s^(1/2).
+    walk: float = 0.0  #: what the bias walks in a second, unit over s^(1/2).
+    lsb: float = 0.0  #: count of the increments; what a count leaves goes into the next one.
 
 
 #: A fibre-optic gyro of the class of 0.003 deg/h: 0.0005 deg/h^(1/2), bias walking by 0.001 deg/h

@@ -58,23 +58,13 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """Nodding about an axis of the body, of several frequencies; the unit sits off the hinge.
+    """Nodding about an axis of the body, of several frequencies; the unit sits off the hinge."""
 
-    Parameters
-    ----------
-    amplitude, hertz, phase : float64 (m,)
-        Of each part [rad], [Hz], [rad].
-    axis : (3,)
-        Of norm one, in body axes.
-    lever : (3,)
-        From the hinge to the unit [m], in body axes.
-    """
-
-    amplitude: FloatArray
+    amplitude: FloatArray  #: of each part (m,) [rad].
     hertz: FloatArray
-    phase: FloatArray
-    axis: FloatArray
-    lever: FloatArray
+    phase: FloatArray  #: [rad]
+    axis: FloatArray  #: (3,), of norm one, in body axes.
+    lever: FloatArray  #: (3,), from the hinge to the unit [m], in body axes.
 
     @property
     def side(self) -> FloatArray:
