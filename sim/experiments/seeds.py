@@ -26,20 +26,11 @@ POOLED: dict[str, Callable[[FloatArray], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """Results of the runs of one case.
+    """Results of the runs of one case."""
 
-    Attributes
-    ----------
-    figures : dict of str to float64 (runs,)
-    shown : mapping
-        Data of the first run for plots.
-    each : list
-        Further results of every run.
-    """
-
-    figures: dict[str, FloatArray]
-    shown: Mapping[str, Any] = field(default_factory=dict)
-    each: list[Any] = field(default_factory=list)
+    figures: dict[str, FloatArray]  #: (runs,) by name.
+    shown: Mapping[Any, Any] = field(default_factory=dict)  #: of the first run, for plots.
+    each: list[Any] = field(default_factory=list)  #: further results of every run.
 
     def pooled(self) -> dict[str, float]:
         """One figure of all runs by name: root mean square, most, median and so on (`POOLED`)."""

@@ -32,33 +32,16 @@ MARKS = 50  #: Records of the first draw at which errors are stored, at most.
 class Campaign:
     """World, estimator and level of all draws, made on first use, once in each process.
 
-    Parameters
-    ----------
-    named : (world, estimator)
-        As texts, classes or objects; another process can make it only from texts.
-    params : tuple of (str, float)
-        Values other than the defaults, sorted by name.
-    on : str
-        Level.
-    word : int
-        Word width, bits.
-    steps : int, optional
-        Most records of a draw.
-    length : int
-        Number of records of the first draw, which the marks are chosen from.
-
-    Raises
-    ------
-    InputError
-        On first use: see `world_of`, `estimator_of` and `Build`.
+    `InputError` on first use: see `world_of`, `estimator_of` and `Build`.
     """
 
+    #: World and estimator as texts, classes or objects; another process can make only texts.
     named: tuple[NamedWorld, Named]
-    params: tuple[tuple[str, float], ...] = ()
-    on: str = "c"
-    word: int = 32
-    steps: int | None = None
-    length: int = MARKS
+    params: tuple[tuple[str, float], ...] = ()  #: values other than the defaults, sorted by name.
+    on: str = "c"  #: level.
+    word: int = 32  #: bits.
+    steps: int | None = None  #: most records of a draw.
+    length: int = MARKS  #: records of the first draw, which the marks are chosen from.
 
     @property
     def texts(self) -> bool:

@@ -44,16 +44,7 @@ class Triad:
 
     Every source has random numbers of its own, so that another size of one error, or another
     length of the pieces, leaves the others as they were.
-
-    Parameters
-    ----------
-    bias : (3,)
-        In the unit of `Noise`.
-    matrix : (3, 3)
-    noise : Noise
-    seed : sequence of int
-    dt : float
-        [s]
+    ``bias`` (3,) in the unit of `Noise`, ``matrix`` (3, 3), ``dt`` [s].
     """
 
     def __init__(
