@@ -85,13 +85,19 @@ class Arrangement:
         return out
 
 
+def uses(op: Op, term: int | None) -> Need:
+    """Which captures a term relies on."""
+    if term is None:
+        return (False, False, False)
+    t = op.terms[term]
+    return t.coefficient is not None, t.conditional, t.scale is not Scale.NONE
+
+
 def needs(op: Op) -> Need:
     """Which captures the op's terms rely on."""
-    return (
-        any(t.coefficient is not None for t in op.terms),
-        any(t.conditional for t in op.terms),
-        any(t.scale is not Scale.NONE for t in op.terms),
-    )
+    terms = (None, *range(len(op.terms)))
+    index, flag, norm = map(any, zip(*(uses(op, k) for k in terms), strict=True))
+    return index, flag, norm
 
 
 def reads(op: Op) -> set[int]:
@@ -173,22 +179,18 @@ def _topological(edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | 
 
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
     """Arrangements of an op that makes the captures ``need``; the shortest first."""
-    wanted: dict[str, tuple[int, bool]] = {}
-    for kind, value, quarter, required in (
-        ("index", op.index, op.index_quarter, need[0]),
-        ("flag", op.flag, op.flag_quarter, need[1]),
-        ("norm", op.norm, False, need[2]),
-    ):
-        if required:
-            if value is None:
-                raise ValueError(f"op {number} uses a captured {kind} but names no value for it")
-            wanted[kind] = (value, quarter)
-    kinds = list(wanted)
-    results: list[Arrangement] = []
-    for carriers in product(*(_carriers(op, wanted[k][0], index=k == "index") for k in kinds)):
-        choice: dict[str, tuple[int, bool] | None] = dict(zip(kinds, carriers, strict=True))
-        if (arrangement := _build(op, number, wanted, choice)) is not None:
-            results.append(arrangement)
-    results.sort(key=lambda x: len(x.slots))
-    results = results[:_MOST]
-    return results
+    captures = {
+        "index": (op.index, op.index_quarter),
+        "flag": (op.flag, op.flag_quarter),
+        "norm": (op.norm, False),
+    }
+    wanted = {
+        kind: (value, quarter)
+        for (kind, (value, quarter)), required in zip(captures.items(), need, strict=True)
+        if required and value is not None
+    }
+    ways = (_carriers(op, value, index=kind == "index") for kind, (value, _) in wanted.items())
+    built = (
+        _build(op, number, wanted, dict(zip(wanted, way, strict=True))) for way in product(*ways)
+    )
+    return sorted((x for x in built if x is not None), key=lambda x: len(x.slots))[:_MOST]

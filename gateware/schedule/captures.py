@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from boresight.gateware.schedule.arrange import needs
+from boresight.gateware.schedule.arrange import needs, uses
 from boresight.gateware.schedule.slots import Slot
-from boresight.model.words.program import Op, Program, Scale
+from boresight.model.words.program import Op, Program
 
 KINDS = ("index", "flag", "norm")
 #: Content of a capture register: value, and whether a quarter was added.
@@ -60,16 +60,6 @@ def gifts(program: Program) -> list[list[Gift]]:
     return out
 
 
-def _uses(op: Op, term: int | None, kind: int) -> bool:
-    """Whether a slot depends on a capture register."""
-    if term is None:
-        return False
-    t = op.terms[term]
-    if kind == 0:
-        return t.coefficient is not None
-    return t.conditional if kind == 1 else t.scale is not Scale.NONE
-
-
 def give(
     slots: Sequence[Slot],
     op: Op,
@@ -88,7 +78,7 @@ def give(
             continue
         at = next(i for i, s in enumerate(out) if s.term == gift.term)
         s = out[at]
-        last_use = max((i for i, x in enumerate(out) if _uses(op, x.term, kind)), default=-1)
+        last_use = max((i for i, x in enumerate(out) if uses(op, x.term)[kind]), default=-1)
         # An index serves the slots after its capture, the others the capturing slot too.
         if at < last_use or at == last_use and kind != 0:
             continue
