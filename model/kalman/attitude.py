@@ -48,8 +48,7 @@ class AttitudeView:
         if self._slopes is None:
             return self._q
         units = [[0.5 * (m == k) for k in range(3)] for m in range(3)]
-        turned = [quaternion.vector_times(unit, self._q) for unit in units]
-        return [self._dual(self._q[k], [turned[m][k] for m in range(3)]) for k in range(4)]
+        return [*self._duals(self._q, [quaternion.vector_times(unit, self._q) for unit in units])]
 
     @property
     def matrix(self) -> list[list[Any]]:
@@ -58,13 +57,14 @@ class AttitudeView:
 
     def to_nav(self, v: Sequence[Any]) -> Any:
         """C v [of v's unit]; its derivative by e is e x (C v)."""
-        return self._turned_vector(quaternion.turn(self._c, v))
+        n = quaternion.turn(self._c, v)
+        return self._duals(n, [[-c for c in _times_unit(n, m)] for m in range(3)])
 
     def to_body(self, v: Sequence[Any]) -> Any:
         """C^T v; its derivative by e is C^T (v x e)."""
         turned = quaternion.conjugate_turn(self._c, v)
         by_e = [quaternion.conjugate_turn(self._c, _times_unit(v, m)) for m in range(3)]
-        return _array(self._dual(n, [by_e[m][k] for m in range(3)]) for k, n in enumerate(turned))
+        return self._duals(turned, by_e)
 
     def observed(self, measured: Sequence[Any], expected: Sequence[Any]) -> tuple[Any, Any]:
         """z and h, each (3,), of a vector that is known in navigation axes and seen in body axes.
@@ -76,14 +76,10 @@ class AttitudeView:
         if self._slopes is None:
             body = quaternion.conjugate_turn(self._c, expected)
             return z, _array(quaternion.turn(self._estimate, body))
-        by_e = [_times_unit(expected, m) for m in range(3)]
-        return z, _array(
-            self._dual(r, [by_e[m][k] for m in range(3)]) for k, r in enumerate(expected)
-        )
+        return z, self._duals(expected, [_times_unit(expected, m) for m in range(3)])
 
-    def _turned_vector(self, n: Sequence[Any]) -> Any:
-        by_e = [[-c for c in _times_unit(n, m)] for m in range(3)]
-        return _array(self._dual(c, [by_e[m][k] for m in range(3)]) for k, c in enumerate(n))
+    def _duals(self, values: Sequence[Any], by_e: Sequence[Sequence[Any]]) -> Any:
+        return _array(self._dual(v, [d[k] for d in by_e]) for k, v in enumerate(values))
 
     def _dual(self, value: Any, by_e: Sequence[Any]) -> Scalar:
         """``value`` with derivatives by the components of e besides its own."""
