@@ -287,24 +287,20 @@ class EkfBias(Estimator):
             for row in c_nb
         ]
         rotation, bias = range(1, 4), range(4, 7)
+
+        def part(i: int, j: int, row: Any, meaning: str) -> Any:
+            """P_ij less a row of G times a row of P."""
+            value = p0[i][j] - dot(*row)
+            return ops.bounded(value, -BELOW_ONE, BELOW_ONE, meaning)
+
         # U = A - B G^T,  B' = B - G D,  A' = U - G B'^T
         a = {
-            (i, j): ops.bounded(
-                p0[i][j] - dot([p0[i][k] for k in bias], g[j - 1]),
-                -BELOW_ONE,
-                BELOW_ONE,
-                "part of P",
-            )
+            (i, j): part(i, j, ([p0[i][k] for k in bias], g[j - 1]), "part of P")
             for i in rotation
             for j in rotation
         }
         b = {
-            (i, j): ops.bounded(
-                p0[i][j] - dot(g[i - 1], [p0[k][j] for k in bias]),
-                -BELOW_ONE,
-                BELOW_ONE,
-                "covariance",
-            )
+            (i, j): part(i, j, (g[i - 1], [p0[k][j] for k in bias]), "covariance")
             for i in rotation
             for j in bias
         }
@@ -315,14 +311,9 @@ class EkfBias(Estimator):
 
         def element(i: int, j: int) -> Any:
             if i == 0:
-                if j in rotation:
-                    return ops.bounded(
-                        p0[0][j] - dot(g[j - 1], [p0[0][k] for k in bias]),
-                        -BELOW_ONE,
-                        BELOW_ONE,
-                        "covariance",
-                    )
-                return p0[0][j]
+                if j not in rotation:
+                    return p0[0][j]
+                return part(0, j, (g[j - 1], [p0[0][k] for k in bias]), "covariance")
             if j in rotation:
                 value = a[i, j] - dot(g[i - 1], [b[j, k] for k in bias])
                 if i == j:

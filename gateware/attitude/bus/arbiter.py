@@ -23,27 +23,25 @@ class BusArbiter(wiring.Component):
     ----------
     count : int, >= 2
         Initiators.
-    word, address : int
-        Bits of a word, W, and of an address, A.
 
     Members
     -------
-    initiators : In(BusSignature(word=W, address=A)) array
+    initiators : In(BusSignature(word=32, address=12)) array
         The initiators. ``r_data`` goes to all of them.
     request : In(count)
         Bit k: initiator k requests the bus; held, with its other signals, until the transfer's
         end. With ``w_stb`` it writes, else it reads.
     grant : Out(count)
         Bit k: initiator k has the bus in this cycle.
-    bus : Out(BusSignature(word=W, address=A))
+    bus : Out(BusSignature(word=32, address=12))
         The bus.
     read : Out(1)
         A read, in this cycle.
     """
 
-    def __init__(self, *, count: int = 2, word: int = 32, address: int = 12) -> None:
+    def __init__(self, *, count: int = 2) -> None:
         self.count = count
-        signature = BusSignature(word=word, address=address)
+        signature = BusSignature(word=32, address=12)
         super().__init__(
             {
                 "initiators": In(signature).array(count),

@@ -8,7 +8,7 @@ from amaranth.hdl import Array, Cat, Module, Mux, Signal
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.block_ram import attributes
+from boresight.gateware.attitude.bus.csr import attributes
 
 #: Cycles of each counter's turn.
 _SLOT = 4

@@ -9,11 +9,19 @@ from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.block_ram import attributes
 from boresight.gateware.registers.model import Access, BitField, Register
 
 #: Bits of a bus word.
 WORD = 32
+
+
+def attributes(read_cycles: int) -> dict[str, Any]:
+    """Attributes of a block RAM of the register bus.
+
+    With two cycles to read, a register is behind it, and what is read in the cycle in which it is
+    written does not count: so synthesis adds no logic between the two.
+    """
+    return {"ram_style": "block"} | ({"no_rw_check": 1} if read_cycles == 2 else {})
 
 
 def packed(fields: Sequence[BitField], values: Mapping[str, Any], *, first: int = 0) -> Value:

@@ -18,7 +18,7 @@ class WishboneSignature(wiring.Signature):
     -------
     cyc, stb, we : Out(1)
         Cycle, strobe, write.
-    adr : Out(A)
+    adr : Out(12)
         Word address.
     dat_w : Out(32), dat_r : In(32)
         Words.
@@ -26,13 +26,13 @@ class WishboneSignature(wiring.Signature):
         The transfer ends with this cycle.
     """
 
-    def __init__(self, *, address: int = 12) -> None:
+    def __init__(self) -> None:
         super().__init__(
             {
                 "cyc": Out(1),
                 "stb": Out(1),
                 "we": Out(1),
-                "adr": Out(address),
+                "adr": Out(12),
                 "dat_w": Out(32),
                 "dat_r": In(32),
                 "ack": In(1),
@@ -51,25 +51,23 @@ class WishboneSlave(wiring.Component):
 
     Parameters
     ----------
-    address : int
-        Bits of an address, A.
     read_cycles : int, >= 1
         Cycles from an address on the bus to its word.
 
     Members
     -------
-    wb : In(WishboneSignature(address=A))
+    wb : In(WishboneSignature())
         The slave.
-    bus : Out(BusSignature(word=32, address=A)), request : Out(1), grant : In(1)
+    bus : Out(BusSignature(word=32, address=12)), request : Out(1), grant : In(1)
         An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
     """
 
-    def __init__(self, *, address: int = 12, read_cycles: int = 1) -> None:
+    def __init__(self, *, read_cycles: int = 1) -> None:
         self.read_cycles = read_cycles
         super().__init__(
             {
-                "wb": In(WishboneSignature(address=address)),
-                "bus": Out(BusSignature(word=32, address=address)),
+                "wb": In(WishboneSignature()),
+                "bus": Out(BusSignature(word=32, address=12)),
                 "request": Out(1),
                 "grant": In(1, init=1),
             }

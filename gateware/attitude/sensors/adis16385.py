@@ -43,6 +43,8 @@ from boresight.gateware.attitude.sensors.spi import SpiController, cycles_for
 _SYNCHRONISER = 2
 #: Cycles from a frame's reply to the sample.
 _JUDGE = 2
+#: Periods after which a data-ready edge counts as missing.
+_TIMEOUT_PERIODS = 4.0
 #: Largest exponent of the decimation in SMPL_PRD.
 _DECIMATION_MAX = 12
 
@@ -133,7 +135,7 @@ class Adis16385(wiring.Component):
             half_cycles=max(3, cycles_for(clock_hz=clock_hz, seconds=0.5 / timing.sclk_hz)),
             stall_cycles=cycles_for(clock_hz=clock_hz, seconds=timing.stall_s),
         )
-        timeout = cycles_for(clock_hz=clock_hz, seconds=timing.timeout_periods * timing.period_s)
+        timeout = cycles_for(clock_hz=clock_hz, seconds=_TIMEOUT_PERIODS * timing.period_s)
         self.tick_bit = max(0, (timeout // 4).bit_length() - 1)
         self.timeout_ticks = self._ticks(timeout)
         self.reset_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.reset_s))

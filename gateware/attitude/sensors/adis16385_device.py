@@ -15,12 +15,8 @@ from amaranth.lib import data
 
 #: Register addresses.
 REGISTERS: Final = {
-    "XGYRO_OUT": 0x04,
-    "YGYRO_OUT": 0x06,
-    "ZGYRO_OUT": 0x08,
-    "XACCL_OUT": 0x0A,
-    "YACCL_OUT": 0x0C,
-    "ZACCL_OUT": 0x0E,
+    **{f"{axis}GYRO_OUT": 0x04 + 2 * k for k, axis in enumerate("XYZ")},
+    **{f"{axis}ACCL_OUT": 0x0A + 2 * k for k, axis in enumerate("XYZ")},
     "TEMP_OUT": 0x10,
     "MSC_CTRL": 0x34,
     "SMPL_PRD": 0x36,
@@ -28,17 +24,8 @@ REGISTERS: Final = {
     "DIAG_STAT": 0x3C,
     "PROD_ID": 0x56,
 }
-#: Words of a sample, by their index.
-WORDS: Final = (
-    "XGYRO_OUT",
-    "YGYRO_OUT",
-    "ZGYRO_OUT",
-    "XACCL_OUT",
-    "YACCL_OUT",
-    "ZACCL_OUT",
-    "TEMP_OUT",
-    "DIAG_STAT",
-)
+#: Words of a sample, by their index: gyro, accelerometer, temperature, state.
+WORDS: Final = (*list(REGISTERS)[:7], "DIAG_STAT")
 #: Registers with known contents, in the order of their checks.
 CHECKED: Final = ("PROD_ID", "MSC_CTRL", "SMPL_PRD", "SENS_AVG")
 #: Contents of PROD_ID.
@@ -120,12 +107,8 @@ CONFIG_FRAMES, RUN_FRAMES = 14, 9
 #: Bits of DIAG_STAT (sibling part) that a self-test sets, and what has failed.
 TEST_BITS: Final = {
     5: "self_test",
-    10: "z_gyro",
-    11: "y_gyro",
-    12: "x_gyro",
-    13: "x_acceleration",
-    14: "y_acceleration",
-    15: "z_acceleration",
+    **{10 + k: f"{axis}_gyro" for k, axis in enumerate("zyx")},
+    **{13 + k: f"{axis}_acceleration" for k, axis in enumerate("xyz")},
 }
 
 
@@ -148,8 +131,6 @@ class Timing:
         made.
     period_s : float
         Nominal time between samples without decimation, s: 1/1024.
-    timeout_periods : float
-        Periods after which a data-ready edge counts as missing.
     """
 
     sclk_hz: float = 1e6
@@ -158,7 +139,6 @@ class Timing:
     reset_s: float = 1e-3
     self_test_s: float = 0.05
     period_s: float = 1 / 1024
-    timeout_periods: float = 4.0
 
 
 #: Settings while the reader's members of the same names are not driven: data-ready on DIO1, active

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from amaranth.hdl import Array, Const, Module, Signal, Value, signed
+from amaranth.hdl import Array, Const, Module, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -45,8 +45,6 @@ class Hmr3300(wiring.Component):
         Clock.
     baud : float
         Rate of the line.
-    angle_max : int, 0..9999
-        Largest magnitude of pitch and roll, tenths of a degree.
     stale_s : float, > 0
         Time without a good sentence after which the last one is stale.
     quiet_s : float, > 0
@@ -107,19 +105,18 @@ class Hmr3300(wiring.Component):
         *,
         clock_hz: float,
         baud: float = BAUD,
-        angle_max: int = 900,
         stale_s: float = 0.5,
         quiet_s: float = 0.3,
         timeout_s: float = 1.3,
     ) -> None:
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
-        self.clock_hz, self.baud, self.angle_max = clock_hz, baud, angle_max
+        self.clock_hz, self.baud = clock_hz, baud
         self.stale_s, self.quiet_s, self.timeout_s = stale_s, quiet_s, timeout_s
         #: Bit of ``time`` that beats.
         beat_s = min(_TICK_S, stale_s / 8, quiet_s / 4)
         self.beat = max(binary_exponent(clock_hz * beat_s), 0)
         self._receiver = Receiver(divisor=self.divisor)
-        self._parser = SentenceParser(angle_max=angle_max)
+        self._parser = SentenceParser()
         self._commander = Commander(
             timeout_ticks=self._ticks(timeout_s),
             quiet_ticks=self._ticks(quiet_s) + 1,
@@ -217,21 +214,16 @@ class Hmr3300(wiring.Component):
             self.flags.commanding.eq(commander.busy),
             self.flags.paused.eq(commander.paused),
         ]
-        happened = self._happened(receiver.error, stale & ~was_stale)
-        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
-        return m
-
-    def _happened(self, framing_error: Value, went_stale: Value) -> dict[str, Value]:
-        """Each of `EVENTS`, by its name."""
-        parser, commander = self._parser, self._commander
-        return {
+        happened = {
             "heading_line": parser.line & ~parser.is_counts,
             "counts_line": parser.line & parser.is_counts,
             "rejected_line": parser.rejected,
-            "framing_error": framing_error,
+            "framing_error": receiver.error,
             "command_sent": commander.sent,
             "command_acknowledged": commander.acknowledged,
             "command_timed_out": commander.timed_out,
             "invalid_command": parser.invalid,
-            "went_stale": went_stale,
+            "went_stale": stale & ~was_stale,
         }
+        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
+        return m

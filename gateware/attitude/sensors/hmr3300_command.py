@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -24,17 +23,17 @@ class Stage(Enum):
     PAUSE = 4  #: after `TRIES` attempts that failed
 
 
-@dataclass(frozen=True)
 class _Sequence:
     """Registers of a sequence of commands."""
 
-    stage: Signal
-    left: Signal  # characters of the command
-    sending: Signal  # some are left
-    manual: Signal  # the letter is the user's
-    raw: Signal  # ... a byte that is sent as it is
-    tries: Signal
-    timer: Signal
+    def __init__(self, timer_bits: int) -> None:
+        self.stage = Signal(Stage)
+        self.left = Signal(range(5))  # characters of the command
+        self.manual = Signal()  # the letter is the user's
+        self.raw = Signal()  # ... a byte that is sent as it is
+        self.tries = Signal(range(TRIES))
+        self.timer = Signal(timer_bits)
+        self.sending = Signal()  # characters are left
 
     def go_to(self, stage: Stage, *, command: bool = False) -> list[Any]:
         """Enter a stage, with its command."""
@@ -130,14 +129,9 @@ class Commander(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Stages, time-outs, four characters."""
         m = Module()
-        stage = Signal(Stage)
-        left = Signal(range(5))
-        manual = Signal()
-        raw = Signal()
-        tries = Signal(range(TRIES))
-        timer = Signal(self.timeout_ticks.bit_length())
-        sending = Signal()
-        at = _Sequence(stage, left, sending, manual, raw, tries, timer)
+        at = _Sequence(self.timeout_ticks.bit_length())
+        stage, left, manual, raw, tries = at.stage, at.left, at.manual, at.raw, at.tries
+        timer, sending = at.timer, at.sending
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
         quiet, expired, wanted, other, poll, again = (
             Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "poll_due", "again")

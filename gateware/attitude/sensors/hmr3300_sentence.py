@@ -13,8 +13,9 @@ from amaranth.lib.wiring import In, Out
 
 #: Bits of a value.
 BITS = 16
-#: Largest heading, tenths of a degree; largest magnitude of a count.
-HEADING_MAX, COUNT_MAX = 3599, 32_767
+#: Largest heading, tenths of a degree, and magnitude of pitch and roll (what an inclination can be;
+#: the compass itself says it measures to +-60 degrees, maker); largest magnitude of a count.
+HEADING_MAX, ANGLE_MAX, COUNT_MAX = 3599, 900, 32_767
 #: Maximum spaces before a number.
 SPACES_MAX = 7
 #: Digits in front of a point, digits of a count.
@@ -35,16 +36,8 @@ class Step(Enum):
 
 
 #: Classes of bytes with one member.
-_SIGNS = {
-    "space": " ",
-    "minus": "-",
-    "point": ".",
-    "comma": ",",
-    "cr": "\r",
-    "lf": "\n",
-    "sharp": "#",
-    "refusal": "I",
-}
+_SIGNS = {"space": " ", "minus": "-", "point": ".", "comma": ",", "cr": "\r", "lf": "\n"}
+_SIGNS |= {"sharp": "#", "refusal": "I"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +61,7 @@ class SentenceParser(wiring.Component):
         counts       _* -?D{1,5} , _* -?D{1,5} , _* -?D{1,5} CR LF
         D 0 to 9, _* up to 7 spaces
 
-    with a heading of at most 359.9, pitch and roll of at most +-``angle_max`` tenths, counts of at
+    with a heading of at most 359.9, pitch and roll of at most +-90.0 degrees, counts of at
     most +-32,767. There is no plus sign. So no good line is longer than 43 bytes, and "-0.0"
     is 0. A line that begins with ``#I`` is the compass's answer to a command that it does not
     take; it counts as that and not as rejected, and the rest of it is skipped. A byte with a
@@ -76,12 +69,6 @@ class SentenceParser(wiring.Component):
 
     **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
     cycles.
-
-    Parameters
-    ----------
-    angle_max : int, 0..9999
-        Largest magnitude of pitch and roll, tenths of a degree. 900 is what an inclination can be;
-        the compass itself says it measures to +-60 degrees (maker).
 
     Members
     -------
@@ -110,8 +97,7 @@ class SentenceParser(wiring.Component):
     #: Cycles from the LF of a good line to ``line``.
     latency = 3
 
-    def __init__(self, *, angle_max: int = 900) -> None:
-        self.angle_max = angle_max
+    def __init__(self) -> None:
         super().__init__(
             {
                 "data": In(8),
@@ -203,7 +189,7 @@ class SentenceParser(wiring.Component):
         def bit_of(constant: int) -> Value:
             return Const(constant, BITS).bit_select(timer[:-1], 1)
 
-        angle = Mux(line.field == 0, bit_of(HEADING_MAX), bit_of(self.angle_max))
+        angle = Mux(line.field == 0, bit_of(HEADING_MAX), bit_of(ANGLE_MAX))
         bound = Mux(line.tenths, angle, bit_of(COUNT_MAX))
         m.d.sync += over.eq(above | carry.any())  # a carry that is left counts 2**16 and more
         with m.If(valid & (byte["digit"] | byte["comma"] | byte["cr"] | byte["lf"])):

@@ -37,7 +37,7 @@ class Soc(wiring.Component):
 
     Members
     -------
-    slot : Out(WishboneSignature(address=12))
+    slot : Out(WishboneSignature())
         The device, of whole words.
     updated : In(1)
         The device has an update in this cycle.
@@ -49,7 +49,7 @@ class Soc(wiring.Component):
         self.ram = Ram(words=words)
         super().__init__(
             {
-                "slot": Out(WishboneSignature(address=_SLOT_BITS)),
+                "slot": Out(WishboneSignature()),
                 "updated": In(1),
                 "word": Out(32),
                 "word_valid": Out(1),

@@ -26,7 +26,7 @@ from boresight.gateware.attitude.system.interface import (
     system_map,
     system_registers,
 )
-from boresight.gateware.attitude.system.system_bus import ADDRESS_BITS, SystemBus
+from boresight.gateware.attitude.system.system_bus import SystemBus
 from boresight.gateware.boards.board import Line
 from boresight.gateware.bus.core_registers import layout_of
 from boresight.gateware.core import Core
@@ -81,7 +81,7 @@ class AttitudeSystem(wiring.Component):
         A sensor has a fault.
     interrupt : Out(1)
         One cycle: new results. Only with Wishbone.
-    wb : In(WishboneSignature(address=12))
+    wb : In(WishboneSignature())
         Only with Wishbone.
     probe_* : Out
         For simulation; unconnected on a board.
@@ -105,9 +105,7 @@ class AttitudeSystem(wiring.Component):
         self._compass = compass or Hmr3300(clock_hz=clock_hz)
         self._attitude = Conductor(core=core)
         self.plan, reads = self._attitude.plan, self._attitude.read_cycles
-        self._bridge = Bridge(
-            clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS, read_cycles=reads
-        )
+        self._bridge = Bridge(clock_hz=clock_hz, baud=host_baud, read_cycles=reads)
         self._output = AttitudeOutput(read_cycles=reads)
         self.title = "attitude system"
         self.lines = _LINES
@@ -128,7 +126,7 @@ class AttitudeSystem(wiring.Component):
             build=self.build,
             feed=bool(self.plan.feed.registers),
         )
-        ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}
+        ports = {"wb": In(WishboneSignature()), "interrupt": Out(1)}
         super().__init__(
             {
                 **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
@@ -330,10 +328,8 @@ class AttitudeSystem(wiring.Component):
             wiring.connect(m, bridge.bus, bus.bus)
             m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
             return
-        m.submodules.slave = slave = WishboneSlave(
-            address=ADDRESS_BITS, read_cycles=self._attitude.read_cycles
-        )
-        m.submodules.arbiter = arbiter = BusArbiter(count=2, word=32, address=ADDRESS_BITS)
+        m.submodules.slave = slave = WishboneSlave(read_cycles=self._attitude.read_cycles)
+        m.submodules.arbiter = arbiter = BusArbiter()
         wiring.connect(m, wiring.flipped(self.wb), slave.wb)
         initiators: tuple[Any, ...] = (slave, bridge)
         for k, initiator in enumerate(initiators):

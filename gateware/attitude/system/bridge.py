@@ -39,14 +39,12 @@ class Bridge(wiring.Component):
         Frequency of the clock, Hz.
     baud : float
         Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
-    address : int
-        Bits of an address, A.
 
     Members
     -------
     rx : In(1), tx : Out(1)
         Serial line.
-    bus : Out(BusSignature(word=32, address=A)), request : Out(1), grant : In(1)
+    bus : Out(BusSignature(word=32, address=12)), request : Out(1), grant : In(1)
         An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
     i : In(stream of {data: 8, last: 1})
         Bodies to push.
@@ -58,18 +56,15 @@ class Bridge(wiring.Component):
     #: unknown or one too many.
     EVENTS = ("line_error", "bad_frame")
 
-    def __init__(
-        self, *, clock_hz: float, baud: float = 921_600, address: int = 12, read_cycles: int = 1
-    ) -> None:
+    def __init__(self, *, clock_hz: float, baud: float = 921_600, read_cycles: int = 1) -> None:
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
         self.baud = baud
-        self.address = address
         self.read_cycles = read_cycles
         super().__init__(
             {
                 "rx": In(1, init=1),
                 "tx": Out(1, init=1),
-                "bus": Out(BusSignature(word=32, address=address)),
+                "bus": Out(BusSignature(word=32, address=12)),
                 "request": Out(1),
                 "grant": In(1, init=1),
                 "i": In(stream.Signature(body_layout)),
@@ -83,11 +78,7 @@ class Bridge(wiring.Component):
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
         m.submodules.unpacker = unpacker = Unpacker(word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
         m.submodules.dispatcher = dispatcher = Dispatcher(
-            word=32,
-            inputs=0,
-            depth=unpacker.depth,
-            address=self.address,
-            read_cycles=self.read_cycles,
+            word=32, inputs=0, depth=unpacker.depth, address=12, read_cycles=self.read_cycles
         )
         m.submodules.packer = packer = Packer(word=32, records=False)
         m.submodules.framer = framer = Framer()

@@ -123,13 +123,8 @@ class Conductor(wiring.Component):
         #: Cycles to read a result.
         self.read_cycles = 2 if core.machine.has("memory") else 1
         word = plan.word
-        feed = {
-            "feed_en": In(1),
-            "feed_index": In(5),
-            "feed_data": In(word),
-            "feed_take": In(1),
-            "feed_busy": Out(1),
-        }
+        feed = {"feed_en": In(1), "feed_index": In(5), "feed_data": In(word)}
+        feed |= {"feed_take": In(1), "feed_busy": Out(1)}
         super().__init__(
             {
                 "time": In(32),
@@ -199,16 +194,7 @@ class Conductor(wiring.Component):
         fire = s.offer & i.ready
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
         late = self._requests(m, s, accepted, engine.framing)
-        words = Words(
-            self.plan,
-            s,
-            i=i,
-            o=engine.o,
-            fire=fire,
-            stamp=self.stamp,
-            word=self.word,
-            values=self.values,
-        )
+        words = Words(self, s, i=i, o=engine.o, fire=fire)
         new_set = self._registers(m, s, words)
         m.d.comb += [s.next_count.eq(s.count), i.valid.eq(s.offer), engine.o.ready.eq(1)]
         ends = [s.count == last_words(self.plan, s, before=n) for n in range(2)]

@@ -118,27 +118,17 @@ class Words:
 
     ``calibrated``: a word of a program before the estimators is written to the memory in this
     cycle; ``set_valid``, ``set_index``, ``set_data``: a word of an input register, if permitted.
+    ``conductor`` has the members for the words of the sensors.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        s: Step,
-        *,
-        i: Any,
-        o: Any,
-        fire: Value,
-        stamp: Value,
-        word: Value,
-        values: Any,
-    ) -> None:
-        self.plan, self.s, self.i, self.o, self.fire = plan, s, i, o, fire
-        self.stamp, self.word, self.values = stamp, word, values
+    def __init__(self, conductor: Any, s: Step, *, i: Any, o: Any, fire: Value) -> None:
+        self.conductor, self.plan, self.s = conductor, conductor.plan, s
+        self.i, self.o, self.fire = i, o, fire
         self.calibrated = o.valid & (s.job != Job.FILTER)
-        self.waits = Signal(plan.word)
+        self.waits = Signal(self.plan.word)
         self.set_valid = Signal()
         self.set_index = Signal(5)
-        self.set_data = Signal(plan.word)
+        self.set_data = Signal(self.plan.word)
 
     def remember(self, m: Module) -> None:
         """The memory: calibrated words, constants, registers; the next word of the record."""
@@ -209,16 +199,9 @@ class Words:
         which = Signal(2)  # number of the value
         with m.Switch(s.job):
             with m.Case(Job.INERTIAL):
-                m.d.comb += [
-                    which.eq(3),
-                    source.eq(
-                        Mux(
-                            Const((1 << RAW.index("stamp")) - 1, 8).bit_select(s.count[:3], 1),
-                            Source.SAMPLE,
-                            Mux(s.count[0], Source.LINE, Source.STAMP),
-                        )
-                    ),
-                ]
+                counts = Const((1 << RAW.index("stamp")) - 1, 8).bit_select(s.count[:3], 1)
+                rest = Mux(s.count[0], Source.LINE, Source.STAMP)
+                m.d.comb += [which.eq(3), source.eq(Mux(counts, Source.SAMPLE, rest))]
             with m.Case(Job.FILTER):
                 m.d.comb += source.eq(Source.WAITING)
             with m.Default():
@@ -227,10 +210,14 @@ class Words:
         m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
         m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
         m.submodules.low = low = Bitwise(function=_either, inputs=5, width=bits)
-        value.connect(m, *self.values, Cat(Const(0, 15), s.restarting), which[0], which[1])
-        stamp, (s0, s1) = self.stamp[32 - self.plan.word :], source
-        fraction = Cat(Const(0, bits - FRACTION), self.word[:FRACTION])
-        high.connect(m, self.waits[bits:], stamp[bits:], self.word[FRACTION:], value.o, s0, s1)
+        value.connect(
+            m, *self.conductor.values, Cat(Const(0, 15), s.restarting), which[0], which[1]
+        )
+        stamp, (s0, s1) = self.conductor.stamp[32 - self.plan.word :], source
+        fraction = Cat(Const(0, bits - FRACTION), self.conductor.word[:FRACTION])
+        high.connect(
+            m, self.waits[bits:], stamp[bits:], self.conductor.word[FRACTION:], value.o, s0, s1
+        )
         low.connect(m, self.waits[:bits], stamp[:bits], fraction, s0, s1)
         return Cat(low.o, high.o)
 
@@ -265,24 +252,12 @@ class Words:
                 m.d.comb += results.w_en.eq(is_filter)
         m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
         s0, s1, _ = Value.cast(taking)
+        of_line = s.job[1] << Place.LINE.bit_length() - 3
+        is_stamp = (region == Place.RAWS >> 4) & (count == RAW.index("stamp"))
+        header = Cat(header, Const(0, results.word - len(header)))
         m.d.comb += [
-            results.w_index.eq(
-                Mux(
-                    (region == Place.RAWS >> 4) & (count == RAW.index("stamp")),
-                    Place.STAMP,
-                    Cat(count, region) | (s.job[1] << Place.LINE.bit_length() - 3),
-                )
-            ),
-            results.w_data.eq(
-                put.connect(
-                    m,
-                    i.payload.data,
-                    o.payload.data,
-                    Cat(header, Const(0, results.word - len(header))),
-                    s0,
-                    s1,
-                )
-            ),
+            results.w_index.eq(Mux(is_stamp, Place.STAMP, Cat(count, region) | of_line)),
+            results.w_data.eq(put.connect(m, i.payload.data, o.payload.data, header, s0, s1)),
         ]
 
 

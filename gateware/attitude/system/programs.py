@@ -15,7 +15,6 @@ from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
-from boresight.model.words.program import Program
 
 #: Most words of a record on a board, and most estimators.
 _MOST_WORDS, _MOST = 16, 8
@@ -42,7 +41,10 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
             found=str(len(chosen)),
             fix="leave some out",
         )
-    formats = _formats([e.compile(word=word) for e in front])
+    formats: dict[str, int] = {}
+    for program in (e.compile(word=word) for e in front):
+        outputs = zip(program.output_names, program.outputs, strict=True)
+        formats |= {name: program.format(n).frac for name, n in outputs}
     registers: dict[str, Input] = {}
     fed = [_fed(e, formats, registers, word) for e in chosen]
     if len(registers) > MOST_REGISTERS:
@@ -53,15 +55,6 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
             fix="give them fewer, or the names of what the sensors give",
         )
     return [*fed, *front]
-
-
-def _formats(front: Sequence[Program]) -> dict[str, int]:
-    """Fraction bits of the outputs of the programs before the estimators."""
-    return {
-        name: p.format(n).frac
-        for p in front
-        for name, n in zip(p.output_names, p.outputs, strict=True)
-    }
 
 
 def _fed(

@@ -23,8 +23,19 @@ the variance var/Dt, so the same parameters hold at any sample rate::
 At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = diag(1, 1, 1, 1-k,
 1-k, 1-k) that makes P <- D P D + k rest_var, whatever k: P_bb tends to rest_var/2.
 
-The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
-Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
+The first sample aligns it: force up, field north. The body is turned over first where it hangs
+upside down, so that no turn that follows is near half a turn from none (1 + u >= 1, u the upper
+component of the vertical)::
+
+    level      (1 + u, n, -e, 0)        the shortest turn of the vertical (e, n, u) to the top
+    to north   (1 + u + w_e, 0, 0, -w_n)   w = (1 + u) (east turned by that, its level components)
+                                             = (1 + u) east_en - east_u (e, n)
+
+the attitude of M. D. Shuster and S. D. Oh (1981), Three-axis attitude determination from vector
+observations, J. Guidance and Control 4(1), found without a matrix.
+
+Means begin young: with y one over their age they follow the faster, and Q grows by a multiple of
+y^2, so that what was learnt from a bad first sample is forgotten.
 
 An axis at full scale misses part of its rate, the more, the longer it is there: `BEYOND` times the
 slope s with which it got there times that time. The slope is the rate's distance from its low-pass,
@@ -46,7 +57,6 @@ from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
-from boresight.model.attitude.mekf.alignment import turned_over, turns
 from boresight.model.attitude.mekf.covariance import element, predicted
 from boresight.model.attitude.mekf.interface import (
     BIAS_SCALE,
@@ -125,6 +135,32 @@ def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
 def _excess(a: Any, b: Any) -> Any:
     """a - b, as a decision needs it: with all its bits near zero, at most 1."""
     return ops.saturated(a - b, 1.0)
+
+
+def _turned_over(over: Any, v: Any, limit: float) -> tuple[Any, Any, Any]:
+    """A vector in body axes, half a turn about x where ``over``; components within the limit."""
+    x, y, z = v
+    turned = (x, ops.flip(over, y), ops.flip(over, z))
+    return tuple(ops.saturated(c, limit) for c in turned)
+
+
+def _turns(
+    anew: Any, up: Any, east: Any, cosine: Any, sine: Any
+) -> tuple[tuple[Any, ...], tuple[Any, Any]]:
+    """Level quaternion, and w and z of the turn about the vertical to north.
+
+    Where ``anew`` holds, of the unit vectors ``up`` and ``east``; else the turn is that of the
+    cosine and sine. Norms 1.4 to 2 and 0.7 to 2. Of tan(a/2) = sin(a)/(1 + cos(a)) =
+    (1 - cos(a))/sin(a), the form that is far from 0/0 is taken.
+    """
+    top = 1.0 + up[2]
+    size = ops.where(anew, 0.5 * top, 1.0)
+    cosine = ops.where(anew, 0.5 * (top * east[0] - east[2] * up[0]), cosine)
+    sine = ops.where(anew, 0.5 * (east[2] * up[1] - top * east[1]), sine)
+    cosine, sine = ops.saturated(cosine, 1.0), ops.saturated(sine, 1.0)
+    behind = cosine < 0.0
+    turn = (ops.where(behind, sine, size + cosine), ops.where(behind, size - cosine, sine))
+    return (top, up[1], -up[0]), turn
 
 
 class Mekf(Estimator):
@@ -213,8 +249,8 @@ class Mekf(Estimator):
         # Directions of the mean force and of the field of the last sample; at the first one those
         # of itself, half a turn about x where it hangs upside down.
         over = force[2] < 0.0
-        f_first = turned_over(over, force, FIRST_FORCE_LIMIT)
-        m_first = turned_over(over, field, FIRST_FIELD_LIMIT)
+        f_first = _turned_over(over, force, FIRST_FORCE_LIMIT)
+        m_first = _turned_over(over, field, FIRST_FIELD_LIMIT)
         pairs = zip(f_first, _vector(x, "force", "enu"), strict=True)
         f = [ops.where(anew, first, mean) for first, mean in pairs]
         m = _vector(x, "field", "enu")
@@ -229,7 +265,7 @@ class Mekf(Estimator):
         up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
         east = [ops.saturated(c * m_inverse, 1.0) for c in east]
-        level, yaw = turns(anew, up, east, cosine, sine)
+        level, yaw = _turns(anew, up, east, cosine, sine)
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.

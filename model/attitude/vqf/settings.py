@@ -116,11 +116,7 @@ class Settings:
     @cached_property
     def rejected_samples(self) -> int:
         """Disturbed samples after which the field is followed again: 60 s, the largest sum."""
-        n = _samples_until(60.0, self.mag_step_s)
-        total = 0.0
-        for _ in range(n):
-            total += self.mag_step_s
-        return n if total <= 60.0 else n - 1
+        return _samples_until(math.nextafter(60.0, 61.0), self.mag_step_s) - 1
 
     @property
     def patience(self) -> float:

@@ -30,12 +30,7 @@ class Setup:
     clock_hz: int = 70_000_000
     host_baud: int = 921_600
     hmr_baud: int = 19_200
-    #: SPI clock, pause between frames; wait after the reset, its length, wait for the self-test.
-    sclk_hz: float = 1e6
-    stall_s: float = 16e-6
-    startup_s: float = 0.3
-    reset_s: float = 1e-3
-    self_test_s: float = 0.05
+    timing: Timing = Timing()
     #: Samples and compass lines a second; cycles of the data-ready pulse, and to the first line.
     rate_hz: int = 1024
     lines_hz: int = 8
@@ -51,18 +46,15 @@ class Setup:
 
 
 #: As on the bench, but with short waits after power-up.
-REAL = Setup(startup_s=2e-3, self_test_s=1e-3, compass_start_cycles=1_000_000)
+REAL = Setup(timing=Timing(startup_s=2e-3, self_test_s=1e-3), compass_start_cycles=1_000_000)
 
+_FAST = Timing(sclk_hz=10e6, stall_s=1e-6, startup_s=0.3e-3, reset_s=50e-6, self_test_s=0.1e-3)
 #: Sixteen times as fast, at 100 MHz, so that 500 samples take 3 million cycles.
 SCALED = Setup(
     clock_hz=100_000_000,
     host_baud=12_500_000,
     hmr_baud=307_200,
-    sclk_hz=10e6,
-    stall_s=1e-6,
-    startup_s=0.3e-3,
-    reset_s=50e-6,
-    self_test_s=0.1e-3,
+    timing=_FAST,
     rate_hz=16_384,
     lines_hz=128,
     ready_cycles=200,
@@ -70,7 +62,7 @@ SCALED = Setup(
 )
 
 #: The same with all waits of the bench, sixteen times as fast.
-FAULTY = replace(SCALED, startup_s=0.3 / FASTER, reset_s=1e-3 / FASTER)
+FAULTY = replace(SCALED, timing=replace(_FAST, startup_s=0.3 / FASTER, reset_s=1e-3 / FASTER))
 
 
 @dataclass(frozen=True)
@@ -107,14 +99,7 @@ def make_board(
     """
     clock_hz = setup.clock_hz
     core = core or system_core(filters, config=config, clock_hz=clock_hz, params=params)
-    timing = Timing(
-        sclk_hz=setup.sclk_hz,
-        stall_s=setup.stall_s,
-        startup_s=setup.startup_s,
-        reset_s=setup.reset_s,
-        self_test_s=setup.self_test_s,
-        period_s=1.0 / setup.rate_hz,
-    )
+    timing = replace(setup.timing, period_s=1.0 / setup.rate_hz)
     # The compass's waits scale with its lines.
     slower = 8.0 / setup.lines_hz
     compass = Hmr3300(
@@ -147,15 +132,15 @@ def board_sources(board: Board) -> dict[str, str]:
 def board_parameters(setup: Setup) -> dict[str, int]:
     """Parameters of the bench."""
     clock = setup.clock_hz
-    half = clock / setup.sclk_hz / 2
+    half = clock / setup.timing.sclk_hz / 2
     return {
         "CLOCK_HZ": clock,
         "HOST_DIVISOR": divisor_for(clock_hz=clock, baud=setup.host_baud),
         "ADIS_RATE": setup.rate_hz,
         "ADIS_PPM": setup.ppm,
-        "ADIS_STARTUP_CYCLES": int(0.6 * setup.startup_s * clock),
+        "ADIS_STARTUP_CYCLES": int(0.6 * setup.timing.startup_s * clock),
         "ADIS_READY_CYCLES": setup.ready_cycles,
-        "ADIS_STALL_MIN": int(setup.stall_s * clock),
+        "ADIS_STALL_MIN": int(setup.timing.stall_s * clock),
         "ADIS_HALF_MIN": int(half),
         "ADIS_DOUT_DELAY": max(int(0.2 * half), 1),
         "HMR_DIVISOR": divisor_for(clock_hz=clock, baud=setup.hmr_baud),

@@ -202,14 +202,15 @@ def _effect(
         "during_deg": (begin, end + half),
         "after_deg": (until - half, until),
     }
+    worst = {
+        key: float(errors[(cycles >= since) & (cycles < to)].max(initial=0.0))
+        for key, (since, to) in spans.items()
+    }
     return {
         "seen_after_s": min(delays.values(), default=None),
         "back_after_s": (recovery - end) / second if len(recoveries) else None,
         "dropped": max(int(expected) - updated, 0),
-        **{
-            key: float(errors[(cycles >= since) & (cycles < to)].max(initial=0.0))
-            for key, (since, to) in spans.items()
-        },
+        **worst,
         "seen_as": ", ".join(delays),
     }
 

@@ -35,14 +35,9 @@ _TEMPERATURE_CODE = 37
 class Stimulus:
     """Data of the devices.
 
-    Attributes
-    ----------
-    counts : int (n, 6)
-        Gyro and accelerometer of every sample.
-    compass : int (m, 6)
-        Heading, pitch, roll [0.1 deg], magnetometer x, y, z [counts] of every line.
-    halvings : int
-        How often the gyro's range of +-300 deg/s is halved.
+    ``counts`` (n, 6) are those of gyro and accelerometer of every sample; ``compass`` (m, 6) holds
+    heading, pitch, roll [0.1 deg] and magnetometer x, y, z [counts] of every line; ``halvings`` is
+    how often the gyro's range of +-300 deg/s is halved.
     """
 
     counts: IntArray
@@ -52,14 +47,11 @@ class Stimulus:
     def files(self) -> dict[str, str]:
         """The devices' logs, by file name."""
         extra = np.tile([_TEMPERATURE_CODE, 0], (len(self.counts), 1))
+        tables = {"adis.txt": np.hstack([self.counts, extra]), "hmr.txt": self.compass}
         return {
-            "adis.txt": _lines(np.hstack([self.counts, extra])),
-            "hmr.txt": _lines(self.compass),
+            name: "".join(" ".join(map(str, row)) + "\n" for row in table.tolist())
+            for name, table in tables.items()
         }
-
-
-def _lines(rows: IntArray) -> str:
-    return "".join(" ".join(str(v) for v in row) + "\n" for row in rows.tolist())
 
 
 def stimulus(record: Record, board: Board, *, halvings: int = 0) -> Stimulus:
@@ -102,15 +94,12 @@ def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> st
     registers = board.system.map()
     divisor = board_parameters(board.setup)["HOST_DIVISOR"]
     out, cycle = [], start
-    orders = {name: value for name, value in values.items() if not name.startswith("feed_")}
-    pairs = [*orders.items()]
-    if len(orders) < len(values):
+    pairs = sorted(values.items(), key=lambda pair: pair[0].startswith("feed_"))
+    if pairs and pairs[-1][0].startswith("feed_"):
         # No sample is used before the set of input registers is complete.
-        feed = [(name, value) for name, value in values.items() if name not in orders]
-        pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED.mask), ("run", 1)]
+        pairs = [("run", 0), *pairs, ("order", TAKE_FEED.mask), ("run", 1)]
     for name, value in pairs:
-        frame = encode(Kind.WRITE, [registers.find(name).address, value], word=32)
-        for byte in frame:
+        for byte in encode(Kind.WRITE, [registers.find(name).address, value], word=32):
             out.append(f"{cycle} {byte:02x}\n")
             cycle += 10 * divisor
         cycle += 40 * 10 * divisor  # the reply
@@ -121,18 +110,9 @@ def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> st
 class BoardRun:
     """Result of a run.
 
-    Attributes
-    ----------
-    trace : Trace
-        Events and bytes.
-    frames : int (n, 2 + outputs)
-        Words of the frames (`gateware.attitude.system.attitude_frame`), signed.
-    dropped : int
-        Damaged frames.
-    cycles : int
-        Clock cycles.
-    seconds : float
-        Wall clock of the simulation.
+    ``frames`` (n, 2 + outputs) are the signed words of the frames
+    (`gateware.attitude.system.attitude_frame`), ``dropped`` counts damaged ones; ``cycles`` and
+    ``seconds`` (wall clock) are those of the simulation.
     """
 
     trace: Trace
@@ -145,11 +125,10 @@ class BoardRun:
 def frames_of(data: bytes) -> tuple[IntArray, int]:
     """Frames (n, words) of one estimator in a stream of bytes, and the number of damaged ones."""
     decoder = Decoder(word=32)
-    sent = decoder.feed(data)
     words = [
         w[:-SENSED_WORDS] if kind is Kind.SENSED else w
-        for kind, w in sent
-        if kind in (Kind.ATTITUDE, Kind.SENSED)
+        for kind, w in decoder.feed(data)
+        if kind >= Kind.ATTITUDE
     ]
     width = len(words[0]) if words else len(WORDS)
     complete = [w for w in words if len(w) == width]
@@ -192,7 +171,7 @@ def run_board(
 
 def cycles_limit(board: Board, updates: int) -> int:
     """Cycles after which a run counts as hung."""
-    start = board.setup.clock_hz * (board.setup.startup_s + 0.01)
+    start = board.setup.clock_hz * (board.setup.timing.startup_s + 0.01)
     return int(1.5 * (updates + 50) * board.setup.period_cycles + 20 * start)
 
 
@@ -209,16 +188,10 @@ def files_and_arguments(
         "host.txt": writes(board, settings),
         **{f"{device}_faults.txt": text for device, text in faults.items()},
     }
-    arguments: dict[str, object] = {
-        "updates": updates,
-        "host": "host.txt",
-        "adis_log": "adis.txt",
-        "hmr3300_data": "hmr.txt",
-    }
-    for device, name in (("adis", "adis_faults"), ("hmr", "hmr3300_faults")):
-        if device in faults:
-            arguments[name] = f"{device}_faults.txt"
-    return files, arguments
+    names = {"host": "host", "adis": "adis_log", "hmr": "hmr3300_data"}
+    names |= {"adis_faults": "adis_faults", "hmr_faults": "hmr3300_faults"}
+    arguments = {names[file.removesuffix(".txt")]: file for file in files}
+    return files, {"updates": updates, **arguments}
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,11 @@
 """``python -m boresight.sim.attitude.calibration``: calibrate simulated devices.
 
 Is every register recovered within its uncertainty, and what does the attitude gain?
-``--records FOLDER`` writes the records of one device instead, and its registers in true.json.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -27,7 +25,6 @@ from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, log_axis, settings
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.outputs import attitude_of
 
@@ -102,12 +99,8 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m boresight.sim.attitude.calibration")
     parser.add_argument("--runs", type=int, default=100, help="devices (%(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the first (%(default)s)")
-    parser.add_argument("--records", type=Path, help="folder for the records of one device")
     parser.add_argument("-o", "--output", type=Path, help="picture of the errors, FILE.png")
     given = parser.parse_args(arguments)
-    if given.records is not None:
-        _write(given.records, given.seed)
-        return 0
     trials = []
     try:
         for seed in range(given.seed, given.seed + given.runs):
@@ -154,14 +147,6 @@ def _plot(errors: FloatArray, attitudes: Mapping[str, Sequence[float]], path: Pa
         right.set(xlabel="error [stated uncertainties]", ylabel="registers")
         legend(right, 2)
         figure.savefig(path, dpi=130)
-
-
-def _write(folder: Path, seed: int) -> None:
-    drawn = device(seed)
-    folder.mkdir(parents=True, exist_ok=True)
-    for record in calibration_records(drawn, seed):
-        (folder / f"{record.name}.csv").write_bytes(content_of("log.csv", record))
-    (folder / "true.json").write_text(json.dumps({"parameters": drawn.registers()}, indent=1))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from boresight.model.attitude.front.affine import AXES
 from boresight.model.attitude.front.inertial import STAMP_BITS
 from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.calibration.records import INERTIAL, LINE, SIGHT
-from boresight.sim.attitude.ma2014.devices import accelerometer, gyro, magnetometer
+from boresight.sim.attitude.ma2014.paper import accelerometer, gyro, magnetometer
 from boresight.sim.attitude.worlds.triad import Triad
 from boresight.sim.records.record import Column, Record
 from boresight.sim.rotations.rotation import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,7 @@ from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_to_euler
 
 
-@dataclass(frozen=True)
-class Method:
+class Method(NamedTuple):
     """One row of Table 3: an estimator with these parameters."""
 
     key: str
@@ -117,7 +116,10 @@ def run_method(
     Parameters are the method's, or others.
     """
     return [
-        (_angles(runs), sum(run.n_saturated for run in runs))
+        (
+            180.0 * np.stack([np.column_stack([r.outputs[n] for n in AXES]) for r in runs], axis=1),
+            sum(run.n_saturated for run in runs),
+        )
         for runs in _runs(method, logs, levels, params)
     ]
 
@@ -133,13 +135,6 @@ def _runs(
     records = [feed(estimator, log).inputs for log in logs]
     params = {**board_params(estimator.params), **(method.params if params is None else params)}
     return run_forms(estimator, records, params=params, levels=levels)
-
-
-def _angles(runs: Sequence[Run]) -> FloatArray:
-    """Pitch, roll, heading [deg] of every run: (steps, runs, 3)."""
-    return 180.0 * np.stack(
-        [np.stack([run.outputs[name] for name in AXES], axis=-1) for run in runs], axis=1
-    )
 
 
 def count_mismatches(method: Method, log: Record) -> int:

@@ -6,8 +6,12 @@ Control 22(8), 2014, 2518. Angles in degrees, in the order pitch, roll, heading.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
+
+from boresight.model.declarations import GRAVITY
+from boresight.sim.attitude.worlds.triad import Triad
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -43,6 +47,36 @@ class Table2:
 
 
 TABLE_2 = Table2()
+
+# The two devices; of neither is a complete data sheet at hand.
+# The register table of the maker's evaluation tool has the gyro's and accelerometer's units; the
+# paper's section 2.1 the ranges, 24,000 and 20,000 counts.
+_GYRO_LSB, _GYRO_RANGE = 0.0125, 300.0  # deg/s
+_ACC_LSB, _ACC_RANGE = 0.25e-3, 5.0  # g
+# Guesses: the data sheet's example line has 2,285 counts, in a field of about 0.5 G; the range is
+# usual for bridges of this kind.
+_MAG_LSB, _MAG_RANGE = 1.0 / 4500.0, 2.0  # G
+
+
+def gyro() -> Triad:
+    """ADIS16385, range 300 deg/s, [rad/s]: noise and bias of Table 2."""
+    return Triad(
+        math.radians(_GYRO_LSB),
+        math.radians(_GYRO_RANGE),
+        variance=TABLE_2.gyro,
+        bias=TABLE_2.gyro_bias,
+    )
+
+
+def accelerometer() -> Triad:
+    """ADIS16385, [m/s^2]: noise of Table 2."""
+    return Triad(GRAVITY * _ACC_LSB, GRAVITY * _ACC_RANGE, variance=TABLE_2.accelerometer)
+
+
+def magnetometer() -> Triad:
+    """HMR3300, [uT]: noise of Table 2."""
+    return Triad(GAUSS_UT * _MAG_LSB, GAUSS_UT * _MAG_RANGE, variance=TABLE_2.magnetometer)
+
 
 #: Table 4; a unit of time is not printed.
 KP = (0.1414, 0.1414, 0.1)

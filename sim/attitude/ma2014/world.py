@@ -18,8 +18,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.devices import accelerometer, gyro, magnetometer
-from boresight.sim.attitude.ma2014.paper import TABLE_1, TABLE_2
+from boresight.sim.attitude.ma2014.paper import TABLE_1, TABLE_2, accelerometer, gyro, magnetometer
 from boresight.sim.attitude.worlds.triad import Triad, misalignment
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record

@@ -4,17 +4,22 @@ The attitude is a smooth function of time, given by sums of sines in the three E
 gyro sample k is the constant body rate that takes the attitude of sample k-1 to that of sample k
 in the time step between them. So an estimator that integrates each step with the closed form
 follows the truth to rounding, and whatever error it shows is its own.
+
+``python -m boresight.sim.attitude.worlds.synthetic FILE`` writes ``synthetic_60s.csv`` again.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
+from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record, steps_of
 from boresight.sim.rotations.rotation import (
@@ -114,3 +119,22 @@ def _sum_of_sines(t: FloatArray, limit: float, rng: np.random.Generator) -> Floa
     phase = rng.uniform(0.0, 2 * np.pi, _SINES)
     waves = np.sin(2 * np.pi * frequency * t[:, None] + phase)
     return np.asarray(waves @ (limit * weight / weight.sum()), dtype=np.float64)
+
+
+def synthetic_60s() -> Record:
+    """Make the bundled log: 100 Hz, modest sensor errors, a magnetometer at 10 Hz, exact truth."""
+    return synthetic_log(
+        seconds=60.0,
+        rate_hz=100.0,
+        seed=20140,
+        acceleration=0.5,
+        mag_every=10,
+        gyr_error=SensorError(noise=0.003, bias=(0.002, -0.003, 0.001)),
+        acc_error=SensorError(noise=0.05),
+        mag_error=SensorError(noise=0.3),
+        name="synthetic_60s",
+    )
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_bytes(content_of(sys.argv[1], synthetic_60s()))

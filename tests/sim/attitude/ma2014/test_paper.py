@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.devices import accelerometer, gyro, magnetometer
-from boresight.sim.attitude.ma2014.paper import TABLE_2
+from boresight.sim.attitude.ma2014.paper import TABLE_2, accelerometer, gyro, magnetometer
 
 
 def test_gyro_has_24000_counts_each_way():
