@@ -158,11 +158,7 @@ class Emulator:
             address ^= half // 2
         return address
 
-    def _read(self, address: int) -> int:
-        """The word that a lane reads."""
-        return self._word_of(self.physical(address, self.parity))
-
-    def _word_of(self, register: int) -> int:
+    def _read(self, register: int) -> int:
         """The word of a register in this cycle."""
         return self.registers[register]
 
@@ -281,12 +277,13 @@ class Emulator:
         elif f["we"]:
             result = self._result(total, wrap=bool(wrap), sticky=bool(f["sticky"]))
         # Address
+        at_a, at_b = (self.physical(f[field], self.parity) for field in ("a_addr", "b_addr"))
         if f["table"]:
             block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
             word_b = self._coefficient(block, coefficient, lane.index)
         else:
-            word_b = self._read(f["b_addr"])
-        lane.operands.append((self._read(f["a_addr"]), word_b))
+            word_b = self._read(at_b)
+        lane.operands.append((self._read(at_a), word_b))
         return result
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:

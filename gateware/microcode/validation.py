@@ -130,11 +130,11 @@ class _Symbolic(Emulator):
         self.flagged: set[int] = set()
         self.registers = [terms.symbol(f"left in register {k}") for k in range(len(self.registers))]
 
-    def _word_of(self, register: int) -> int:
+    def _read(self, register: int) -> int:
         """A memory does not define the word that is read while it is written."""
         if register in self.writing:
             return self.terms.symbol(f"register {register} in the cycle of its write", self.cycle)
-        return super()._word_of(register)
+        return super()._read(register)
 
     def _lane(self, number: int) -> Lane:
         def word(name: str) -> int:

@@ -60,11 +60,6 @@ class OutputFile:
     option : str
         Command-line option that names the path, for messages.
 
-    Attributes
-    ----------
-    written : bool
-        Whether a write has succeeded.
-
     Raises
     ------
     InputError
@@ -74,7 +69,6 @@ class OutputFile:
     def __init__(
         self, path: StrPath, *, inputs: Iterable[StrPath] = (), option: str = "-o"
     ) -> None:
-        self.written = False
         self._option = option
         self._path = Path(path)
         with _refusing(path, option):
@@ -119,7 +113,6 @@ class OutputFile:
             if staging is not None:
                 with _refusing(path, option):
                     _commit(staging, path.parent, option)
-        self.written = True
 
 
 @contextmanager
