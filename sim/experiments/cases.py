@@ -39,9 +39,10 @@ class CasesExperiment(Experiment):
     """Base class of experiments that run named cases of a world with many seeds each.
 
     The figures are ``NAME_CASE_FIGURE``, pooled over the runs (`Runs.pooled`), and the cycles to
-    the last urgent output and to the next record, ``NAME_latency_CONFIG`` and
-    ``NAME_interval_CONFIG``; the targets are those of ``targets.csv`` beside the class's file; the
-    page ``NAME.html`` has the targets, a row for each case, and plots of the first run of some.
+    the last urgent output and to the next record, ``NAME_latency_cycles_CONFIG`` and
+    ``NAME_interval_cycles_CONFIG``; the targets are those of ``targets.csv`` beside the class's
+    file; the page ``NAME.html`` has the targets, a row for each case, and plots of the first run
+    of some.
 
     Attributes
     ----------
@@ -136,8 +137,8 @@ class CasesExperiment(Experiment):
         figures = figures_of(outcomes, f"{self.name}_")
         for config in self.configs:
             schedule = Build(self.estimator(), config=config).core.schedule
-            figures[f"{self.name}_latency_{config}"] = float(schedule.latency)
-            figures[f"{self.name}_interval_{config}"] = float(schedule.interval)
+            figures[f"{self.name}_latency_cycles_{config}"] = float(schedule.latency)
+            figures[f"{self.name}_interval_cycles_{config}"] = float(schedule.interval)
         figures |= self.further(outcomes, seed=seed, runs=runs, say=say)
         folder = Path(inspect.getfile(type(self))).parent
         targets = targets_of(

@@ -162,7 +162,7 @@ class Mls(CasesExperiment):
             MlsAttitude(), ArrayPhases(), ArrayPhases(axis="z")
         ).items():
             for name, schedule in zip(("mls", "phases64", "phases64_z"), parts, strict=True):
-                figures[f"{name}_interval_{config}"] = float(schedule.interval)
+                figures[f"{name}_interval_cycles_{config}"] = float(schedule.interval)
         return figures
 
     def sections(self, outcomes: Mapping[str, Runs]) -> list[Section]:

@@ -101,7 +101,7 @@ class Radar(Experiment):
         metrics = figures(noiseless, noisy, theory, spread)
         metrics["registration_fixed_float_percent"] = max(deviation.values())
         for config, (schedule,) in schedules_of(Registration()).items():
-            metrics[f"registration_interval_{config}"] = float(schedule.interval)
+            metrics[f"registration_interval_cycles_{config}"] = float(schedule.interval)
         goals = targets_of("boresight.systems.radar", metrics, runs=runs)
         intro = _INTRO.format(
             elevation=metrics["registration_elevation_1_bound_percent"], condition=theory.condition
