@@ -35,12 +35,6 @@ def packed(fields: Sequence[BitField], values: Mapping[str, Any], *, first: int 
     return Cat(part for part in parts if len(part))
 
 
-def offset_bits(registers: Sequence[Register]) -> int:
-    """Bits of an offset from the first register's address."""
-    first = registers[0].address
-    return max(1, (max(r.address for r in registers) - first).bit_length())
-
-
 class Csr(wiring.Component):
     """A block of registers.
 
@@ -69,7 +63,7 @@ class Csr(wiring.Component):
 
     Members
     -------
-    offset : In(offset_bits(registers) + 1)
+    offset : In(bits + 1)
         Address less that of the first register, with one bit more: with that bit, or if no
         register is there, ``r_data`` is 0.
     w_data : In(32), w_en : In(1)
@@ -83,7 +77,8 @@ class Csr(wiring.Component):
         self.registers = tuple(registers)
         self.read_cycles = read_cycles
         self.first = registers[0].address
-        self.bits = offset_bits(registers)
+        span = max(r.address for r in registers) - self.first
+        self.bits = max(1, span.bit_length())  # of an offset
         #: Members besides those of the bus.
         self.ports: dict[str, Any] = {}
         ports = self.ports

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from amaranth.hdl import ClockSignal, Instance, Module, Mux, Signal
@@ -10,11 +9,6 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from boresight.gateware.attitude.soc.cpu import BURST, ProcessorBus
-
-
-def ram_verilog() -> str:
-    """Verilog text of the module ``boresight_ram``."""
-    return Path(__file__).with_name("ram.v").read_text(encoding="utf-8")
 
 
 class Ram(wiring.Component):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from amaranth.hdl import Module, Mux, Signal
@@ -10,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature
 from boresight.gateware.attitude.soc.cpu import Cpu, cpu_verilog
-from boresight.gateware.attitude.soc.memory import Ram, ram_verilog
+from boresight.gateware.attitude.soc.memory import Ram
 from boresight.gateware.verilog import to_verilog
 
 #: Byte address of the slot; ``firmware/attitude/soc.h`` has the same map.
@@ -108,6 +109,6 @@ def soc_verilog(top: wiring.Component, name: str) -> dict[str, str]:
     """Return Verilog texts by file name: a component with a `Soc`, its memory and processor."""
     return {
         f"{name}.sv": to_verilog(top, name, instances=False),
-        "ram.v": ram_verilog(),
+        "ram.v": Path(__file__).with_name("ram.v").read_text(encoding="utf-8"),
         "VexRiscv.v": cpu_verilog(),
     }

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError, ToolMissing
@@ -24,7 +22,6 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m boresight.sim.attitude.soc")
     parser.add_argument("filters", nargs="*", help="by default all four of the board")
     parser.add_argument("--updates", type=int, default=1000, help="recorded updates (%(default)s)")
-    parser.add_argument("-o", "--output", type=Path, help="JSON file with the figures")
     given = parser.parse_args(arguments)
     log = read_record(bundled("ximu_walk"))
     try:
@@ -41,9 +38,6 @@ def main(arguments: Sequence[str]) -> int:
         tables={"Median cycles of an update": rows, "The core through the bus": [bus]},
         failures=failures,
     )
-    if given.output:
-        given.output.parent.mkdir(parents=True, exist_ok=True)
-        given.output.write_text(json.dumps(result.to_json(), indent=1) + "\n", encoding="utf-8")
     print(result)
     return int(not result.good)
 
