@@ -1,1 +1,1 @@
-"""The complete board in simulation: both devices, the host's serial line, comparison with models."""
+"""The complete board in simulation: both devices, the host's line, comparison with models."""
