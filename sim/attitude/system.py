@@ -16,18 +16,11 @@ from boresight.gateware.machine import machine_named
 from boresight.model.attitude import FILTERS
 from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require, require_choice
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 from boresight.sim.attitude.board.build import REAL, Board, make_board
-from boresight.sim.attitude.board.faults import (
-    FAULTS,
-    fault_board,
-    fault_trial,
-    faults_result,
-    trial_log,
-)
+from boresight.sim.attitude.board.faults import FAULTS, fault_board, fault_trial, trial_log
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.calibration.files import calibrate
 from boresight.sim.attitude.host.monitor import monitor
@@ -102,7 +95,7 @@ class AttitudeBoard(BoardSystem):
         say: Callable[[str], None],
     ) -> Result:
         chosen = estimator_of("mekf" if name is None else name)
-        filters = _beside(chosen)
+        filters: Sequence[Named] = FILTERS if chosen.name in FILTERS else [chosen]
         machine_named(config)
         require_choice("source", source, _SOURCES)
         require(0.05 <= seconds <= _LONGEST_S, "seconds", f"0.05 to {_LONGEST_S:g}", seconds)
@@ -137,7 +130,9 @@ class AttitudeBoard(BoardSystem):
             return row
 
         with ThreadPoolExecutor(processes(None)) as threads:
-            return faults_result(name, list(threads.map(trial, FAULTS)))
+            rows = list(threads.map(trial, FAULTS))
+        failures = [row["fault"] for row in rows if not row["good"]]
+        return Result({"filter": name, "trials": rows}, {"faults": rows}, failures=failures)
 
     def calibrate(
         self, sources: Sequence[Any], settings: Mapping[str, Any], output: str | Path
@@ -146,11 +141,6 @@ class AttitudeBoard(BoardSystem):
 
     def monitor(self, source: str, **options: Any) -> Result:
         return monitor(source, **options)
-
-
-def _beside(chosen: Estimator) -> Sequence[Named]:
-    """The estimators of the board: all filters, or ``chosen`` alone."""
-    return FILTERS if chosen.name in FILTERS else [chosen]
 
 
 def _default_log(updates: int) -> Record:

@@ -6,7 +6,7 @@ so that the filter sees real times and rates. All times here are those of the re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -23,7 +23,6 @@ from boresight.sim.attitude.devices import COMPASS_FAULTS, INERTIAL_FAULTS
 from boresight.sim.attitude.worlds.fast_turn import RAMP_S, fast_turn
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rtl.simulators import SimulationFailed
 
@@ -213,9 +212,3 @@ def _effect(
         **worst,
         "seen_as": ", ".join(delays),
     }
-
-
-def faults_result(filter: str, rows: Sequence[dict[str, Any]]) -> Result:
-    """Result of all trials of faults."""
-    failures = [row["fault"] for row in rows if not row["good"]]
-    return Result({"filter": filter, "trials": rows}, {"faults": rows}, failures=failures)

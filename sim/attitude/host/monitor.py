@@ -222,20 +222,6 @@ def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, 
     return words
 
 
-def _readable(table: RegisterTable, reads: Sequence[str]) -> list[Register]:
-    """Registers to read."""
-    to_read = [table.find(name) for name in reads]
-    for register in to_read:
-        if register.access is Access.WRITE_ONLY:
-            raise InputError.at(
-                f"--read {register.name}",
-                wanted="a register that can be read",
-                found="write-only",
-                fix="choose another",
-            )
-    return to_read
-
-
 def _updates(
     line: BoardLine, count: int | None, silence_s: float, each: Callable[[str], None] | None
 ) -> Iterator[Update]:
@@ -294,7 +280,14 @@ def monitor(
     if log is not None:
         check_written(log)
     table = RegisterTable(register_map)
-    words, to_read = _words(table, writes), _readable(table, reads)
+    words, to_read = _words(table, writes), [table.find(name) for name in reads]
+    if hidden := [r.name for r in to_read if r.access is Access.WRITE_ONLY]:
+        raise InputError.at(
+            f"--read {hidden[0]}",
+            wanted="a register that can be read",
+            found="write-only",
+            fix="choose another",
+        )
     keep = any(path is not None for path in (csv, log, plot))
     updates, heard, failures = list[Update](), list[float](), list[str]()
     listener = Listener(table.formats)
