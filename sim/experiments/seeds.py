@@ -14,12 +14,22 @@ from boresight.sim.campaign import dispatch, duration
 
 Case = TypeVar("Case")
 
-#: How the figures of all runs become one, by the end of their name; else it is the mean.
+
+def _root_mean_square(values: FloatArray) -> Any:
+    return np.sqrt(np.mean(values**2))
+
+
+#: How the figures of all runs become one, by the first end that their name has; else the mean.
 POOLED: dict[str, Callable[[FloatArray], Any]] = {
-    "rms": lambda values: np.sqrt(np.mean(values**2)),
+    "rms": _root_mean_square,
     "max": np.max,
+    "max_deg": np.max,
+    "fixed_float_deg": np.max,
+    "deg": _root_mean_square,
+    "sigma": _root_mean_square,
     "min": np.min,
     "sum": np.sum,
+    "saturated": np.sum,
     "median": np.median,
 }
 
@@ -35,7 +45,7 @@ class Runs:
     def pooled(self) -> dict[str, float]:
         """One figure of all runs by name: root mean square, most, median and so on (`POOLED`)."""
         return {
-            name: float(POOLED.get(name.rpartition("_")[2], np.mean)(values))
+            name: float(next((POOLED[e] for e in POOLED if name.endswith(e)), np.mean)(values))
             for name, values in self.figures.items()
         }
 

@@ -173,9 +173,7 @@ class Array(CasesExperiment):
                 figures[f"{axis}_{kind}max"] = float(np.abs(errors[:, k]).max())
             figures[f"{axis}_rested_rms"] = abs(rested[k])
             # Of one hour there is no spread.
-            figures[f"{axis}_sigma_rms"] = (
-                float(hourly[:, k].std(ddof=1)) if len(hourly) > 1 else 0.0
-            )
+            figures[f"{axis}_sigma"] = float(hourly[:, k].std(ddof=1)) if len(hourly) > 1 else 0.0
         return figures, error
 
     def further(
@@ -188,13 +186,13 @@ class Array(CasesExperiment):
             return [figures[figure] for figures in pooled.values() if figure in figures]
 
         figures = {
-            f"array_fixed_float_{k}": max(values(f"fixed_float_{k}")) for k in ("rms", "max")
+            f"array_fixed_float_arcsec_{k}": max(values(f"fixed_float_{k}")) for k in ("rms", "max")
         }
-        figures["array_least_eigenvalue"] = min(values("eigenvalue_min"))
+        figures["array_least_eigenvalue_lsb"] = min(values("eigenvalue_min"))
         figures["array_saturated"] = sum(values("saturated_sum"))
-        for key in "ab":
+        for key, end in (("a", "_slow"), ("b", "")):
             without, aided = (pooled[f"{key}_{n}"]["heading_rms"] for n in ("none", "index"))
-            figures[f"array_{key}_index_gain"] = without / aided
+            figures[f"array_index_gain{end}"] = without / aided
         return figures
 
 

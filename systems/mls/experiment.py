@@ -96,10 +96,10 @@ class Mls(CasesExperiment):
         accelerometer 0.02 g, field 2 %. What does not hold, or is not asked for, has a note.
     """
     columns = {
-        **{f"{axis}, deg": f"{axis}_rms" for axis in (*AXES, "worst")},
-        **{"largest, deg": "error_max", "from the encoder, deg": "encoder_rms"},
-        **{"fixed less float, deg": "fixed_float_rms", "most, deg": "fixed_float_max"},
-        **{"saturated words": "saturated_sum", "norm of q": "norm"},
+        **{f"{axis}, deg": f"{axis}_deg" for axis in (*AXES, "worst")},
+        **{"largest, deg": "max_deg", "from the encoder, deg": "encoder_deg"},
+        **{"fixed less float, deg": "fixed_float_rms_deg", "most, deg": "fixed_float_deg"},
+        **{"saturated words": "saturated", "norm of q": "norm"},
     }
     shown = ("corrected", "lag_5ms")
     shown_text = (
@@ -122,9 +122,9 @@ class Mls(CasesExperiment):
         delayed = (truth[MOST_LAG - lag : n - lag] for lag in range(MOST_LAG))
         spread = np.stack([(angles[MOST_LAG:] - d).std(axis=0) for d in delayed], axis=1)
         encoder = ENCODER_DEG * np.round(truth / ENCODER_DEG)
-        figures |= {f"{axis}_rms": _rms(late[:, :, k], 0) for k, axis in enumerate(AXES)}
-        figures["error_max"] = np.abs(late).max(axis=(0, 2))
-        figures["encoder_rms"] = _rms(wrapped(angles - encoder, 360.0)[SETTLED:], (0, 2))
+        figures |= {f"{axis}_deg": _rms(late[:, :, k], 0) for k, axis in enumerate(AXES)}
+        figures["max_deg"] = np.abs(late).max(axis=(0, 2))
+        figures["encoder_deg"] = _rms(wrapped(angles - encoder, 360.0)[SETTLED:], (0, 2))
         panels: dict[Any, Any] = {"angle, deg": {}, "error, deg": {}}
         for k, axis in enumerate(AXES):
             panels["angle, deg"] |= {axis: angles[:, 0, k], f"{axis}, encoder": encoder[:, 0, k]}
@@ -133,8 +133,8 @@ class Mls(CasesExperiment):
             panels = {}  # of Figure 7
             for antenna, (key, azimuth) in product(SCANS, AZIMUTHS.items()):
                 after, before, panels[antenna, key] = beam_errors(decks, q, antenna, azimuth)
-                figures[f"{antenna}_{key}_rms"] = _rms(after, 1)
-                figures[f"level_{antenna}_{key}_rms"] = _rms(before, 1)
+                figures[f"{antenna}_{key}_deg"] = _rms(after, 1)
+                figures[f"uncompensated_{antenna}_{key}_deg"] = _rms(before, 1)
         return Runs(figures, panels, [*spread])
 
     def further(
@@ -147,11 +147,12 @@ class Mls(CasesExperiment):
         figures = {"phases_fixed_float_turns": max(phases_fixed_float(seed, a) for a in "yz")}
         pooled = {name: case_runs.pooled() for name, case_runs in outcomes.items()}
         for name, of in pooled.items():
-            figures[f"mls_{name}_worst_rms"] = max(of[f"{axis}_rms"] for axis in AXES)
+            figures[f"mls_{name}_worst_deg"] = max(of[f"{axis}_deg"] for axis in AXES)
             spread = np.mean(outcomes[name].each, axis=0)
             if (spread[-1] > LAG_CONTRAST * spread.min(axis=0)).all():
                 figures[f"mls_{name}_lag_ms"] = float(spread.argmin(axis=0).max())
-        figures["mls_fixed_float_max"] = max(pooled[n]["fixed_float_max"] for n in COMPARED)
+        figures |= {f"mls_{axis}_deg": pooled["corrected"][f"{axis}_deg"] for axis in AXES}
+        figures["mls_fixed_float_deg"] = max(pooled[n]["fixed_float_deg"] for n in COMPARED)
         self.patterns = {}
         for elements in (64, 16):
             say(f"patterns of {elements} elements")
@@ -173,7 +174,9 @@ class Mls(CasesExperiment):
             Section(title="Figure 7: compensation", text=_BEAMS, figures=beams),
         ]
         for antenna in SCANS:
-            keys = [f"{level}{antenna}_{key}_rms" for level in ("", "level_") for key in AZIMUTHS]
+            keys = [
+                f"{level}{antenna}_{k}_deg" for level in ("", "uncompensated_") for k in AZIMUTHS
+            ]
             heads = [
                 f"{a:g} deg{level}" for level in ("", ", level array") for a in AZIMUTHS.values()
             ]
@@ -202,7 +205,7 @@ def flown(
     decks = [deck(motion, SECONDS, seed) for seed in seeds]
     rows = np.stack([records(d, s, errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
     none = np.zeros(len(seeds))
-    figures = dict.fromkeys(("fixed_float_max", "fixed_float_rms", "saturated_sum"), none)
+    figures = dict.fromkeys(("fixed_float_deg", "fixed_float_rms_deg", "saturated"), none)
     figures["norm"] = none + 1.0
     if reference == "gyro":
         q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
@@ -217,9 +220,9 @@ def flown(
         pairs = zip(c, real, strict=True)
         difference = np.array([[r.outputs[a] - f.outputs[a] for a in AXES] for r, f in pairs])
         error = 180.0 * wrapped(difference, 2.0)[:, :, SETTLED:]
-        figures["fixed_float_max"] = np.abs(error).max(axis=(1, 2))
-        figures["fixed_float_rms"] = _rms(error, (1, 2))
-        figures["saturated_sum"] = np.array([float(r.n_saturated) for r in c])
+        figures["fixed_float_deg"] = np.abs(error).max(axis=(1, 2))
+        figures["fixed_float_rms_deg"] = _rms(error, (1, 2))
+        figures["saturated"] = np.array([float(r.n_saturated) for r in c])
         figures["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
     return decks, q, figures
 
