@@ -193,7 +193,7 @@ def _float_errors(
         "fixed_float_rms": float(np.sqrt(np.mean(error**2, axis=1)).max()),
         "agreed_max": 180.0 * max(d.largest for d in angles),
         "status_differs_sum": float(words.decided.differing),
-        "status_share": words.decided.share,
+        "status_share": words.decided.differing / words.decided.of,
     }
     for axis, result in zip(ANGLES, results, strict=True):
         figures |= {f"nis_{axis}": result.nis, f"rho_{axis}": float(result.correlation[0])}

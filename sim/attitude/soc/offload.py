@@ -61,9 +61,8 @@ def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) ->
     soc = soc_verilog(AttitudeSoc(system=system, words=_RAM // 4), "system")
     bench = build(
         "bench",
-        {**board_sources(board), **soc},
+        {"soc.v": "`define SOC\n", **board_sources(board), **soc},
         parameters=board_parameters(board.setup),
-        arguments=("-DSOC",),
     )
     files, arguments = files_and_arguments(board, stimulus(log, board), updates, {}, {})
     with tempfile.TemporaryDirectory(prefix="boresight-offload-") as folder:
