@@ -140,7 +140,8 @@ class Measurement:
         ``np.arctan2`` is, wraps too: z, r and the largest values are converted.
     sd_max : float, optional
         Largest standard deviation of h. By default it follows from those of the states and the
-        intervals of the derivatives, which are wide for a row that is one of several kinds.
+        intervals of the derivatives, which are wide for a row that is one of several kinds. None
+        where h is a state itself: that has its own.
     slope_max : mapping of str to float
         Largest derivatives of h, by the name of a state: powers of two. A larger derivative is
         clamped to it: the measurement corrects less then.

@@ -102,6 +102,8 @@ class Kalman(Estimator):
             self.largest_sd += [math.sqrt(_BELOW) * bound for bound in bounds]
             initial_sd += map(min, sds, self.largest_sd[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
+        #: By the line of a measurement: what narrows the range of its h P h.
+        self.remedies: dict[str, str] = {}
         n = len(self.errors)
         #: Variances: beyond the first no element grows, the second is added in every update.
         self.variance_limits = [_HELD * bound * bound for bound in self.largest_sd]

@@ -44,6 +44,10 @@ _COARSE = 2.0**17
 SPREAD = "h P h + r"
 #: When an element leaves the bounds that it has in a covariance.
 INDEFINITE = "rounding or nonlinearity make P indefinite"
+#: When a value leaves the bounds that `Measurement.sd_max` gives it.
+CLAIMED = "h is less certain than sd_max of its Measurement"
+#: Share of the largest part of a standard deviation from which a message names a part.
+_NAMED = 0.25
 
 
 class Update:
@@ -62,6 +66,8 @@ class Update:
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
         self.bounds = list(kalman.largest_sd)
+        #: Of each error state: what others add to its standard deviation in a prediction.
+        self.growth: dict[int, dict[int, float]] = {}
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
         #: Elements of P from which updates have been subtracted, and how many.
@@ -224,10 +230,12 @@ class Update:
     def _reach(self, i: int, row: Slope, variance: Any) -> float:
         """Largest standard deviation after a prediction that is not held."""
         k, size = self.kalman, self.intervals.size
-        spread = math.fsum(
-            size(d) * (math.sqrt(k.variance_limits[j]) if i == j else k.largest_sd[j])
+        parts = {
+            j: size(d) * (math.sqrt(k.variance_limits[j]) if i == j else k.largest_sd[j])
             for j, d in row.items()
-        )
+        }
+        spread = math.fsum(parts.values())
+        self.growth[i] = {j: part for j, part in parts.items() if j != i}
         return math.sqrt(spread * spread + size(variance) + k.noise_floor[i])
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
@@ -269,16 +277,16 @@ class Update:
             )
         row = self._limited_row(m, row)
         innovation = self._innovation(m)
-        spread = self._spread(m, row)
+        spread, unless = self._spread(m, row)
         # |h L| <= sqrt(h P h), by Cauchy and Schwarz.
-        dots = [self._within(_dot(row, g), spread) for g in self.gains]
+        dots = [self._within(_dot(row, g), spread, unless) for g in self.gains]
         full_column = [_dot(row, [self.cov[j, i] for j in self.range]) for i in self.range]
-        column = self._reduced_column(full_column, row, dots, spread)
+        column = self._reduced_column(full_column, row, dots, spread, unless)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
         variance = _dot(row, full_column if dots else column)
         variance = self._subtracted(variance, [a * a for a in dots]) + m.r
         if dots or not _is_unit(row):  # else its interval is as good
-            variance = _claimed(variance, low, spread * spread + high, SPREAD)
+            variance = _claimed(variance, low, spread * spread + high, SPREAD, unless)
         pairs = zip(dots, self.moves, strict=True)
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
@@ -325,7 +333,7 @@ class Update:
         return nu * nu > (gate * gate) * variance
 
     def _reduced_column(
-        self, column: list[Any], row: Slope, dots: Sequence[Scalar], spread: float
+        self, column: list[Any], row: Slope, dots: Sequence[Scalar], spread: float, unless: str
     ) -> list[Any]:
         """P h of P after the updates before; ``dots``: their h L."""
         if _is_unit(row):
@@ -334,7 +342,7 @@ class Update:
         for value, sd, *g in zip(column, self.bounds, *self.gains, strict=True):
             bound = spread * sd
             value = self._subtracted(value, [a * b for a, b in zip(g, dots, strict=True)])
-            out.append(_claimed(value, -bound, bound))
+            out.append(_claimed(value, -bound, bound, unless=unless))
         return out
 
     def _reduced_element(self, i: int, j: int) -> Any:
@@ -358,8 +366,8 @@ class Update:
                 row[i] = ops.saturated(row[i], limit)
         return row
 
-    def _spread(self, m: Measurement, row: Slope) -> float:
-        """Largest standard deviation of h, without the noise."""
+    def _spread(self, m: Measurement, row: Slope) -> tuple[float, str]:
+        """Largest standard deviation of h, without the noise, and when h has a larger one."""
         sizes = {j: self.intervals.size(h) for j, h in row.items()}
         endless = [self.kalman.errors[j] for j in sorted(sizes) if not math.isfinite(sizes[j])]
         if endless:
@@ -372,14 +380,48 @@ class Update:
                 "of an arc tangent needs a range without 0; or give this Measurement "
                 f"slope_max={{{limits}}}, the largest derivatives",
             )
-        spread = math.fsum(size * self.bounds[j] for j, size in sizes.items())
-        return spread if m.sd_max is None else min(spread, m.sd_max)
+        own, name = _is_unit(row), self.kalman.errors[next(iter(row))]
+        where = placed(m.line, "measurement, sd_max")
+        fix = f"declare it as sd_max of {name}, and leave it out here"
+        require(
+            not own or m.sd_max is None, where, f"none, for h is the state {name}", m.sd_max, fix
+        )
+        parts = {j: size * self.bounds[j] for j, size in sizes.items()}
+        spread = math.fsum(parts.values())
+        self.kalman.remedies[m.line] = self._remedy(m, parts, own)
+        if m.sd_max is None or m.sd_max >= spread:
+            return spread, INDEFINITE
+        return m.sd_max, CLAIMED
 
-    def _within(self, value: Scalar, spread: float) -> Any:
+    def _remedy(self, m: Measurement, parts: Mapping[int, float], own: bool) -> str:
+        """What narrows the range of h P h: the states that have the largest ``parts`` of it.
+
+        ``own``: h is a state itself.
+        """
+        names, inputs, grown = dict[str, None](), set[str](), []
+        for j in _largest(parts):
+            growth = self.growth.get(j, {})
+            if growth and self.bounds[j] > 1.25 * self.kalman.largest_sd[j]:
+                sds = f"{self.kalman.largest_sd[j]:.3g} to {self.bounds[j]:.3g}"
+                grown.append(f"of {self.kalman.errors[j]} from {sds}")
+                names |= {self.kalman.errors[i]: None for i in _largest(growth)}
+                inputs |= {n for i in _largest(growth) for n in _inputs_of(self.rows[j].get(i))}
+            else:
+                names[self.kalman.errors[j]] = None
+        text = f"lower sd_max of {', '.join(names)}"
+        text += ", or the range of dt" * ("dt" in inputs)
+        if grown:
+            text += f" (one prediction may take the standard deviation {' and '.join(grown)})"
+        if own:
+            return text
+        claim = "lower" if m.sd_max else "give this Measurement"
+        return f"{text}; or {claim} sd_max, the largest standard deviation of its h"
+
+    def _within(self, value: Scalar, spread: float, unless: str) -> Any:
         """A value within a standard deviation, where its interval is wider."""
         if self.intervals.size(value) <= spread * (1.0 + 1e-9):
             return value
-        return _claimed(value, -spread, spread)
+        return _claimed(value, -spread, spread, unless=unless)
 
     def _move(self, s: Any) -> None:
         """The sum of all corrections of one state."""
@@ -458,9 +500,32 @@ def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> 
     return sum((product(row[m], column[m]) for m in sorted(row)), first)
 
 
-def _claimed(value: Any, low: float, high: float, reason: str = "standard deviations") -> Scalar:
-    """A value within bounds that hold unless P is indefinite."""
-    return ops.bounded(value, low, high, reason, unless=INDEFINITE)  # type: ignore[no-any-return]
+def _claimed(
+    value: Any,
+    low: float,
+    high: float,
+    reason: str = "standard deviations",
+    unless: str = INDEFINITE,
+) -> Scalar:
+    """A value within bounds that hold, by default unless P is indefinite."""
+    return ops.bounded(value, low, high, reason, unless=unless)  # type: ignore[no-any-return]
+
+
+def _largest(parts: Mapping[int, float]) -> list[int]:
+    """Errors whose parts of a sum are no small ones."""
+    return [j for j, part in sorted(parts.items()) if part >= _NAMED * max(parts.values())]
+
+
+def _inputs_of(x: Scalar | None) -> set[str]:
+    """Names of the inputs that an expression is computed from."""
+    stack, visited, names = [x] if x is not None else [], set[int](), set[str]()
+    while stack:
+        e = stack.pop()
+        if e.number not in visited:
+            visited.add(e.number)
+            stack.extend(e.args)
+            names |= {e.data[1]} if e.kind == "leaf" and e.data[0] == "input" else set()
+    return names
 
 
 def _blocks(rows: Sequence[Slope]) -> list[list[int]]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from boresight.firmware.build import WordRanges
 from boresight.model.arrays import BoolArray
 from boresight.model.declarations import PERIODS
 from boresight.model.estimator import Estimator
-from boresight.model.kalman.update import INDEFINITE, SPREAD
+from boresight.model.kalman.update import CLAIMED, INDEFINITE, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
@@ -30,6 +31,8 @@ from boresight.sim.ranges.intervals import Ends, ends_of
 MARGIN_BITS = 2
 #: Values that messages name.
 NAMED = 3
+#: Cure of a value that `Measurement.sd_max` bounds.
+RAISE = "raise sd_max of this Measurement"
 #: Widest word, bits.
 _WIDEST = 32
 #: Share of the word below which an argument is too coarse to be normalised.
@@ -62,6 +65,7 @@ def find_culprit(
     pieces: Iterable[tuple[IntArray, IntArray, BoolArray]],
     wrong: Sequence[int],
     among: Collection[int] | None = None,
+    remedies: Mapping[str, str] = MappingProxyType({}),
 ) -> Culprit | None:
     """Look for the first update, and in it the first operation, that leaves its float twin.
 
@@ -79,6 +83,8 @@ def find_culprit(
         Updates that are known to be wrong, in their order.
     among : collection of int, optional
         Values that may be to blame; by default all.
+    remedies : mapping of str to str
+        `Estimator.remedies`.
     """
     start, before, ahead = 0, None, list(wrong)
     for inputs, states, anew in pieces:
@@ -88,10 +94,10 @@ def find_culprit(
             here = slice(at, stop)
             rows = inputs[here], states[here], before, start + at, anew[here]
             for twin in twins(program, nodes, *rows):
-                if (culprit := _first_leaving(twin, among)) is not None:
+                if (culprit := _first_leaving(twin, among, remedies)) is not None:
                     return culprit
             if start + stop > ahead[0]:
-                culprit = _weakest(twin, ahead.pop(0) - twin.first, among)
+                culprit = _weakest(twin, ahead.pop(0) - twin.first, among, remedies)
                 if culprit is not None:
                     return culprit
             before, at = states[stop - 1], stop
@@ -101,7 +107,11 @@ def find_culprit(
     return None
 
 
-def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit | None:
+def _first_leaving(
+    twin: Twin,
+    among: Collection[int] | None = None,
+    remedies: Mapping[str, str] = MappingProxyType({}),
+) -> Culprit | None:
     """The first operation of some updates that leaves its twin or its range."""
     candidates = [
         (int(np.argmax(wrong)), op.dest, ranged)
@@ -114,7 +124,7 @@ def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit 
         return None
     step, value, ranged = min(candidates, key=lambda f: f[0])  # the first op of several
     for part in parts_of(twin.nodes[value], twin.value_of):
-        if (fault := _function_fault(twin, part, step)) is not None:
+        if (fault := _function_fault(twin, part, step, remedies)) is not None:
             return _named(twin, value, step, *fault, line=part.line)
     arithmetic = twin.program.arithmetic
     at_limit = int(twin.words[value][step]) in (arithmetic.min_int, arithmetic.max_int)
@@ -128,6 +138,7 @@ def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit 
             f"[{said.low:.6g}, {said.high:.6g}]"
         )
         cure = f"widen the range ({said.range_source}) or limit the value"
+        cure = RAISE if twin.nodes[value].unless == CLAIMED else cure
         if said.unit in PERIODS and max(-said.low, said.high) <= 0.5 * PERIODS[said.unit]:
             wrap = {"ht": "wrap_ht", "turn": "wrap_turns"}[said.unit]
             cure = f"an angle of a whole turn is wrapped: ops.{wrap}"
@@ -149,7 +160,9 @@ def _named(
     return Culprit(twin.first + step, name, line or node.line, why, cure)
 
 
-def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None:
+def _function_fault(
+    twin: Twin, node: Node, step: int, remedies: Mapping[str, str]
+) -> tuple[str, str] | None:
     """What an argument out of its function's domain explains, with the cure."""
     if node.kind not in (*_NORMALISED, "asin"):
         return None
@@ -168,11 +181,13 @@ def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None
         return None
     return (
         f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",
-        _more_bits(node),
+        _more_bits(node, remedies),
     )
 
 
-def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | None:
+def _weakest(
+    twin: Twin, step: int, among: Collection[int] | None, remedies: Mapping[str, str]
+) -> Culprit | None:
     """The root or reciprocal whose argument has the fewest bits, if they are few."""
     candidates: list[tuple[int, int, Node]] = []
     for value, node in twin.nodes.items():
@@ -186,11 +201,15 @@ def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | 
     bits, value, part = min(few, key=lambda f: f[0])
     why = f"{part.kind}: argument {float(twin.argument(part.args[0])[step]):.3g} has only "
     why += f"{bits} significant bits"
-    return _named(twin, value, step, why, _more_bits(part), line=part.line)
+    return _named(twin, value, step, why, _more_bits(part, remedies), line=part.line)
 
 
 def near_floor(
-    program: Program, nodes: Mapping[int, Node], ranges: WordRanges, reached: Mapping[int, Range]
+    program: Program,
+    nodes: Mapping[int, Node],
+    ranges: WordRanges,
+    reached: Mapping[int, Range],
+    remedies: Mapping[str, str],
 ) -> str:
     """The root or reciprocal whose argument came nearest to its floor, within `_NEAR`; or empty."""
     value_of = {node.number: number for number, node in nodes.items()}
@@ -207,24 +226,19 @@ def near_floor(
             text = (
                 f"{part.line}: the argument of a {_NORMALISED[part.kind]}, {size:.3g} in step "
                 f"{int(at[held])}, is only {share:.2g} times the least that "
-                f"{program.arithmetic.word} bits normalise; {_more_bits(part)}"
+                f"{program.arithmetic.word} bits normalise; {_more_bits(part, remedies)}"
             )
             worst = share, text
     return worst[1]
 
 
-def _more_bits(node: Node) -> str:
+def _more_bits(node: Node, remedies: Mapping[str, str]) -> str:
     """What gives the argument of a root or reciprocal more bits."""
     arg = node.args[0]
-    if arg.source.startswith(f"declared: {SPREAD}"):
+    if node.kind == "rsqrt" and node.line in remedies:
         return (
-            f"give this Measurement sd_max, the largest standard deviation of its h, for a "
-            f"narrower range of h P h + r than [{arg.low:.3g}, {arg.high:.3g}]"
-        )
-    if any(part.unless == INDEFINITE for part in (arg, *arg.args)):
-        return (
-            f"lower sd_max of the states that this Measurement sees, for a narrower range of "
-            f"h P h + r than [{arg.low:.3g}, {arg.high:.3g}]"
+            f"for a narrower range of {SPREAD} than [{arg.low:.3g}, {arg.high:.3g}] "
+            f"{remedies[node.line]}"
         )
     name = arg.name or f"the argument ({arg.line})"
     return f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]"
@@ -343,8 +357,9 @@ def _cure(
                 share = math.sqrt(2.0**MARGIN_BITS * reached[n][1] / program.values[n].high)
                 cures += [f"multiply sd_max of {i} by {share:.2g}"] if share < 0.7 else []
         return " and ".join(cures)
-    if node is not None and node.unless == INDEFINITE:
-        return "lower sd_max of its states or of its Measurement"
+    if node is not None and node.unless in (INDEFINITE, CLAIMED):
+        known = estimator.remedies.get(node.line)
+        return known or "lower sd_max of its states or of its Measurement"
     if said.kind is not Kind.OP or (node is not None and node.kind in ("bounded", "saturated")):
         return f"narrow its range to {limits}"
     return f"bound it to {limits} with ops.bounded"

@@ -11,12 +11,14 @@ import numpy as np
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import ATTITUDE, QUATERNION
+from boresight.model.kalman.update import CLAIMED
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.diagnosis import (
     NAMED,
+    RAISE,
     Wasted,
     find_culprit,
     near_floor,
@@ -278,7 +280,12 @@ class Judge:
             k
             for k, (claim, seen) in enumerate(zip(claims, extremes, strict=True))
             if claim.state in left
-            or (claim.bounded and not claim.unless and seen is not None and claim.broken_by(seen))
+            or (
+                claim.bounded
+                and claim.unless in ("", CLAIMED)
+                and seen is not None
+                and claim.broken_by(seen)
+            )
         }
         return Accuracy(
             errors,
@@ -291,7 +298,7 @@ class Judge:
             tuple(extremes),
             frozenset(broken),
             self._ranges,
-            near_floor(program, nodes, self._ranges, reached),
+            near_floor(program, nodes, self._ranges, reached, self._estimator.remedies),
         )
 
     def _beyond(
@@ -316,10 +323,10 @@ class Judge:
             ends = reached[claim.word]
             end = int(ends[1] - claim.high > claim.low - ends[0])
             where = f"{claim.line}: " if claim.line else ""
+            cure = RAISE if claim.unless == CLAIMED else "widen it, or limit the value"
             lines.append(
                 f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
-                f"claim [{claim.low:g}, {claim.high:g}], {claim.reason}: widen it, or limit the "
-                "value"
+                f"claim [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"
             )
         return tuple(lines)
 
@@ -345,7 +352,8 @@ class Judge:
         outputs = zip(program.output_names, program.outputs, strict=True)
         faults |= {n for name, n in outputs if name in bad}
         pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
-        first = find_culprit(program, nodes, pieces, sorted(steps), made_of(program, faults))
+        among, remedies = made_of(program, faults), self._estimator.remedies
+        first = find_culprit(program, nodes, pieces, sorted(steps), among, remedies)
         text = (
             str(first)
             if first

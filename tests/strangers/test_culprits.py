@@ -104,6 +104,30 @@ def test_an_argument_near_its_floor_is_a_warning() -> None:
     assert result.good and not any("warning: " in x for x in result.lines())
 
 
+class Pulled(Spread):
+    """A state that another one moves farther than its own standard deviation."""
+
+    inputs = (Input("z", -100.0, 100.0), Input("dt", 0.0, 2.0, "s"))
+    states = (
+        kalman.State("v", -100.0, 100.0, sd=0.5, sd_max=1.0),
+        kalman.State("a", -100.0, 100.0, sd=0.5, sd_max=50.0),
+    )
+
+    def f(self, x, u, p):
+        return {"v": x.v + u.dt * x.a}
+
+    def measure(self, x, u, p):
+        return [kalman.Measurement(u.z, x.v, 1e-4)]
+
+
+def test_what_widens_the_variance_of_an_innovation_is_named() -> None:
+    """64 = the largest growth that `Kalman` allows."""
+    log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N), "dt": np.full(N, 0.01)}
+    (result,) = boresight.check(Pulled, log, levels=("fixed",), word=24)["results"]
+    said = "lower sd_max of a, or the range of dt (one prediction may take the standard deviation "
+    assert said + "of v from 1 to 64)" in str(result), str(result)
+
+
 def test_a_wide_variance_of_an_innovation_asks_for_sd_max() -> None:
     log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N)}
     (result,) = boresight.check(Spread, log, levels=("fixed",), word=24)["results"]

@@ -252,6 +252,12 @@ def test_a_claim_of_what_the_states_leave_unknown() -> None:
         return max(e.data[1] for e in kind().record().needed if "h P h + r" in e.data)
 
     assert variance(Claimed) == pytest.approx(16.0 + 4.0) and variance(Steep) > 100.0
+    log = {"z": np.zeros(50), "there": np.ones(50)}
+    for claim, good in ((4.0, True), (1.0, False)):  # P of pos begins at 4
+        Claimed.claim = claim
+        (result,) = boresight.check(Claimed(), log, levels=("fixed",))["results"]
+        said = "\n".join(result.lines())
+        assert ("raise sd_max of this Measurement" in said) is not good, said
     rows = [Measurement(0.0, 0.0, 1.0, sd_max=sd) for sd in (2.0, 3.0)]
     assert in_turn(np.float64(0.0), rows).sd_max == 3.0
     assert in_turn(np.float64(0.0), [*rows, Measurement(0.0, 0.0, 1.0)]).sd_max is None
@@ -507,6 +513,10 @@ def changed(**members: Any) -> type[Kalman]:
         ({"dither": "no"}, "changed: wanted dither: True or False, found 'no'"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, sd_max=0.0)]}, "sd_max"),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, sd_max=1.0)]},
+            "sd_max: wanted none, for h is the state pos, found 1.0; declare it as sd_max of pos",
+        ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, slope_max={"pos": 3})]},
             "a power of two as slope_max of pos, found 3",
