@@ -58,6 +58,25 @@ def test_every_register_is_used(netlists):
     assert enables == {str(multiplier["connections"]["CE0"])}
 
 
+def test_every_pin_has_what_its_flip_flop_had(netlists):
+    before, after, _ = netlists
+    beside = [c["connections"] for c in cells(before, "TRELLIS_FF")]
+    moved = {(c["DI"][0], c["Q"][0]) for c in beside}
+    for kind in ("DP16KD", "MULT18X18D"):
+        (old,), (new,) = cells(before, kind), cells(after, kind)
+        for port, (net,) in old["connections"].items():
+            if port.rstrip("0123456789") in ("A", "B", "P", "DOA", "DOB"):
+                pair = (net, new["connections"][port][0])
+                moved.remove(pair if new["port_directions"][port] == "output" else pair[::-1])
+    assert not moved
+    # They are enabled by a low net, the registers by its inverse.
+    (low,) = {c["CE"][0] for c in beside}
+    high = cells(after, "MULT18X18D")[0]["connections"]["CE0"][0]
+    tables = {c["connections"]["Z"][0]: c for c in cells(after, "LUT4")}
+    assert all(tables[low]["connections"][p] == tables[high]["connections"][p] for p in "ABCD")
+    assert sum(int(tables[net]["parameters"]["INIT"], 2) for net in (low, high)) == 0xFFFF
+
+
 @pytest.mark.parametrize(
     ("changed", "left"),
     [

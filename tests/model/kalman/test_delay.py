@@ -39,6 +39,11 @@ class Late(ByHand):
         return [Measurement(u.z, x.h, 0.04, gate=4.0, delay=DELAY)]
 
 
+class LateByDifference(Late):
+    def f(self, x, u, p):
+        return {"h": x.h - (-DT * x.v - 0.5 * DT**2 * u.acc), "v": x.v - -DT * u.acc}
+
+
 class LateByInput(Late):
     inputs = (*ByHand.inputs, Input("dt", 0.0, 0.1, "s"))
 
@@ -53,7 +58,7 @@ LOG = {
 LOG["z"][100::50] += 40.0
 
 
-@pytest.mark.parametrize("late", [Late, LateByInput])
+@pytest.mark.parametrize("late", [Late, LateByDifference, LateByInput])
 def test_a_late_measurement_is_that_of_then(late: type[Kalman]) -> None:
     (result,) = boresight.check(late, LOG, levels=("fixed", "c"))["results"]
     assert result.good, result.lines()

@@ -409,7 +409,7 @@ def test_an_arc_tangent_in_another_unit_is_converted_and_wraps(turn: float) -> N
         def measure(self, x: Any, u: Any, p: Any) -> Any:
             angle = np.arctan2(x.east, -x.south)
             h = angle if self.unit < 4.0 else np.degrees(1.0) * angle
-            return [Measurement(u.z, h, 1e-4 * self.unit**2, gate=8.0)]
+            return [Measurement(u.z, h, 1e-4 * self.unit**2, gate=8.0, sd_max=0.25 * self.unit)]
 
     class HalfTurns(Bearing):
         name = "bearing"
@@ -417,7 +417,7 @@ def test_an_arc_tangent_in_another_unit_is_converted_and_wraps(turn: float) -> N
 
         def measure(self, x: Any, u: Any, p: Any) -> Any:
             h = ops.atan2_ht(x.east, -x.south)
-            return [Measurement(u.z * (1.0 / turn), h, 1e-4, wrap=True, gate=8.0)]
+            return [Measurement(u.z * (1.0 / turn), h, 1e-4, wrap=True, gate=8.0, sd_max=0.25)]
 
     ahead = np.where(np.arange(80) % 2, 0.98, -0.98)  # beside the ends of the range
     outcome = floating(Bearing(), turn * ahead[:, None])
@@ -426,6 +426,8 @@ def test_an_arc_tangent_in_another_unit_is_converted_and_wraps(turn: float) -> N
     for name, values in wanted.items():
         assert outcome[name] == pytest.approx(values, abs=1e-6)
     assert far(Bearing(), turn * ahead[:, None]) < 1e-6
+    formats = [[v.frac for v in e.compile().values] for e in (Bearing(), HalfTurns())]
+    assert formats[0] == formats[1]  # sd_max is converted, too
 
 
 def refused(make: Any) -> str:
