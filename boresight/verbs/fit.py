@@ -212,15 +212,16 @@ def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[i
     return None
 
 
-def _inputs(estimator: Estimator, log: Log) -> Iterator[FloatArray]:
-    """Inputs (n, n_inputs) of a log, piece by piece."""
-    return (columns.inputs for columns in feeds(estimator, log.blocks(1 << 16)))
+def _inputs(estimator: Estimator, log: Log) -> Iterator[tuple[FloatArray, bool]]:
+    """Inputs (n, n_inputs) of a log, and whether each piece begins from the initial states."""
+    for k, part in enumerate(feeds(estimator, log.blocks(1 << 16))):
+        yield from part.spans(not k)
 
 
 def _digest(inputs: Inputs) -> tuple[int, str]:
     """Updates, and the SHA-256 of their inputs."""
     updates, digest = 0, hashlib.sha256()
-    for piece in pieces_of(inputs):
+    for piece, _ in pieces_of(inputs):
         updates += len(piece)
         digest.update(piece.tobytes())
     return updates, digest.hexdigest()

@@ -185,7 +185,9 @@ def fitted(
 
     def reached(inputs: Inputs, values: Mapping[str, float]) -> Reached:
         observer = Observer(trace, estimator, values)
-        for piece in pieces_of(inputs):
+        for piece, anew in pieces_of(inputs):
+            if anew:
+                observer.reset()
             observer.add(piece)
         return observer.reached
 
@@ -236,9 +238,9 @@ def effect(
     floating, worst, saturated = CompiledFloat(build), dict[str, Difference](), 0
     for inputs in records.values():
         deviations = Differences(estimator.outputs, [o.name for o in estimator.outputs])
-        words.reset()
-        floating.reset()
-        for piece in pieces_of(inputs):
+        for piece, anew in pieces_of(inputs):
+            for level in (words, floating) if anew else ():
+                level.reset()
             run = words.run(piece)
             saturated += run.n_saturated
             deviations.add(run.outputs, floating.run(piece).outputs)

@@ -24,8 +24,9 @@ from boresight.model.recorded import evaluate
 #: Smallest and largest value by the number of an expression; for a comparison, of the difference.
 Reached = Mapping[int, Range]
 
-#: Inputs (n, n_inputs) of a record, or a function that gives them in pieces at each call.
-Inputs = FloatArray | Callable[[], Iterable[FloatArray]]
+#: Inputs (n, n_inputs) of a record, or a function that gives them in pieces at each call, each with
+#: whether it begins from the initial states.
+Inputs = FloatArray | Callable[[], Iterable[tuple[FloatArray, bool]]]
 
 #: Updates that are computed at a time.
 CHUNK = 1024
@@ -110,9 +111,9 @@ class Observer:
         return {k: (float(a), float(b)) for k, (a, b) in ends if a <= b}
 
 
-def pieces_of(inputs: Inputs) -> Iterable[FloatArray]:
+def pieces_of(inputs: Inputs) -> Iterable[tuple[FloatArray, bool]]:
     """The inputs of a record in pieces, of an array as one."""
-    return [inputs] if isinstance(inputs, np.ndarray) else inputs()
+    return [(inputs, True)] if isinstance(inputs, np.ndarray) else inputs()
 
 
 def joined(*seen: Reached) -> Reached:

@@ -21,6 +21,23 @@ def test_a_profile(here: Path, data, said) -> None:
     assert "formats of" in said("fit mine.py mine.py mine.csv -o own.json -q")
 
 
+def test_a_log_that_restarts(here: Path, data) -> None:
+    """A sum that grows by 1 in each row, and begins anew in every fourth: at most 4, in [-8, 8]."""
+    Path("total.py").write_text(
+        "from boresight import Estimator, Input, Output, State\n"
+        "class Total(Estimator):\n"
+        "    inputs = (Input('a', 0.0, 1.0),)\n"
+        "    states = (State('s', -8.0, 8.0),)\n"
+        "    outputs = (Output('y', '', 1e-6),)\n"
+        "    def step(self, x, u, p):\n"
+        "        return {'s': x.s + u.a}, {'y': x.s + u.a}\n"
+    )
+    rows = [f"1,{k % 4 // 3}" for k in range(1, 201)]
+    Path("total.csv").write_text("\n".join(["a,restart", *rows]) + "\n")
+    found = data("fit total.py total.csv")
+    assert found["saturated_updates"] == 0 and found["errors"][0]["after"] == 0.0
+
+
 def test_refused(here: Path, refused) -> None:
     assert "at least one log or world" in refused("fit mine.py")
     assert "nosuch.csv" in refused("fit mine.py nosuch.csv")
