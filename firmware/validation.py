@@ -2,8 +2,8 @@
 
 `<name>.h` and `<name>.c` are parsed (pycparser), ``update`` is executed on terms, statement by
 statement, and each output, next state and the flag must be the term that the program's operations
-define (`model.words.terms`). Tables, first words, the order of the structures' members and the
-widths in the macros are compared, too. The functions that the statements call
+define (`model.words.terms`). Tables, first words, types, the order of the structures' members and
+the numbers in the macros are compared, too. The functions that the statements call
 (`firmware.helpers`) must be there unchanged; what they compute is shown by tests.
 """
 
@@ -103,10 +103,28 @@ def _plain(node: c_ast.Node) -> Any:
         case c_ast.Assignment():
             return node.op, _plain(node.lvalue), _plain(node.rvalue)
         case c_ast.Decl():
+            _check_type(node, _LOCALS.get(node.name, "int32_t"))
             return None if node.init is None else ("declare", node.name, _plain(node.init))
         case c_ast.Cast():
             return None
     raise _Unread(f"{type(node).__name__} is no part of an update")
+
+
+#: Types of the local variables that are no words.
+_LOCALS = dict.fromkeys(_FLAGS, "bool") | {
+    **dict.fromkeys(("acc", "flag"), "uint64_t"),
+    **{"n": "uint32_t", "segment": "int32_t *"},
+}
+
+
+def _check_type(node: c_ast.Decl, wanted: str) -> None:
+    """Raise _Unread if a declaration has another type."""
+    kind, stars = node.type, ""
+    while isinstance(kind, c_ast.PtrDecl | c_ast.ArrayDecl):
+        stars += " *" * isinstance(kind, c_ast.PtrDecl)
+        kind = kind.type
+    if (found := " ".join(kind.type.names) + stars) != wanted:
+        raise _Unread(f"{node.name} must be {wanted}, not {found}")
 
 
 class _File:
@@ -126,14 +144,25 @@ class _File:
         code = _DIRECTIVE.sub("", _COMMENT.sub("", code)).replace('extern "C" {', "")
         self.bodies: dict[str, list[Any]] = {}
         self.members: dict[str, list[str]] = {}
+        #: Numbers in the macros of the header.
+        self.published = {
+            k: _COMMENT.sub("", v).strip("() ") for k, v in _MACRO.findall(texts[f"{name}.h"])
+        }
         #: Words of each array, and their declared number.
         self.tables: dict[str, tuple[list[int], int]] = {}
         for x in CParser().parse(code).ext:
             if isinstance(x, c_ast.FuncDef):
                 self.bodies[x.decl.name] = [*map(_plain, x.body.block_items or [])]
             elif isinstance(x, c_ast.Typedef) and isinstance(x.type.type, c_ast.Struct):
-                self.members[x.name] = [d.name for d in x.type.type.decls]
+                members = x.type.type.decls
+                self.members[x.name] = [d.name for d in members]
+                for k, member in enumerate(members):
+                    is_flag = x.name == f"{name}_out_t" and k >= len(members) - len(_FLAGS)
+                    word = "bool" if is_flag else "int32_t"
+                    own = f"{name}_{member.name}_t" if x.name == f"{name}_t" else word
+                    _check_type(member, own)
             elif isinstance(x, c_ast.Decl) and isinstance(x.type, c_ast.ArrayDecl):
+                _check_type(x, "int32_t")
                 self.tables[x.name] = [*map(_plain, x.init.exprs)], _plain(x.type.dim)
 
     def body(self, function: str) -> list[Any]:
@@ -158,6 +187,7 @@ def _check(p: Program, file: _File) -> None:
     params = file.places("params", "self.params", p.of_kind(Kind.PARAM))
     states = file.places("state", "self.state", [*following])
     places = {**file.places("in", "in", p.inputs), **params, **states}
+    outputs = file.places("out", "out", range(len(p.outputs)), extra=_FLAGS)
 
     def same(place: str, wanted: Any, found: Any, text: Callable[[Any], str] = str) -> None:
         if found != wanted:
@@ -168,6 +198,14 @@ def _check(p: Program, file: _File) -> None:
         body: list[Any] = [("=", place, p.values[n].initial) for place, n in first.items()]
         calls = [(f"{file.name}_reset", "self")] if function == "init" else []
         same(function, body + calls, file.body(function))
+    sizes = {"WORD": p.arithmetic.word, "INPUTS": len(p.inputs), "OUTPUTS": len(p.outputs)}
+    words = (*p.inputs, *p.of_kind(Kind.PARAM), *p.outputs)
+    published = [
+        f'"{p.digest}"',
+        *map(str, sizes.values()),
+        *(str(p.values[n].frac) for n in words),
+    ]
+    same("the macros of the header", published, [*file.published.values()])
     read = any(term.coefficient is not None for op in p.ops for term in op.terms)
     table = {"TABLE": ([*p.table_memory], len(p.table_memory))} if read else {}
     same("the tables", table, file.tables)
@@ -180,10 +218,7 @@ def _check(p: Program, file: _File) -> None:
         if statement[0] == "declare" and (local := _LOCAL.match(statement[1])):
             wanted = meaning.values[int(local[1])]
             same(statement[1], wanted, update.places[statement[1]], terms.text)
-    after = {
-        place: meaning.values[p.outputs[k]]
-        for place, k in file.places("out", "out", range(len(p.outputs)), extra=_FLAGS).items()
-    }
+    after = {place: meaning.values[p.outputs[k]] for place, k in outputs.items()}
     for place, n in places.items():
         after[place] = meaning.values[following[n]] if n in following else symbols[n]
     for place, term in after.items():

@@ -112,3 +112,24 @@ def test_members_in_another_order() -> None:
     lines[k], lines[k + 1] = lines[k + 1], lines[k]
     with pytest.raises(Refuted, match=r"^filter\.c: "):
         validate_c(program, "filter", texts | {"filter.h": "\n".join(lines)})
+
+
+def test_types_and_numbers_of_macros() -> None:
+    """Each declaration with another type, and each macro with another number, is refused."""
+    program = random_program(SEED, n_ops=12, n_states=2)
+    program = random_program(1, n_ops=12, n_states=2)
+    texts, tried = emit_c(program, prefix="filter"), 0
+    for file, text in texts.items():
+        lines = text.split("\n")
+        update = next((k for k, x in enumerate(lines) if x.startswith("void filter_init")), 0)
+        for k, line in enumerate(lines):
+            wrong = re.sub(r"^(    )(const )?(u?int\d+_t|bool)\b", r"\1\2int64_t", line)
+            if file == "filter.h" or not line.startswith("    "):
+                wrong = re.sub(r"^(#define \w+ \(?-?)(\d+)", r"\g<1>1\2", wrong)
+            if wrong == line or (update > k and line.startswith("    ")):
+                continue
+            tried += 1
+            with pytest.raises(Refuted):
+                changed = "\n".join([*lines[:k], wrong, *lines[k + 1 :]])
+                validate_c(program, "filter", texts | {file: changed})
+    assert tried > 40
