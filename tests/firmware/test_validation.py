@@ -116,7 +116,6 @@ def test_members_in_another_order() -> None:
 
 def test_types_and_numbers_of_macros() -> None:
     """Each declaration with another type, and each macro with another number, is refused."""
-    program = random_program(SEED, n_ops=12, n_states=2)
     program = random_program(1, n_ops=12, n_states=2)
     texts, tried = emit_c(program, prefix="filter"), 0
     for file, text in texts.items():
