@@ -189,3 +189,12 @@ def test_random_programs_in_turns(config, word, count, simulator):
     run = RtlSimulation(part, simulator).run(stream, bus_writes=[BusWrite(9, address, 12345)])
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == part.schedule.interval).all()
+
+
+@pytest.mark.parametrize(("n_inputs", "n_outputs"), [(16, 1), (1, 16)])
+def test_pauses_are_made_on_both_sides(n_inputs: int, n_outputs: int) -> None:
+    """16 words wait longer than one word can."""
+    program = random_program(1, word=18, n_inputs=n_inputs, n_outputs=n_outputs)
+    core = build_core(program, "small")
+    run = RtlSimulation(core).run(np.array(random_inputs(program, 1, 20)), stall=3)
+    assert (run.interval_cycles - core.schedule.interval).mean() > 5.0
