@@ -21,9 +21,9 @@ def shortened(text: str, limit: int) -> str:
     return f"{text[: limit - 3 - end]}...{text[len(text) - end :]}"
 
 
-def closest(name: str, names: Iterable[str], limit: int = 4) -> list[str]:
-    """Return the ``limit`` names closest to an unknown ``name``."""
-    return difflib.get_close_matches(name[:100], list(names), limit, 0.0)
+def closest(name: str, names: Iterable[str]) -> list[str]:
+    """Return the four names closest to an unknown ``name``."""
+    return difflib.get_close_matches(name[:100], list(names), 4, 0.0)
 
 
 def listed(name: str, names: Iterable[str]) -> str:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -27,8 +26,6 @@ class FloatCModel(HostModel):
         `SINGLE`, or `DOUBLE` for the compiled float64 reference.
     params : mapping, optional
         Parameter values; by default those declared.
-    cflags, cache
-        See `firmware.build.compiled_library`.
     """
 
     def __init__(
@@ -37,14 +34,12 @@ class FloatCModel(HostModel):
         *,
         precision: Precision = SINGLE,
         params: Mapping[str, float] | None = None,
-        cflags: Sequence[str] | None = None,
-        cache: Path | None = None,
     ) -> None:
         self.estimator = estimator
         name, states = float_prefix(estimator, precision), len(estimator.states)
         host = host_source(name, states, number=precision.type)
         files = {**emit_float_c(estimator, precision), f"{name}_host.c": host}
-        library = compiled_library(files, cflags=cflags, libraries=("-lm",), cache=cache)
+        library = compiled_library(files, libraries=("-lm",))
         super().__init__(library, precision.numpy, len(estimator.params), states)
         self.set_params(params)
 

@@ -170,6 +170,6 @@ class Top(wiring.Component):
         return m
 
 
-def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
+def records_design(core: Core) -> Callable[[int], Top]:
     """Return the design for `gateware.boards.project.write_project`: `Top` for a clock."""
-    return lambda clock_hz: Top(core=core, clock_hz=clock_hz, baud=baud)
+    return lambda clock_hz: Top(core=core, clock_hz=clock_hz)

@@ -250,10 +250,8 @@ def route(
     return Routed(mapped=mapped, runs=tuple(runs), version=tool.version, command=shown)
 
 
-def enclosed(
-    netlist: dict[str, Any], top: str, family: Family, *, clock: str = "clk"
-) -> dict[str, Any]:
-    """The netlist with a flip-flop in place of every bit of its ports but the clock.
+def enclosed(netlist: dict[str, Any], top: str, family: Family) -> dict[str, Any]:
+    """The netlist with a flip-flop in place of every bit of its ports but the clock, ``clk``.
 
     Inputs come out of a shift register, outputs end in flip-flops: paths through ports are routed,
     and timed as if registers were beside the design. What drives the clock, and constants, is as
@@ -263,7 +261,7 @@ def enclosed(
     module = out["modules"][top]
     cells, ports = module["cells"], module["ports"]
     beside, *_ = family.flip_flops
-    (clock_net,) = ports[clock]["bits"]
+    (clock_net,) = ports["clk"]["bits"]
     used = (
         bit
         for x in (*cells.values(), *ports.values())
@@ -282,9 +280,9 @@ def enclosed(
     before: int | str = drive("0", next(fresh)) if "0" in family.drivers else "0"
     if "clk" in family.drivers:
         drive("clk", clock_net)
-        del ports[clock]
+        del ports["clk"]
     for name, port in list(ports.items()):
-        if name == clock:
+        if name == "clk":
             continue
         for number, net in enumerate(port["bits"]):
             if not isinstance(net, int):

@@ -31,10 +31,10 @@ def symmetric(n: int, element: Callable[[int, int], Any]) -> Symmetric:
     return p
 
 
-def element_names(n: int, prefix: str = "p") -> list[tuple[str, int, int]]:
+def element_names(n: int) -> list[tuple[str, int, int]]:
     """(name, i, j) of the stored elements, i <= j; state numbers from ten on are letters."""
     digits = "0123456789abcdefghijklmnopqrstuvwxyz"
-    return [(f"{prefix}{digits[i]}{digits[j]}", i, j) for i in range(n) for j in range(i, n)]
+    return [(f"p{digits[i]}{digits[j]}", i, j) for i in range(n) for j in range(i, n)]
 
 
 def covariance_states(n: int, initial: Callable[[int], float]) -> tuple[State, ...]:

@@ -242,9 +242,9 @@ def phases_fixed_float(seed: int, axis: str) -> float:
 
 
 def beam_errors(
-    decks: Sequence[Deck], q: FloatArray, antenna: str, azimuth_deg: float, instants: int = 24
+    decks: Sequence[Deck], q: FloatArray, antenna: str, azimuth_deg: float
 ) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
-    """Error of a receiver's angle at one of `SCANS` (runs, instants) [deg], by -3 dB gates.
+    """Error of a receiver's angle at one of `SCANS` (runs, 24 instants) [deg], by -3 dB gates.
 
     With phases turned by the estimated attitude ``q``, and with those of a level array; then scan
     [deg] and amplitude of both, level first, at the last instant of the first run.
@@ -256,17 +256,17 @@ def beam_errors(
         to = place | {antenna: angles}
         return direction(to["azimuth"], to["elevation"])
 
-    at = np.linspace(SETTLED, len(q) - 1, instants).astype(int)
+    at = np.linspace(SETTLED, len(q) - 1, 24).astype(int)
     wide = np.linspace(scan.low, scan.high, round(10.0 * scan.half / 2.0) + 1)
     narrow = place[antenna] + np.linspace(-3.0, 3.0, 61)
     fixed = phases_of(array, np.tile(LEVEL, (len(wide), 1)), beams_at(wide))
-    beams = np.tile(beams_at(narrow), (instants, 1))
+    beams = np.tile(beams_at(narrow), (len(at), 1))
     level, steered = [], []
     for run, motion in enumerate(decks):
         receiver = rotate(quaternion_conjugate(motion.q[at]), direction(azimuth_deg, GLIDE_DEG))
         turned = phases_of(array, q[at, run].repeat(len(narrow), axis=0), beams)
         level.append(np.abs(array.field(fixed, receiver)))
-        fields = map(array.field, np.split(turned, instants), receiver)
+        fields = map(array.field, np.split(turned, len(at)), receiver)
         steered.append(np.abs(np.stack(list(fields))))
     before, after = (
         lobe(angles, np.stack(amplitudes), 2.0).centre - place[antenna]

@@ -14,24 +14,17 @@ from boresight.model.algebra.quaternion import left_matrix, multiply, right_matr
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 
+#: Field [uT] and its dip [rad]; the root of Q over the time step [rad/s].
+_FIELD_UT, _DIP, _Q_SD = 50.0, math.radians(54.0), 1.5 * math.radians(0.3)
 
-def prototype(
-    rows: FloatArray,
-    start: FloatArray,
-    *,
-    p0: float,
-    q_sd: float = 1.5 * math.radians(0.3),
-    r_sd: float = 0.05,
-    field_ut: float = 50.0,
-    dip_deg: float = 54.0,
-) -> FloatArray:
+
+def prototype(rows: FloatArray, start: FloatArray, *, p0: float, r_sd: float = 0.05) -> FloatArray:
     """Quaternions (n, runs, 4) of records (n, runs, 10) from a start (runs, 4).
 
-    Sensors over g and the field's strength; ``q_sd`` [rad/s] times the time step is the root of Q,
-    ``r_sd`` that of R (very large: the gyro alone), ``p0`` the first P.
+    Sensors over g and the field's strength; ``r_sd`` is the root of R (very large: the gyro alone),
+    ``p0`` the first P.
     """
-    dip = math.radians(dip_deg)
-    vectors = ((0.0, 0.0, 1.0), (math.cos(dip), 0.0, -math.sin(dip)))
+    vectors = ((0.0, 0.0, 1.0), (math.cos(_DIP), 0.0, -math.sin(_DIP)))
     q, cov = start.copy(), np.tile(p0 * np.eye(4), (len(start), 1, 1))
     out = np.empty((*rows.shape[:2], 4))
     unit, noise = np.eye(4), r_sd**2 * np.eye(6)
@@ -39,8 +32,8 @@ def prototype(
         step = np.abs(row[:, :1])
         f = _picard(step * row[:, 1:4])
         q = np.einsum("rij,rj->ri", f, q)
-        cov = f @ cov @ f.swapaxes(1, 2) + (q_sd * step[0, 0]) ** 2 * unit  # (31)
-        z = np.concatenate([row[:, 4:7] / GRAVITY, row[:, 7:10] / field_ut], axis=1)
+        cov = f @ cov @ f.swapaxes(1, 2) + (_Q_SD * step[0, 0]) ** 2 * unit  # (31)
+        z = np.concatenate([row[:, 4:7] / GRAVITY, row[:, 7:10] / _FIELD_UT], axis=1)
         h = np.concatenate([_jacobian(q, v) for v in vectors], axis=1)  # (25)
         gain = cov @ h.swapaxes(1, 2) @ np.linalg.inv(h @ cov @ h.swapaxes(1, 2) + noise)  # (30)
         innovation = z - 0.5 * np.einsum("rij,rj->ri", h, q)

@@ -71,7 +71,7 @@ def spectrum(w: FloatArray, state: int) -> FloatArray:
 
 
 def at_sea(
-    t: FloatArray, rng: np.random.Generator, state: int = 5, ship: Ship = Ship()
+    t: FloatArray, rng: np.random.Generator, state: int = 5
 ) -> tuple[FloatArray, FloatArray]:
     """Roll and pitch (n, 2) [rad], upward acceleration (n,) [m/s^2] at times t [s]."""
     spectrum(np.ones(1), state)
@@ -79,7 +79,7 @@ def at_sea(
     edges = np.linspace(0.4 * peak, 3.5 * peak, _WAVES + 1)
     w = edges[:-1] + np.diff(edges) * rng.uniform(size=_WAVES)  # so that it does not repeat
     amplitude = np.sqrt(2.0 * spectrum(w, state) * np.diff(edges))
-    heave, pitch, roll, encounter = ship.responses(w)
+    heave, pitch, roll, encounter = Ship().responses(w)
     phase = encounter * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, _WAVES)
     wave = np.cos(phase)
     angles = np.stack([wave @ (amplitude * roll), wave @ (amplitude * pitch)], axis=1)

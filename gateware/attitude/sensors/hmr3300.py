@@ -153,11 +153,6 @@ class Hmr3300(wiring.Component):
         """Maximum cycles from the start edge of LF to ``line``."""
         return self._receiver.latency + self._parser.latency
 
-    @property
-    def timeout_cycles(self) -> int:
-        """Maximum cycles of a time-out of the commands."""
-        return (self._commander.timeout_ticks + 1) * self.tick_cycles
-
     def elaborate(self, platform: Any) -> Module:
         """Line, parser, commands; the stale counter."""
         m = Module()

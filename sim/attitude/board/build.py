@@ -87,18 +87,17 @@ def make_board(
     setup: Setup,
     *,
     filters: Sequence[Named] = FILTERS,
-    config: str = "small",
     core: Core | None = None,
     wishbone: bool = False,
     params: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Board:
     """Return a complete system for these speeds.
 
-    ``filters``, ``config`` and ``params`` are those of `gateware.attitude.system.programs`, unused
+    ``filters`` and ``params`` are those of `gateware.attitude.system.programs`, unused
     with a ``core``; ``wishbone`` adds a slave for a processor.
     """
     clock_hz = setup.clock_hz
-    core = core or system_core(filters, config=config, clock_hz=clock_hz, params=params)
+    core = core or system_core(filters, clock_hz=clock_hz, params=params)
     timing = replace(setup.timing, period_s=1.0 / setup.rate_hz)
     # The compass's waits scale with its lines.
     slower = 8.0 / setup.lines_hz
