@@ -1,6 +1,6 @@
 """Proof of the datapath: `gateware.engine.lane` against the stages of `docs/engine.md`.
 
-`InStages` is the lane as the emulator steps it (`gateware.microcode.emulator`), in plain
+`LaneHarness` is the lane as the emulator steps it (`gateware.microcode.emulator`), in plain
 arithmetic: what microcode is proven to compute with that step, this lane computes.
 """
 

@@ -1,6 +1,6 @@
 """A board's record as a log: the inputs of its filter, its outputs, and the raw counts.
 
-`update_log` makes from frames of kind SENSED the words that the filter had, by the integer models
+`log_of` makes from frames of kind SENSED the words that the filter had, by the integer models
 of the programs before it. A level that computes bit by bit then has the board's outputs, which are
 the columns ``NAME_true``.
 """
