@@ -46,6 +46,8 @@ def test_the_error_against_truth_is_shown_and_judged(off: float, good: bool) -> 
     assert result.to_json()["truth"][0]["rms"] == error.rms
     gaps = np.where(np.arange(N) < 5, 2.0 * u, np.nan)
     assert checked(Scale(), u=u, y_true=gaps).truth[0].samples == 5
+    counts = np.arange(N) % 2 == 0
+    assert checked(Scale(), u=u, y_true=2.0 * u, mov=counts).truth[0].samples == N // 2
     assert checked(Scale(), u=u).truth == ()
 
 

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import chi2 as exact
 
 import boresight
-from boresight import Estimator, Input, Output, World
+from boresight import Estimator, Input, Output, State, World
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.sim.montecarlo.campaign import Campaign, draws
@@ -144,6 +144,22 @@ def test_angles_wrap() -> None:
     (result,) = draws(Campaign((Turned(), Through), length=3), [1])
     assert result["errors"]["b"] == pytest.approx(3 * [-0.02], abs=1e-6)
     assert result["nees"] == [] and result["nis"] == [0.0, 0]
+
+
+class Seldom(Through):
+    """With a measurement, and so a squared innovation, in every second update."""
+
+    nis_freedom = 1
+    states = (State("measured", 0.0, 1.0),)
+    outputs = (*Through.outputs, Output("nis"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"measured": 1.0 - x.measured}, {"b": u.a, "nis": 4.0 - 4.0 * x.measured}
+
+
+def test_an_update_without_measurement_has_no_innovation() -> None:
+    (result,) = draws(Campaign((Turned(), Seldom), length=3), [1])
+    assert result["nis"] == [8.0, 2]
 
 
 @pytest.fixture(scope="module")
