@@ -93,25 +93,35 @@ ANGLES = {
     **dict.fromkeys(("deg", "degree", "degrees"), ("x / 180.0", 360.0)),
     **dict.fromkeys(("turn", "turns"), ("2.0 * x", 1.0)),
 }
+#: Half a turn, in units that half turns are multiplied by.
+_HALVES = (("rad", math.pi), ("deg", 180.0))
 #: Kinds of expressions whose unit is that of their arguments.
 _SAME_UNIT = ("named", "same", "bounded", "neg", "absolute", "clip", "saturated", "flip", "select")
 
 
-def unit_of(x: Any, depth: int = 6) -> tuple[str, float]:
+def unit_of(x: Any) -> tuple[str, float]:
     """Unit of a recorded value, and the width of the range that was declared with it.
 
-    A sum has the unit of its first term with one, to some depth of the expression. Empty and 0 if
-    the unit is unknown.
+    A sum has the unit of its first term with one. Empty and 0 if the unit is unknown.
     """
+    return next(iter(units_of(x)), ("", 0.0))
+
+
+def units_of(x: Any, depth: int = 6) -> list[tuple[str, float]]:
+    """Known units of the terms of a recorded value, to some depth; with widths of their ranges."""
     if not isinstance(x, Scalar) or not depth:
-        return "", 0.0
+        return []
+    if x.number in x.tracer.units:
+        return [x.tracer.units[x.number]]
     if x.kind in ("wrap", "atan2"):
-        return "ht", 2.0
+        return [("ht", 2.0)]
     if x.kind == "leaf":
-        return str(x.data[4]), x.data[3] - x.data[2]
+        return [(str(x.data[4]), x.data[3] - x.data[2])] if x.data[4] else []
+    if x.kind == "mul" and x.args[0].kind in ("wrap", "atan2") and x.args[1].kind == "const":
+        unit = next((u for u, half in _HALVES if math.isclose(x.args[1].data[0], half)), "")
+        return [(unit, 0.0)] if unit else []
     terms = x.args if x.kind in ("add", "sub", *_SAME_UNIT) else ()
-    units = (unit_of(arg, depth - 1) for arg in terms)
-    return next((pair for pair in units if pair[0]), ("", 0.0))
+    return [pair for arg in terms for pair in units_of(arg, depth - 1)]
 
 
 def _check_half_turns(x: Any) -> None:
@@ -511,7 +521,13 @@ OPERATIONS = {
 
 
 def _sincos(x: Any) -> tuple[Any, Any]:
-    return sincos_ht(x * (1.0 / math.pi))  # of rad
+    """Sine and cosine of ``x`` rad; InputError where it is known to be another unit."""
+    unit, _ = unit_of(x)
+    turns, _ = ANGLES.get(unit, ("x", 0.0))
+    fix = f"write ops.sincos_ht({turns}), or declare the angle in rad"
+    angle = unit not in ("ht", *ANGLES) or same_unit(unit, "rad")
+    require(angle, author_line, "an angle in rad", unit, fix)
+    return sincos_ht(x * (1.0 / math.pi))
 
 
 def _remainder(x: Any, period: Any) -> Any:

@@ -15,6 +15,7 @@ from boresight.model.declarations import Named, check_flag
 from boresight.model.errors import require, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
+from boresight.model.units import is_square, same_unit
 
 #: Last letters of the components of a vector.
 AXES = ("xyz", "enu", "ned")
@@ -180,6 +181,31 @@ class Measurement:
             require(power, where, wanted, slope, "state the next larger one")
 
 
+def check_units(m: Measurement) -> None:
+    """Refuse a measurement whose z, h and r are known to have units that do not belong together.
+
+    Raises
+    ------
+    InputError
+        h has another unit than z, or r another one than the square.
+    """
+    z, h, r = (_unit(value) for value in (m.z, m.h, m.r))
+    where = placed(m.line, "measurement")
+    fix = "declare both in one unit, or convert one of them in measure"
+    require(not (z and h) or same_unit(z, h), f"{where}, h", f"the unit of z, {z}", h, fix)
+    unit = z or h
+    fix = "correct the unit of the variance, or convert it in measure"
+    good = not (r and unit) or is_square(r, unit)
+    require(good, f"{where}, r", f"the square of the unit of z and h, {unit}", r, fix)
+
+
+def _unit(x: Any) -> str:
+    """Unit of a recorded value; empty where it is unknown, or may be one of several."""
+    chosen = getattr(x, "kind", "") == "select"
+    units = {unit for unit, _ in ops.units_of(x)}
+    return "" if chosen or len(units) != 1 else units.pop()
+
+
 def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     """Measurement of several that is taken into account in this update, in turn.
 
@@ -195,8 +221,10 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     Raises
     ------
     InputError
-        No measurements, or different gates, wraps or delays.
+        No measurements, different gates, wraps or delays, or an error of `check_units`.
     """
+    for m in measurements:
+        check_units(m)
     said = [(m.gate, m.wrap, m.delay) for m in measurements]
     wanted = "measurements with the same gate, wrap and delay"
     fix = "return those that differ one by one, each valid in its turn"

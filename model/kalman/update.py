@@ -18,7 +18,15 @@ from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest, require
 from boresight.model.kalman.attitude import AttitudeView, corrected
-from boresight.model.kalman.declared import NEXT, Attitude, Measurement, axes_of, grouped, spread
+from boresight.model.kalman.declared import (
+    NEXT,
+    Attitude,
+    Measurement,
+    axes_of,
+    check_units,
+    grouped,
+    spread,
+)
 from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import place_of_function, placed
@@ -247,14 +255,17 @@ class Update:
     def _correct(self) -> None:
         """x += L nu / sqrt(s) of every measurement; L of P after the measurements before it."""
         k = self.kalman
-        places = {s.name: s.line for s in k.estimated}
+        states = {s.name: s for s in k.estimated if not isinstance(s, Attitude)}
         current = dict(self.states)
         self.slopes = Slopes(self.tracer)  # by the errors of the predicted state, no others
         for i, name in enumerate(k.errors):
             if name in current:
-                self.tracer.place = places[name]
+                self.tracer.place = states[name].line
                 value = self.tracer.lift(current[name])
                 current[name] = self.tracer.new("same", value, data=(f"predicted {name}",))
+                if states[name].unit:
+                    declared = states[name].unit, states[name].high - states[name].low
+                    self.tracer.units[current[name].number] = declared
                 self.slopes.seed(current[name], i)
         self.tracer.place = ""
         view = self._view(current)
@@ -610,8 +621,8 @@ def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
     Raises
     ------
     InputError
-        No measurement, something else, one whose z, h or r is no number, or an angle over a full
-        turn in another unit than half turns.
+        No measurement, something else, one whose z, h or r is no number, an error of
+        `check_units`, or an angle over a full turn in another unit than half turns.
     """
     several = isinstance(result, tuple | list)
     where = placed(place_of_function(kalman.measure), f"measure of {kalman.name}")
@@ -625,17 +636,16 @@ def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
         condition = m.valid is None or isinstance(m.valid, Condition | bool | np.bool_)
         where, fix = placed(m.line, "measurement, valid"), "compare it with something"
         require(condition, where, "a condition, as x > 0.5", m.valid, fix)
+        check_units(m)
     return [replace(m, wrap=m.wrap or _is_angle(m)) for m in map(_in_half_turns, result)]
 
 
 def _in_half_turns(m: Measurement) -> Measurement:
     """A measurement whose h is an angle in rad or degrees, computed by an arc tangent, in ht."""
     h = m.h
-    if not (isinstance(h, Scalar) and h.kind == "mul" and h.args[0].kind in ("atan2", "wrap")):
+    if not (isinstance(h, Scalar) and h.kind == "mul" and ops.unit_of(h)[0]):
         return m
-    turn = h.args[1].data[0] if h.args[1].kind == "const" else 0.0
-    if not any(math.isclose(turn, half, rel_tol=1e-6) for half in (math.pi, 180.0)):
-        return m
+    turn = h.args[1].data[0]
     sd_max = None if m.sd_max is None else m.sd_max / turn
     # Up to the next power of two.
     slope_max = {n: 2.0 ** math.ceil(math.log2(most / turn)) for n, most in m.slope_max.items()}
@@ -652,7 +662,8 @@ def _is_angle(m: Measurement) -> bool:
         It is another angle, over one full turn: its innovation would jump where it wraps.
     """
     units = [ops.unit_of(value) for value in (m.z, m.h)]
-    fix = 'declare input and state as ("NAME", -1.0, 1.0, "ht"); columns of logs are converted'
+    fix = 'declare input and state as ("NAME", -1.0, 1.0, "ht"), whose log columns are converted; '
+    fix += "convert what f, noise and measure compute with: rates / pi, variances / pi^2"
     for unit, span in units:
         _, turn = ops.ANGLES.get(unit, ("", 0.0))
         full = 0.99 * turn < span < 1.05 * turn

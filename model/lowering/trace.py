@@ -278,6 +278,8 @@ class Tracer:
         self.place = ""
         self.expressions: list[Expression] = []
         self._unique: dict[Any, Any] = {}
+        #: Units of values that are declared, by number, with the widths of their ranges.
+        self.units: dict[int, tuple[str, float]] = {}
 
     def new(self, kind: str, *args: Expression, data: tuple[Any, ...] = ()) -> Scalar:
         """Record a number, without simplification."""

@@ -12,8 +12,9 @@ from itertools import pairwise, zip_longest
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.declarations import Output
+from boresight.model.declarations import PERIODS, Output
 from boresight.model.errors import InputError, ToolMissing, require_choice
+from boresight.model.estimator import Estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import FoldedClaims, claim_results
@@ -27,6 +28,7 @@ from boresight.sim.compare.results import (
 )
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
+from boresight.sim.compare.twin import RANGE_SLACK
 from boresight.sim.compare.verdict import Judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -38,7 +40,7 @@ from boresight.sim.ranges.examine import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import estimate_warnings
-from boresight.sim.records.record import Record
+from boresight.sim.records.record import Record, truth_names
 from boresight.sim.rtl.simulators import SIMULATORS
 
 #: Levels that can be checked.
@@ -477,7 +479,7 @@ class Check:
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}
         told = estimate_warnings(estimator, given.inputs, given.new, outputs)
         near = [accuracy.near_floor] if accuracy.near_floor and accuracy.good else []
-        late = (*book.remarks, *told, *near)
+        late = (*book.remarks, *told, *_strange_truth(estimator, given), *near)
         for text in late:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(
@@ -512,6 +514,33 @@ class Check:
             self.progress(f"claims of {estimator.name}")
             self._examined[number] = examine(estimator, program, build.nodes[number])
         return self._examined[number]
+
+
+def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
+    """Lines about true values that the state of their name cannot have.
+
+    An angle may be given by more than one turn, if the column has a unit.
+    """
+    lines, names = list[str](), truth_names(given.record)
+    for s in estimator.states:
+        values = given.truth.get(s.name, np.zeros(0))
+        values = values[np.isfinite(values)]
+        if not len(values):
+            continue
+        column, turn = names[s.name], PERIODS.get(s.unit, 0.0)
+        has_unit = given.record.columns[column].unit is not None
+        if turn and (has_unit or (values.min() >= 0.0 and values.max() <= turn)):
+            continue
+        slack = RANGE_SLACK * (s.high - s.low)
+        far = max(values, key=lambda v: max(s.low - v, v - s.high))
+        if not s.low - slack <= far <= s.high + slack:
+            cures = [] if has_unit else [f"name its unit in the header, as {column} [rad]"]
+            cures += [] if turn else ["widen the state"]
+            lines.append(
+                f"column {column}: {far:.4g} {s.unit or 'without unit'} is beyond the range "
+                f"[{s.low:g}, {s.high:g}] of the state {s.name}; {', or '.join(cures)}"
+            )
+    return lines
 
 
 def _pieces(blocks: Sequence[Feed], rows: int, anew: bool) -> Iterator[tuple[list[Feed], bool]]:

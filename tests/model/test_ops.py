@@ -369,6 +369,13 @@ def test_an_angle_of_another_unit_is_refused_also_in_a_sum() -> None:
     for function in (ops.wrap_ht, ops.sincos_ht):
         with pytest.raises(InputError, match="an angle in half turns, found 'deg'; write x / 180"):
             function(0.5 - ops.absolute(angle + 0.25))
+    with pytest.raises(InputError, match="an angle in half turns, found 'rad'; write x / math.pi"):
+        ops.sincos_ht(np.arctan2(number, 2.0))
+    for unit, turns in (("ht", r"x"), ("deg", r"x / 180\.0")):
+        fix = rf"an angle in rad, found '{unit}'; write ops\.sincos_ht\({turns}\)"
+        with pytest.raises(InputError, match=fix):
+            np.cos(g.leaf("input", "b", -1.0, 1.0, unit) + 0.5)
+    np.cos(np.pi * g.leaf("input", "b", -1.0, 1.0, "ht"))
     for _ in range(60):
         number = number + number
     ops.wrap_ht(number)

@@ -263,6 +263,24 @@ def test_a_claim_of_what_the_states_leave_unknown() -> None:
     assert in_turn(np.float64(0.0), [*rows, Measurement(0.0, 0.0, 1.0)]).sd_max is None
 
 
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("heading_true", "column heading_true: -3 ht is beyond the range [-1, 1] of the state"),
+        ("heading_true [rad]", ""),
+        ("rate_true [deg/s]", "column rate_true: -9.55 ht/s is beyond the range [-8, 8] of"),
+    ],
+)
+def test_a_true_value_that_a_state_cannot_have(column: str, said: str, tmp_path: Any) -> None:
+    true = (-3.0, 3.0) if "heading" in column else (-1719.0, 0.0)
+    log = tmp_path / "log.csv"
+    rows = [f"{0.1 * k:.1f},0,1,0,{true[k % 2]}" for k in range(20)]
+    log.write_text("\n".join([f"t,s,c,angle,{column}", *rows]) + "\n")
+    (result,) = boresight.check(Turning(), log, levels=("fixed",))["results"]
+    told = [text for text in result.to_json()["warnings"] if "_true" in text]
+    assert len(told) == bool(said) and said in "".join(told)
+
+
 def test_what_measurements_before_took_is_within_the_claim() -> None:
     """|h L| <= sd_max: the innovation's word holds 64 of them and not what intervals allow."""
 
@@ -481,7 +499,7 @@ def changed(**members: Any) -> type[Kalman]:
             "a derivative by pos with a finite range",
         ),
         (
-            {"measure": lambda self, x, u, p: [Measurement(u.z, np.arctan2(x.pos, x.vel), p.r)]},
+            {"measure": lambda self, x, u, p: [Measurement(0.5, np.arctan2(x.pos, x.vel), 1.0)]},
             "x or y of an arc tangent needs a range without 0",
         ),
         (
@@ -507,6 +525,14 @@ def changed(**members: Any) -> type[Kalman]:
                 "measure": lambda self, x, u, p: [Measurement(u.z + p.q, x.pos, p.r)],
             },
             "measurement: wanted angles over a full turn of 360 deg in half turns, which wrap",
+        ),
+        (
+            {"inputs": (Input("z", -9.0, 9.0, "km"), Input("there", 0.0, 1.0))},
+            "measurement, h: wanted the unit of z, km, found 'm'; declare both in one unit",
+        ),
+        (
+            {"params": (Param("r", 0.25, 0.01, 4.0, "s"), Param("q", 0.5, 0.001, 8.0))},
+            "measurement, r: wanted the square of the unit of z and h, m, found 's'",
         ),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos)]}, "arguments of the call"),
         ({"noise": lambda self, x, p: {}}, "noise of changed: wanted noise(self, x, u, p)"),
