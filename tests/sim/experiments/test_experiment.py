@@ -126,16 +126,19 @@ def test_runs_are_pooled_however_they_are_distributed(at_once: int, jobs: int) -
 
 
 TABLE = """\
-figure,name,source,low,high,over,unit,reported,runs,prototype
-a,error,Table 1,,0.5,,deg,,,0.4
-a,ratio,Table 2,2,,b,,yes,,
-b,count,ours,,,,,,50,
+figure,name,source,low,high,over,less,unit,reported,runs,prototype
+a,error,Table 1,,0.5,,,deg,,,0.4
+a,ratio,Table 2,2,,b,,,yes,,
+b,count,ours,,,,,,,50,
+a,rest,ours,,0.3,,b,,,,
 """
 
 
 def test_targets_are_a_table(tmp_path: Path) -> None:
     (tmp_path / "targets.csv").write_text(TABLE)
-    error, ratio, count = targets_of(tmp_path, {"a": 0.3, "b": 0.1}, {"a": (0.2, 0.4)}, runs=20)
+    figures = {"a": 0.3, "b": 0.1}
+    error, ratio, count, rest = targets_of(tmp_path, figures, {"a": (0.2, 0.4)}, runs=20)
     assert error.good and error.beside == {"prototype": 0.4} and error.spread == (0.2, 0.4)
     assert ratio.value == pytest.approx(3.0) and ratio.good and not ratio.binding
+    assert rest.value == pytest.approx(0.2) and rest.good
     assert count.needs == "50 runs" and not count.judged
