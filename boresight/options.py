@@ -130,7 +130,9 @@ class LogRows(Group):
     ] = None
     gaps: Annotated[
         str | None,
-        Parameter(help="Refuse, bridge or restart at time steps of more than three medians."),
+        Parameter(
+            help="Refuse or restart at steps of more than three medians; by default one step."
+        ),
     ] = None
     map: Annotated[
         str | None,

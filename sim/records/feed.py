@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
 from itertools import islice, pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.methods import called
 from boresight.model.units import linear
 from boresight.model.words.program import Program
-from boresight.sim.records.files import Log
+from boresight.sim.records.files import Log, recording_of
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import ROWS, Place, Record, check_norm, joined, truth_names
@@ -194,7 +195,7 @@ class Feeder:
                 "--gaps restart",
                 wanted="an estimator that a time step below 0 restarts (restarts = True)",
                 found=estimator.name,
-                fix="choose --gaps bridge if its dt may be as long, or rows between the gaps by "
+                fix="leave --gaps out if its dt may be as long, or choose rows between the gaps by "
                 "--from and --to",
             )
         self.estimator = estimator
@@ -216,7 +217,10 @@ class Feeder:
             _refuse_missing(estimator, record)
             _refuse_rate(estimator, record)
         _refuse_two_clocks(record)
-        told = {i.name: self._told(i, _values(record, i)) for i in estimator.inputs if not i.flags}
+        told = {i.name: _values(record, i) for i in estimator.inputs if not i.flags}
+        for i in estimator.inputs:
+            if i.name == "dt" and not i.flags:
+                told["dt"] = self._told(i, _at_limits(i, record, told["dt"]))
         columns = {name: values[:, None] for name, values in told.items()}
         all_inputs, all_new = reader.take(columns, len(record))
         inputs, new = all_inputs[:, 0], all_new[:, 0]
@@ -243,7 +247,9 @@ class Feeder:
         """Warnings up to now: values are judged by the first piece, gaps are counted in all."""
         is_first = not self._start
         if is_first:
-            self._implausible = warnings_of(self.estimator, inputs, new, truth)
+            self._implausible = warnings_of(
+                self.estimator, inputs, new, truth, self._reader.clamped
+            )
         self._notes |= dict.fromkeys(record.notes)
         if self.estimator.states and _timed(record) and not selection().gaps:
             if is_first and len(record) > 2:
@@ -255,8 +261,7 @@ class Feeder:
 
     def _told(self, declared: Input, values: FloatArray) -> FloatArray:
         """A gap as a board tells it: by the time step that restarts or bridges the filter."""
-        is_step = declared.name == "dt" and self.estimator.restarts and declared.low < 0.0
-        if not is_step or selection().gaps:
+        if not (self.estimator.restarts and declared.low < 0.0) or selection().gaps:
             return values
         longest = _LONGEST * declared.high
         told = np.maximum(longest - values, _LEAST * declared.low)
@@ -301,8 +306,14 @@ def _irregular_steps(estimator: Estimator, clock: Clock) -> Iterator[str]:
             f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
             f"{every} rows as one step"
         )
+    dt = next((i for i in estimator.inputs if i.name == "dt"), None)
+    does = "has no input dt, and counts each as one"
+    if timed:
+        does = "takes each as one long step"
+    if dt and estimator.restarts and dt.low < 0.0 and clock.longest_s > _LONGEST * dt.high:
+        does = f"bridges those above {dt.high:g} s or restarts, by a dt below 0"
     for note in clock.notes(jitter=not timed):
-        yield note if timed else f"{note}: {estimator.name} has no input dt, and counts each as one"
+        yield f"{note}: {estimator.name} {does}"
 
 
 def _refuse_two_clocks(record: Record) -> None:
@@ -351,6 +362,8 @@ def require_rate(estimator: Estimator, rate_hz: float, where: str, fix: str) -> 
         raise InputError.at(where, wanted=wanted, found=f"{rate_hz:.6g}", fix=fix)
 
 
+#: Longest list of inputs that is shown as wanted, in characters.
+_NAMES = 90
 #: Names that others give to the column of times.
 _TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
 
@@ -376,14 +389,37 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
         for i in missing
     ]
     others = [*hints, *(c for c in columns if c not in hints)]
+    what = "add it, or rename the column that holds it" + " in the header" * bool(record.place.line)
+    if record.source and recording_of(Path(record.source)):
+        what = "name the topics that hold it by --map FILE.toml"
+    wanted = ", ".join(names)
+    if len(wanted) > _NAMES:  # a message shortens what was wanted, not the remedy
+        wanted, what = f"{len(names)} more inputs", f"{what}: {wanted}"
+    if len(hints) == len(missing):
+        what = "rename " + ", ".join(f"{old} to {name}" for old, name in hints.items())
     raise InputError.at(
         record.where,
-        wanted=f"a column for {', '.join(names)}, of {estimator.name}",
+        wanted=f"a column for {wanted}, of {estimator.name}",
         found=", ".join(others[:12]) + ", ..." * (len(others) > 12),
-        fix="rename " + ", ".join(f"{old} to {name}" for old, name in hints.items())
-        if len(hints) == len(missing)
-        else "add it, or rename the column that holds it",
+        fix=what,
     )
+
+
+def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray:
+    """Differences of times, those at the limit that equal one within the times' own rounding."""
+    if "dt" in record.columns and not record.place.by_time:
+        return steps
+    t = record.numbers("t")
+    single = t.astype(np.float32)
+    with np.errstate(invalid="ignore"):
+        ulps = t / np.spacing(np.abs(single))
+    is_single = bool((single == t).all() and (ulps % 2.0 == 1.0).any())
+    largest = float(np.abs(record.values("t", "s")).max())
+    # Each time is rounded, and their difference; --every adds so many.
+    rounding = 2.0 * selection().every * largest * np.finfo(np.float32 if is_single else float).eps
+    for limit in (declared.low, declared.high):
+        steps = np.where(np.abs(steps - limit) <= rounding, limit, steps)
+    return steps
 
 
 def _values(record: Record, declared: Input) -> FloatArray:

@@ -67,6 +67,7 @@ def warnings_of(
     inputs: FloatArray,
     new: BoolArray,
     truth: Mapping[str, FloatArray] | None = None,
+    clamped: Mapping[str, int] | None = None,
 ) -> tuple[str, ...]:
     """One line for each sensor with implausible values, or with some axes missing.
 
@@ -78,6 +79,8 @@ def warnings_of(
         New samples; others are ignored.
     truth : mapping of str to float64 (n,), optional
         The log's attitude, among others; NaN where it has none.
+    clamped : mapping of str to int, optional
+        Samples that were beyond their range, by input.
     """
     uneven = False
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
@@ -130,7 +133,7 @@ def warnings_of(
             warnings = [text for text in warnings if text not in implausible["rad/s"]]
         warnings += [] if any(still.values()) else lines
     usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
-    if dt is not None and (usual >= estimator.inputs[dt].high or usual < 0.0):
+    if usual < 0.0 or 2 * (clamped or {}).get("dt", 0) > len(inputs):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
     return tuple(warnings)
 

@@ -400,8 +400,13 @@ _COUNTERS = [
 
 
 def _late_remedy(t: Column, row: int, previous: float) -> str:
-    """What to do about a time that falls: unwrap a counter, remove one row, or sort all."""
+    """What to do about a time that does not rise: unwrap a counter, remove a row, or sort all."""
     fall, factor = previous - float(t.values[row]), 1.0
+    if not fall:
+        again = int((np.diff(t.values) == 0.0).sum())
+        if again > len(t.values) // 2:
+            return "write times with more digits, or a column dt in place of t"
+        return "remove one of the two" + f", and {again - 1} more such rows" * (again > 1)
     with suppress(UnitError):
         factor = linear(t.unit or "s", "s")[0]
     for bits, name, period in _COUNTERS:
@@ -412,7 +417,7 @@ def _late_remedy(t: Column, row: int, previous: float) -> str:
             )
     if row > 1 and t.values[row - 2] < t.values[row] and (np.diff(t.values[row:][:8]) > 0.0).all():
         return "if the time of the row before is wrong, remove that row; otherwise sort the rows"
-    return "sort the rows and remove repeated ones"
+    return "sort the rows"
 
 
 def _gravity(unit: str, wanted: str) -> str:

@@ -28,12 +28,13 @@ from boresight.sim.records.record import (
     Record,
     resized,
     rows_of,
+    timed,
 )
 
 #: Median steps from which on a step is a gap.
 GAP_STEPS = 3.0
-#: Meaning of a gap: an error, one long step, a restart of an attitude filter.
-GAPS = ("refuse", "bridge", "restart")
+#: Meaning of a gap: an error, a restart of an attitude filter.
+GAPS = ("refuse", "restart")
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Selection:
         Of so many rows the last is read; its time step is that of all of them, and a sample that
         only one of the others has stands in it.
     gaps : str
-        One of `GAPS`, or empty: bridged, and not counted.
+        One of `GAPS`, or empty: a gap is one long step.
     map : path or None
         Map of topics, instead of the ready ones.
     """
@@ -82,7 +83,8 @@ class Selection:
                 "--every", wanted="1 or more", found=str(every), fix="choose another"
             )
         if gaps is not None:
-            require_choice("--gaps", gaps, GAPS)
+            fix = "choose one of these, or leave --gaps out: a gap is one long step then"
+            require_choice("--gaps", gaps, GAPS, fix)
         if map is not None:
             read_map(map)
         return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
@@ -119,13 +121,18 @@ class Selection:
         available = count = 0
         where = ""
 
+        def named() -> Iterator[Record]:
+            nonlocal where
+            for block in blocks:
+                where = block.where
+                yield block
+
         def chosen() -> Iterator[Record]:
-            nonlocal available, where
-            marked = _marked(blocks, self.gaps) if self.gaps else blocks
-            for block in self._slice(marked) if self._sliced else marked:
-                available, where = available + len(block), block.where
-                if len(block):
-                    yield block
+            nonlocal available
+            rows = timed(self._slice(named())) if self._sliced else named()
+            for block in _marked(rows, self.gaps) if self.gaps else rows:
+                available += len(block)
+                yield block
 
         thinned = resized(chosen(), -(-ROWS // self.every) * self.every)
         for block in chosen() if self.every == 1 else (_thinned(b, self.every) for b in thinned):
@@ -141,7 +148,7 @@ class Selection:
             )
 
     def _slice(self, blocks: Iterable[Record]) -> Iterator[Record]:
-        """The rows of the times that are selected."""
+        """The rows of the times that are selected, without steps: the first has none behind it."""
         first: float | None = None
         for block in blocks:
             if "t" not in block.columns:
@@ -153,8 +160,13 @@ class Selection:
                 )
             t = block.values("t", "s")
             first = float(t[0]) if first is None else first
-            low, high = np.searchsorted(t, (first + self.start_s, first + self.end_s)).tolist()
-            yield rows_of(block, low, high)
+            ends = np.array([first + self.start_s, first + self.end_s])
+            low, high = np.searchsorted(t, ends - 2.0 * np.spacing(t[-1])).tolist()
+            rows = rows_of(block, low, high)
+            if block.place.by_time:
+                rows = rows.derived({n: c for n, c in rows.columns.items() if n != "dt"})
+            if len(rows):
+                yield rows
             if high < len(block):
                 break
 
@@ -208,17 +220,16 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
                     block.place(row, column),
                     wanted=f"steps of at most {limit:.6g} s, three medians",
                     found=f"a gap of {steps[row]:.6g} s",
-                    fix="--gaps bridge makes it one step, --gaps restart restarts the filter",
+                    fix="without --gaps it is one step; --gaps restart restarts the filter",
                 )
             count, longest = count + int(gaps.sum()), max(longest, float(steps.max()))
-            if rule == "restart":
-                dt = np.where(gaps, RESTART_S, block.steps())
-                block = replace(block, columns={**block.columns, "dt": Column(dt)})
+            dt = np.where(gaps, RESTART_S, block.steps())
+            block = replace(block, columns={**block.columns, "dt": Column(dt)})
         pending = block
     if pending is not None:
         if count:
-            treatment = "bridged" if rule == "bridge" else "where the filter restarts"
-            note = f"gaps in the times, {treatment}: {count}, the longest of {longest:.3g} s"
+            note = "gaps in the times, where the filter restarts: "
+            note += f"{count}, the longest of {longest:.3g} s"
             pending = replace(pending, notes=(*pending.notes, note))
         yield pending
 

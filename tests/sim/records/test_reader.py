@@ -12,10 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import Feed, feed, fitted
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import content_of, read_record
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Column, Record, steps_of
 
@@ -146,6 +147,23 @@ def test_many_columns_are_not_all_named() -> None:
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(40)})
     with pytest.raises(InputError, match=r"found k00, k01, .*, k07; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
+
+
+def test_many_missing_inputs_are_all_named(tmp_path: Path) -> None:
+    """The remedy is not cut: its names, written in the header, make a log."""
+    values = {"time": np.arange(9.0), "gyro": np.zeros(9)}
+    path = tmp_path / "log.csv"
+    path.write_bytes(content_of(path, Record.of(values)))
+    with pytest.raises(InputError, match="a column for 10 more inputs, of mekf, found time") as e:
+        feed(estimator("mekf"), read_record(path))
+    _, names = str(e.value).split("; add it, or rename the column that holds it in the header: ")
+    assert names == (
+        "t [s] or dt [s], gx [rad/s], gy [rad/s], gz [rad/s], mx [uT], my [uT], mz [uT], "
+        "ax [m/s^2], ay [m/s^2], az [m/s^2]"
+    )
+    columns = [name.split(" or ")[0].replace(" ", "") for name in names.split(", ")]
+    path.write_text(",".join(columns) + "\n0,0,0,0,20,0,-40,0,0,9.8\n0.01,0,0,0,20,0,-40,0,0,9.8\n")
+    assert len(feed(estimator("mekf"), read_record(path))) == 2
 
 
 def test_a_gap_is_named_by_its_time_and_a_cure(tmp_path: Path) -> None:

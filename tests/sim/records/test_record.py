@@ -124,7 +124,13 @@ INF = float("inf")
          "infinite one; correct or remove the row"),
         ({"t": [0.0, NAN, NAN]}, "mine, t[1]: wanted a time in every row, found no value; "),
         ({"t": [0.0, 2.0, 2.0, 1.0]}, "mine, t[2]: wanted a time above 2.0 s, that of the row "
-         "before, found 2.0 s; sort the rows and remove repeated ones"),
+         "before, found 2.0 s; remove one of the two"),
+        ({"t": [0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 4.0]}, "mine, t[2]: wanted a time above 1.0 s, that "
+         "of the row before, found 1.0 s; remove one of the two, and 1 more such rows"),
+        ({"t": [0.0, 0.0, 0.0, 1.0, 1.0]}, "mine, t[1]: wanted a time above 0.0 s, that of the row "
+         "before, found 0.0 s; write times with more digits, or a column dt in place of t"),
+        ({"t": [0.0, 2.0, 1.0, 0.5]}, "mine, t[2]: wanted a time above 2.0 s, that of the row "
+         "before, found 1.0 s; sort the rows"),
         ({"t": [0.0, 1.0, 0.5]}, "mine, t[2]: wanted a time above 1.0 s, that of the row before,"
          " found 0.5 s; "),
         *(({head: [1.0]}, f"mine: wanted column names like gx or gx[deg/s], found {head!r}; correc")
@@ -279,7 +285,8 @@ def test_an_offset_of_the_field() -> None:
         ({"mx": 3e4, "my": 4e4}, "mx my mz: typically 5e+04 uT, which looks like nT"),
         *(({}, ""), ({"gx": 10.0}, ""), ({"shaft": 500.0}, "")),
         *(({"az": 0.0, "ax": 5.1}, ""), ({"my": 8.0, "mx": 0.0}, "")),
-        ({"dt": 0.25}, "dt: beyond its range in most rows; is t in seconds?"),
+        ({"dt": 0.25}, ""),
+        ({"dt": -0.1}, "dt: beyond its range in most rows; is t in seconds?"),
     ],
 )  # fmt: skip
 def test_odd(values: dict[str, float], text: str) -> None:

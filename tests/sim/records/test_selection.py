@@ -55,6 +55,7 @@ def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
     groups = chosen[: len(chosen) // wanted.every * wanted.every].reshape(-1, wanted.every)
     assert one.columns["x"].values.tolist() == groups[:, -1].tolist()
     dt = every.columns["dt"].values[groups]
+    dt[0, 0] = every.columns["dt"].values[0]  # the median: a slice has no row before
     if wanted.gaps:
         dt[groups == 2001] = -0.25
         assert one.notes == (
@@ -87,7 +88,11 @@ def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
         ),
         (["--map", "none.toml"], "none.toml: wanted a map that can be read"),
         (["--map", str(Path(maps.__file__).with_name("px4.toml"))], "log.csv: wanted a recording"),
-        (["--gaps", "fill"], "--gaps: wanted one of refuse, bridge, restart"),
+        (
+            ["--gaps", "fill"],
+            "--gaps: wanted one of refuse, restart, found 'fill'; choose one of "
+            "these, or leave --gaps out: a gap is one long step then",
+        ),
         (["--gaps", "refuse"], "line 2003, column t: wanted steps of at most 0.03 s"),
     ],
 )
@@ -120,7 +125,7 @@ def test_without_times_there_is_no_slice() -> None:
     with pytest.raises(InputError, match="wanted a column t, of which a slice is taken"):
         [*Selection.of(end=1.0).pieces([Record.of({"x": [1.0]})])]
     with pytest.raises(InputError, match="wanted a column t or dt, in which gaps are seen"):
-        [*Selection.of(gaps="bridge").pieces([Record.of({"x": [1.0]})])]
+        [*Selection.of(gaps="restart").pieces([Record.of({"x": [1.0]})])]
 
 
 def test_gaps_of_a_log_with_steps_alone() -> None:
@@ -154,7 +159,9 @@ def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
     said = "gaps in the times: 1, longest 0.31 s: sum has no input dt, and counts"
     assert [text.partition(" each")[0] for text in feed(Sum(), torn).warnings] == [said]
     assert feed(Sum(), even).warnings == ()
-    assert feed(TimedSum(), torn).warnings == ("gaps in the times: 1, longest 0.31 s",)
+    assert feed(TimedSum(), torn).warnings == (
+        "gaps in the times: 1, longest 0.31 s: timedsum takes each as one long step",
+    )
     with selected(Selection.of(every=4)):
         assert feed(Sum(), even).warnings == (
             "--every 4: sum has no input dt and no rates_hz, and counts 4 rows as one step",
@@ -167,7 +174,10 @@ def test_gaps_of_all_pieces_are_counted() -> None:
     t = np.arange(40) * 0.01 + 30.0 * (np.arange(40) > 15) + 2.0 * (np.arange(40) > 32)
     pieces = resized(timed([Record.of({"t": t, "z": np.zeros(40)})]), 10)
     told = [piece.warnings for piece in feeds(TimedSum(), pieces)]
-    once, twice = (f"gaps in the times: {k}, longest 30 s" for k in (1, 2))
+    once, twice = (
+        f"gaps in the times: {k}, longest 30 s: timedsum takes each as one long step"
+        for k in (1, 2)
+    )
     assert told == [(), (once,), (once,), (twice,)]
 
 
@@ -196,4 +206,45 @@ def test_a_gap_is_told_to_a_filter_as_on_a_board() -> None:
     t = np.cumsum([0.01, 0.01, 0.01, 0.35, 0.01, 30.0, 0.01])
     result = feed(Restarting(), Record.of({"t": t, "z": np.zeros(7)}))
     assert result.inputs[3:, 0] == pytest.approx([0.2499 - 0.35, 0.01, -0.24, 0.01])
-    assert result.warnings == ("gaps in the times: 2, longest 30 s",)
+    assert result.warnings == (
+        "gaps in the times: 2, longest 30 s: restarting bridges those above 0.25 s or restarts, "
+        "by a dt below 0",
+    )
+
+
+class ShortSteps(Sum):
+    inputs = (*Sum.inputs, Input("dt", 0.0, 0.1, "s"))
+
+
+@pytest.mark.parametrize("every", [1, 2])
+@pytest.mark.parametrize("kind", ["s", "ms", "single", "late"])
+def test_a_step_at_its_limit(kind: str, every: int) -> None:
+    """A difference of times has their rounding: 0.4 - 0.3 is above 0.1."""
+    t = np.arange(200) * (0.1 / every) + (1e6 if kind == "late" else 0.0)
+    times = {"s": t.round(2), "late": t, "ms": t * 1e3, "single": t.astype(np.float32)}[kind]
+    head = "t[ms]" if kind == "ms" else "t"
+    with selected(Selection.of(every=every)):
+        blocks = [Record.of({head: times, "z": np.zeros(200)})]
+        record = joined([*Selection.of(every=every).pieces(timed(blocks))])
+        result = feed(ShortSteps(), record)
+        assert result.inputs[:, 1].max() == 0.1 and result.warnings == ()
+        longer = times.copy()
+        longer[100:] += 1e-4 * (1e3 if kind == "ms" else 1.0)
+        blocks = [Record.of({head: longer, "z": np.zeros(200)})]
+        record = joined([*Selection.of(every=every).pieces(timed(blocks))])
+        with pytest.raises(InputError, match="found 0.1001"):
+            feed(ShortSteps(), record)
+
+
+def test_a_column_of_steps_at_the_limit() -> None:
+    result = feed(ShortSteps(), Record.of({"dt": [0.1] * 5, "z": [0.0] * 5}))
+    assert result.warnings == () and result.inputs[:, 1].tolist() == [0.1] * 5
+
+
+def test_rows_behind_a_gap_are_run_from_the_time_of_the_first() -> None:
+    t = np.concatenate([np.arange(0.0, 15.0, 0.01), np.arange(15.4, 20.0, 0.01)])
+    blocks = [Record.of({"t": t, "z": np.zeros(len(t))})]
+    for start in (15.2, 15.4):
+        (record,) = Selection.of(start=start).pieces(timed(blocks))
+        assert record.columns["t"].values[0] == 15.4
+        assert feed(ShortSteps(), record).inputs[:, 1] == pytest.approx(np.full(460, 0.01))
