@@ -221,6 +221,14 @@ def record_at(rate_hz: float, every: int = 1) -> Record:
     return Record("walk", {"t": Column(t), "z": Column(z)})
 
 
+def test_steps_that_contradict_the_times() -> None:
+    t = np.arange(40) / 100.0
+    assert len(feed(Timed(), Record.of({"t": t, "dt": np.full(40, 0.01)}))) == 40
+    said = "agree, found steps of 0.005 s, and times 0.01 s apart; leave one of them out"
+    with pytest.raises(InputError, match=said):
+        feed(Timed(), Record.of({"t": t, "dt": np.full(40, 0.005)}))
+
+
 class RatedAnew(Rated):
     """Made for the rate that its constructor takes."""
 
