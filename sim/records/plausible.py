@@ -20,9 +20,9 @@ from boresight.model.declarations import QUATERNION, Input
 from boresight.model.estimator import Estimator
 from boresight.sim.records.turning import Triad, contradictions, departures
 
-#: A held sensor: least share of samples that repeat the one before, and that jump after it; steps
-#: of the finest that are a jump.
-_REPEATED, _HELD, _JUMP = 0.2, 0.03, 5.0
+#: A held sensor: least share of samples that repeat the one before, and that jump after it; finest
+#: steps that are a jump; least number of jumps, and of values; scatter of times that are equal.
+_REPEATED, _HELD, _JUMP, _OFTEN, _LEVELS, _EVEN = 0.2, 0.03, 5.0, 10, 20, 0.2
 #: Samples at an end of the values: least number, times those in the 2 % beside it, and least finest
 #: steps from end to end.
 _AT_END, _CROWD, _STEPS = 5, 2.0, 200.0
@@ -106,13 +106,15 @@ def warnings_of(
         lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
         unlikely = _unlikely(names, declared, float(np.median(lengths)))
         warnings += unlikely
+        triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
+        if dt not in columns:
+            warnings += _held(triad)
         if len(columns) == 3:
-            triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
             triads[declared.unit] = triad
             implausible[declared.unit] = unlikely
             clamps = any(estimator.inputs[k].clamp for k in columns)
             ends = [] if clamps else [*_at_ends(triad)]
-            warnings += [*_held(triad), *ends]
+            warnings += ends
             still[declared.unit] = [] if dt is None or ends else [*_still(triad, inputs[:, dt])]
         if is_field and not (unlikely or still["uT"]):
             low, high = np.percentile(lengths, (5.0, 95.0))
@@ -201,19 +203,24 @@ def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
 
 
 def _held(sensor: Triad) -> Iterator[str]:
-    """Samples that repeat the one before, while the next one is far away."""
+    """Samples that repeat the one before, often or for equal times, while the next is far away."""
     values = sensor.values[sensor.new]
     if len(values) < 3:
         return
     steps = np.abs(np.diff(values, axis=0))
     finest = min(steps[steps > 1e-6 * np.abs(values).max()], default=0.0)
-    repeats = (steps[:-1] == 0.0).all(axis=1)
-    jumps = steps[1:].max(axis=1) > _JUMP * finest
-    share = (steps == 0.0).all(axis=1).mean()
-    if share > _REPEATED and (repeats & jumps).mean() > _HELD:
+    changed = (steps != 0.0).any(axis=1)
+    jumps = steps.max(axis=1) > _JUMP * finest
+    held = ~changed[:-1] & jumps[1:]
+    runs = np.diff(np.flatnonzero(changed))
+    levels = len(np.unique(values[1:][changed], axis=0))  # of a command they are few
+    if 1.0 - changed.mean() < _REPEATED or held.sum() < _OFTEN:
+        return
+    is_even = runs.std() < _EVEN * runs.mean() and jumps[changed].mean() > 0.5
+    if levels > min(_LEVELS, changed.sum() // 2) and (held.mean() > _HELD or is_even):
         yield (
-            f"{sensor.names}: {share:.0%} of the samples repeat the one before: is the sensor "
-            "slower? leave what is not new empty, or thin the log by --every"
+            f"{sensor.names}: {1.0 - changed.mean():.0%} of the samples repeat the one before: is "
+            "the sensor slower? leave what is not new empty, or thin the log by --every"
         )
 
 

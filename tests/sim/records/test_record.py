@@ -507,3 +507,52 @@ def test_bundled_logs(tmp_path: Path) -> None:
     message = r"^name must be one of the bundled logs \(synthetic_60s, ximu_walk\), not 'x'$"
     with pytest.raises(InputError, match=message):
         bundled("x")
+
+
+class Gauges(Estimator):
+    """An input that may be missing, and others: none of them a vector."""
+
+    inputs = (
+        Input("dt", 0.0, 1.0, "s"),
+        Input("ay", -50.0, 50.0, "m/s^2", missing="hold"),
+        Input("ay_new", 0.0, 1.0, valid_of="ay"),
+        Input("level", -5000.0, 5000.0),
+    )
+    outputs = (Output("y"),)
+
+
+@pytest.mark.parametrize("every", [2, 4, 20, 100])
+@pytest.mark.parametrize("how", ["evenly", "at random"])
+@pytest.mark.parametrize("name", ["ay", "level"])
+def test_repeats_of_any_input_are_told(name: str, how: str, every: int) -> None:
+    if how == "at random" and every > 20:
+        return  # as of a command that changes at times
+    rng = np.random.default_rng(every)
+    z = np.sin(np.arange(8000) * 0.02) + rng.normal(0.0, 0.05, 8000)
+    new = np.arange(8000) % every == 0 if how == "evenly" else rng.random(8000) < 1.0 / every
+    new[0] = True
+    held = z[np.maximum.accumulate(np.where(new, np.arange(8000), 0))]
+    log = {"dt": [0.01] * 8000, "ay": z, "level": z + 1.0}
+    (text,) = feed(Gauges(), Record.of({**log, name: held})).warnings
+    assert text.startswith(f"{name}: {1.0 - (np.count_nonzero(new) - 1) / 7999:.0%} of the samples")
+    assert feed(Gauges(), Record.of({**log, name: np.where(new, z, NAN) if name == "ay" else z})
+                ).warnings == ()  # fmt: skip
+
+
+def test_what_repeats_by_chance_is_not_told() -> None:
+    rng, k = np.random.default_rng(1), np.arange(8000)
+    ramp = 20.0 + 0.0005 * k
+    for values in (
+        np.full(8000, 3.25),
+        np.round(ramp * 16.0) / 16.0,  # a thermometer
+        np.round(ramp + rng.normal(0.0, 1.0, 8000)),  # counts
+        np.round(rng.normal(0.0, 0.3, 8000)),
+        np.where(k % 40 < 10, 12.0, 0.0),  # a command
+        np.where(k % 7 < 3, 4000.0, -4000.0),
+        rng.choice([0.0, 100.0, 250.0, 400.0], 400).repeat(20),
+        np.clip(3000.0 * np.sin(k * 0.05), -2000.0, 2000.0),
+        np.where(k % 2000 < 1500, 0.0, rng.normal(0.0, 9.0, 8000)),  # at rest most of the time
+        np.interp(k, np.arange(0, 8001, 400), rng.normal(0.0, 900.0, 10).repeat(2).tolist() + [0]),
+    ):
+        log = {"dt": [0.01] * 8000, "ay": rng.normal(0.0, 1.0, 8000), "level": values}
+        assert feed(Gauges(), Record.of(log)).warnings == ()
