@@ -186,7 +186,12 @@ def fit(
         "cycles": cycles,
         "wasted": wasted,
     }
-    return Result(data, {"fixed point against float64": errors}, "\n".join(lines), (), failures)
+    beyond = [e["output"] for e in errors if "BEYOND" in e["verdict"]]
+    warnings = [f"{', '.join(beyond)}: BEYOND the tolerance at {word} bits with the profile"]
+    warnings = [f"{w}; boresight check says why" for w in warnings if beyond]
+    return Result(
+        data, {"fixed point against float64": errors}, "\n".join(lines), warnings, failures
+    )
 
 
 def _failures(saturated: int, before: int | None, after: int) -> list[str]:

@@ -41,6 +41,14 @@ class Covariance:
         return p
 
 
+def has_covariance(estimator: Estimator) -> bool:
+    """Whether some states are a covariance."""
+    try:
+        return bool(covariance_of(estimator).elements)
+    except InputError:
+        return False
+
+
 def covariance_of(estimator: Estimator) -> Covariance:
     """The covariance among an estimator's states.
 

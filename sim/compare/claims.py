@@ -40,6 +40,8 @@ class ClaimResult:
     folded : bool
         Whether no word holds the value, since the compiler decided with the claim all that the
         value enters; then ``log`` is of float64.
+    unless : str
+        The exception that its author names.
     """
 
     reason: str
@@ -53,6 +55,7 @@ class ClaimResult:
     share: float
     witness: Witness | None = field(default=None, repr=False)
     folded: bool = False
+    unless: str = ""
 
     @property
     def text(self) -> str:
@@ -85,7 +88,8 @@ class ClaimResult:
         """A state that legal inputs take out of its range, which is no fault on this log."""
         return (
             f"some legal inputs take {self.state} out of its range ({self.line}): to "
-            f"{self._reached:.4g}, beyond [{self.low:g}, {self.high:g}]"
+            f"{self._reached:.4g}, beyond [{self.low:g}, {self.high:g}]; widen it, or limit "
+            f"{self.state} in the step"
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -117,7 +121,9 @@ def claim_results(
         share = max((claim.share(*ends) for ends in (log, search) if ends is not None), default=0.0)
         stated = claim.reason, claim.line, claim.low, claim.high, claim.state
         witness = None if claim in broken else e.witness
-        results.append(ClaimResult(*stated, status, log, search, share, witness))
+        results.append(
+            ClaimResult(*stated, status, log, search, share, witness, unless=claim.unless)
+        )
     return tuple(results)
 
 
@@ -185,6 +191,12 @@ def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
         nearest = max(checked, key=lambda r: r.share)
         share = min(nearest.share, 1.0)
         text += f"; {len(checked)} checked, nearest {share:.0%} of {nearest.text}"
-    if counts["excepted"]:
-        text += f"; {counts['excepted']} left where their exceptions say"
+    excepted = dict[tuple[str, str], list[str]]()
+    for r in claims:
+        if r.status == "excepted":
+            excepted.setdefault((r.reason, r.unless), []).append(r.line)
+    for (reason, unless), places in excepted.items():
+        more = f" and {len(places) - 1} more" if len(places) > 1 else ""
+        text += f"; {len(places)} not judged, since legal inputs reach the exception: "
+        text += f"{reason} ({places[0]}{more}), unless {unless}"
     return [text, *lines]

@@ -24,6 +24,7 @@ from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_na
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program
+from boresight.sim.accuracy.covariance import has_covariance
 from boresight.sim.compare.twin import KINDS, Twin, authors_name, becomes, parts_of, twins
 from boresight.sim.ranges.intervals import Ends, ends_of
 
@@ -33,6 +34,8 @@ MARGIN_BITS = 2
 NAMED = 3
 #: Cure of a value that `Measurement.sd_max` bounds.
 RAISE = "raise sd_max of this Measurement"
+#: What helps where a covariance by hand is not exact enough.
+_MODEL = "write the model with boresight.kalman, or one scalar update for each measurement"
 #: Widest word, bits.
 _WIDEST = 32
 #: Share of the word below which an argument is too coarse to be normalised.
@@ -407,11 +410,17 @@ def rounding_text(
         Largest change of each state in an update, last bits.
     """
     text = "no operation leaves its float twin: rounding adds up; "
+    fitted = any(node.fit is not None for node in nodes.values())
+    by_hand = not estimator.covariance_elements and has_covariance(estimator)
+    model = f", or {_MODEL}" if by_hand else ""
+    if by_hand and fitted:  # parts of products of matrices have no line of their own
+        wasted = [w for w in wasted if program.values[w.number].kind is not Kind.OP]
     if wasted:
-        fitted = any(node.fit is not None for node in nodes.values())
         fit = "" if fitted else "; or choose formats by boresight fit"
-        return text + "; ".join(map(str, wasted[:NAMED])) + fit
+        return text + "; ".join(map(str, wasted[:NAMED])) + fit + model
     wider = "use a wider word, or " * (program.arithmetic.word < _WIDEST)
+    if by_hand:
+        return f"{text}its covariance is written by hand: {wider}{_MODEL}"
     computed = [
         k
         for k, (_, after) in enumerate(program.states)

@@ -186,7 +186,9 @@ class Search:
             if self.broken[k] or not legal.any():
                 continue
             low, high = claim.ends
-            value = np.broadcast_to(twin.argument(claim.node), RUNS)
+            # Of the words of its arguments, where its own word is what may saturate.
+            own = claim.state and not claim.bounded
+            value = np.broadcast_to((twin.computed if own else twin.argument)(claim.node), RUNS)
             if claim.word is not None:
                 value = self._in_word(claim.word, value)
             value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)

@@ -171,6 +171,28 @@ def test_a_claim_that_is_too_wide_with_a_profile() -> None:
     assert "boresight fit" not in judge(claimed, inputs, 18).culprit
 
 
+class ByHand(Wide):
+    """A variance by hand, as wide as `wide`, and its formats from runs."""
+
+    def __init__(self, wide: float) -> None:
+        self.states = (State("p00", -wide, wide),)
+        inputs = {"log": np.ones((20, 1))}
+        self.profile = fitted(self, inputs, starts=()).profile
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Two products, as of matrices."""
+        y = x.p00 + 0.25 * (u.u - x.p00)
+        return {"p00": y}, {"y": y}
+
+
+def test_advice_about_a_covariance_by_hand_ends() -> None:
+    """What is narrow enough is not named again, whatever else wastes bits."""
+    model = "write the model with boresight.kalman, or one scalar update for each measurement"
+    wide, narrow = (judge(ByHand(limit), [1.0] * 20, 18).culprit for limit in (64.0, 3.996))
+    assert "state p00 " in wide and "narrow its range" in wide and wide.endswith(f", or {model}")
+    assert narrow == f"{SAID}its covariance is written by hand: use a wider word, or {model}"
+
+
 def test_a_state_beyond_its_range_is_no_success_though_its_word_holds_it() -> None:
     """[-1, 1] in a word that holds [-2, 2)."""
     made = judge(Sums(), [1.0, 1.0, 1.0, 0.0])

@@ -1,5 +1,6 @@
 """Claims of ranges: proofs, the search, and what `check` says about them."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -210,12 +211,21 @@ def test_an_exception_changes_no_bit_and_withdraws_the_claim() -> None:
     assert said.compile().digest == silent.compile().digest
     result = checked(said, a=[0.0, 0.9], b=np.zeros(2))
     assert result.good and result.claims[0].status == "excepted"
+    text = (
+        r"1 not judged, since legal inputs reach the exception: so it is \(test_claims\.py, line "
+    )
+    assert re.search(text + r"\d+\), unless a is large", str(result))
 
 
 def test_a_state_out_of_its_range_fails_on_the_log_and_is_told_of_the_search() -> None:
     result = checked(Integral(), a=[1.0, 0.5])
     assert result.good and [c.status for c in result.claims] == ["left", "proven"]
     assert "some legal inputs take s out of its range (test_claims.py, line" in str(result)
+    short = Integral()  # a word that ends where the range does: the value beyond it is told
+    short.states = (State("s", -4.0, 3.999), Integral.states[1])
+    claim = next(c for c in checked(short, a=[1.0, 0.5]).claims if c.state == "s")
+    assert claim.status == "left" and claim.search is not None
+    assert max(map(abs, claim.search)) == pytest.approx(5.0, abs=0.6)  # 4, and an input of 1
     result = checked(Integral(), a=np.ones(6))
     assert not result.good and result.claims[0].status == "broken"
     assert "state s is 6 in step 5, BEYOND its declared range [-5, 5]" in result.failures[0]
