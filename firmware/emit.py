@@ -115,7 +115,9 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
     return {
         f"{name}.h": header(
             name,
-            body.head(".h", f"{brief}: a word w stands for w * 2^-FRAC."),
+            body.head(
+                ".h", f"{brief}: a word w stands for w * 2^-FRAC, x for floor(x * 2^FRAC + 0.5)."
+            ),
             includes="#include <stdbool.h>\n#include <stdint.h>",
             definitions=_constants(body),
             members=members,

@@ -1,6 +1,6 @@
 /**
  * @file golden.h
- * @brief Fixed-point estimator: a word w stands for w * 2^-FRAC.
+ * @brief Fixed-point estimator: a word w stands for w * 2^-FRAC, x for floor(x * 2^FRAC + 0.5).
  *
  * Generated from the program "golden"; do not edit.
  * Program digest: 918cdc3a116fb29c2f07a3c201dc4d4be291d953296d7ced4c9cd3af9964e51d
