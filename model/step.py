@@ -43,6 +43,7 @@ _REMEDIES = (
         "correct the arguments of the call",
     ),
     (r"RecursionError", "no recursion: the result before is a state"),
+    (r"'Values' object is not", "write x.NAME, u.NAME, p.NAME"),
     (r"not subscriptable|not iterable|has no len", "it is one number, without elements"),
 )
 

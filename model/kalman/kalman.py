@@ -21,7 +21,7 @@ from boresight.model.kalman.update import DITHER, Update, errors_of
 from boresight.model.lowering.trace import Scalar, Trace
 from boresight.model.places import place_of_function, placed
 from boresight.model.recorded import evaluate
-from boresight.model.step import check_arguments
+from boresight.model.step import check_arguments, check_number
 
 #: Below one, so that the word spends no bit on one itself.
 _BELOW = 1.0 - 2.0**-17
@@ -121,7 +121,15 @@ class Kalman(Estimator):
         start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}
         for pair, value in self.initial_covariance.items():
             i, j = sorted(map(self.errors.index, errors_of(self, pair, where)))
+            check_number(where, value)
             start[i, j] = value
+        matrix = np.zeros((n, n))
+        for (i, j), value in start.items():
+            matrix[i, j] = matrix[j, i] = value / (initial_sd[i] * initial_sd[j])
+        fix = "lower them, or raise sd"
+        positive = bool(np.linalg.eigvalsh(matrix)[0] >= -1e-6)
+        wanted = "covariances that are positive with the squares of sd"
+        require(positive, where, wanted, self.initial_covariance, fix)
         elements = [
             self._covariance_state(name, *pair, start.get(pair, 0.0))
             for name, pair in self.covariance_states.items()

@@ -20,6 +20,8 @@ from boresight.model.places import author_line, placed
 _MOST = 20_000
 #: Largest standard deviation over that of the predictions: a variance is held at 3/4 of its bound.
 _MARGIN = 1.25
+#: Variance of a state whose error grows without end.
+_ENDLESS = 1e100
 
 #: Largest values: of each by name, of each in order, or one for all.
 Sizes = Mapping[str, float] | Sequence[float] | float
@@ -125,7 +127,7 @@ def linear(
         accepted = dict(zip(states, values.values(), strict=True))
     start = np.ravel(getattr(system, "x", np.zeros(n)))
     names = [*states]
-    bounds = zip(np.sqrt(np.diag(p)), _largest(a, c, q, r, p), strict=True)
+    bounds = zip(np.sqrt(np.diag(p)), _largest(where, names, (a, c, q, r, p)), strict=True)
     members: dict[str, Any] = {
         "__doc__": f"Kalman filter of {n} states and {m} measurements.",
         "__module__": sys._getframe(1).f_globals["__name__"],
@@ -223,12 +225,16 @@ def _sizes(
     return sizes
 
 
-def _largest(a: FloatArray, c: FloatArray, q: FloatArray, r: FloatArray, p: FloatArray) -> Any:
-    """Largest standard deviation of each state, by the covariances from the start on."""
+def _largest(where: str, names: Sequence[str], matrices: Sequence[FloatArray]) -> Any:
+    """Largest standard deviation of each state, of A, C, Q, R, P from the start on."""
+    a, c, q, r, p = matrices
     largest = np.diag(p).copy()
     for _ in range(_MOST):
         before = p
         p = a @ p @ a.T + q
+        endless = ", ".join(n for n, v in zip(names, np.diag(p), strict=True) if v > _ENDLESS)
+        fix = "measure it, or leave it out"
+        require(not endless, where, "measurements that bound every error", endless, fix)
         grown = np.maximum(largest, np.diag(p))
         gain = np.linalg.solve(c @ p @ c.T + r, c @ p).T
         p = p - gain @ c @ p

@@ -588,7 +588,7 @@ def noise_of(
     Raises
     ------
     InputError
-        A name that is no state's, or a variance that may be negative.
+        A name that is no state's, a variance that may be negative, a covariance that is too large.
     """
     where = placed(place_of_function(kalman.noise), f"noise of {kalman.name}")
     pairs = [n for n in noise if isinstance(n, tuple)] if isinstance(noise, Mapping) else []
@@ -602,8 +602,14 @@ def noise_of(
         out[i, i] = value
     for pair in pairs:
         i, j = sorted(kalman.errors.index(e) for e in errors_of(kalman, pair, where))
-        check_number(f"{where}, {' and '.join(pair)}", noise[pair])
+        place, fix = f"{where}, {' and '.join(pair)}", "raise the variances, or lower it"
+        check_number(place, noise[pair])
         out[i, j] = noise[pair]
+        low, high = intervals(noise[pair])
+        most = [intervals(out.get((k, k), 0.0))[1] for k in (i, j)]
+        least, largest = max(low, -high, 0.0), math.sqrt(most[0] * most[1])
+        wanted = f"a covariance of at most {largest:g}, the root of both variances' product"
+        require(least <= largest * (1.0 + 1e-9), place, wanted, least, fix)
     return out
 
 
@@ -659,7 +665,8 @@ def _is_angle(m: Measurement) -> bool:
     Raises
     ------
     InputError
-        It is another angle, over one full turn: its innovation would jump where it wraps.
+        It is another angle, over one full turn: its innovation would jump where it wraps. Or z and
+        h are of different units.
     """
     units = [ops.unit_of(value) for value in (m.z, m.h)]
     fix = 'declare input and state as ("NAME", -1.0, 1.0, "ht"), whose log columns are converted; '
@@ -669,7 +676,11 @@ def _is_angle(m: Measurement) -> bool:
         full = 0.99 * turn < span < 1.05 * turn
         wanted = f"angles over a full turn of {span:g} {unit} in half turns, which wrap"
         require(not full, placed(m.line, "measurement"), wanted, unit, fix)
-    return any(unit == "ht" for unit, _ in units)
+    (of_z, _), (of_h, _) = units
+    fix = "correct a unit, or convert h"
+    same = not (of_z and of_h) or same_unit(of_z, of_h)
+    require(same, placed(m.line, "measurement"), f"z and h in one unit, {of_z}", of_h, fix)
+    return "ht" in (of_z, of_h)
 
 
 def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:

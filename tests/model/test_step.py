@@ -56,6 +56,7 @@ def test_step_must_return_what_is_declared() -> None:
     [
         ("float() or a function of math, of a traced value; ", lambda x: math.sin(x.y)),
         ("float() or a function of math", lambda x: np.zeros(1).fill(x.y)),
+        ("TypeError: 'Values' object is not subscriptable; write x.NAME", lambda x: x["y"]),
         (
             "numpy.linalg's inv of traced values; numpy.linalg takes no traced value: write "
             "ops.inverse(S, least)",

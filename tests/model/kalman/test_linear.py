@@ -64,6 +64,11 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
     ("system", "changed", "said"),
     [
         (signal.lti(A, B, C, D), {}, "time-discrete"),
+        (
+            (np.diag([1.0, 1.05]), B, C * [1.0, 0.0], D),
+            {},
+            "bound every error, found 'x1'; measure it",
+        ),
         ((A, B, C[:, :1], D), {}, "C \\(m, n\\)"),
         ((A, B, C, D), {"R": None}, "give R="),
         ((A, B, C, D), {"P": [1.0, 0.0]}, "larger diagonal"),
