@@ -11,14 +11,15 @@ from functools import lru_cache
 import pytest
 
 from boresight.model.resolve import estimator_of
+from boresight.model.words.interpreter import Interpreter
 from boresight.sim.attitude.board.build import REAL, Board, make_board
 from boresight.sim.attitude.board.run import judge, stimulus
 from boresight.sim.attitude.ma2014.paper import CLOCK_MHZ, TIME_US
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
-from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
+from boresight.sim.records.feed import feed
 from boresight.sim.rtl.simulators import available
-from tests.support.attitude.board.cocotb_run import run_under_cocotb
+from tests.support.attitude.board.cocotb_run import run_core, run_under_cocotb
 
 #: Filters that share a core.
 CORES = (
@@ -62,10 +63,12 @@ def test_from_the_sensors_pins_to_the_registers(name: str) -> None:
 @pytest.mark.parametrize("name", FILTERS)
 def test_of_the_core_alone(name: str) -> None:
     """From the first word of a record to the last urgent output."""
-    log = synthetic_log(seconds=1, rate_hz=1024, seed=1).head(4)
+    log = synthetic_log(seconds=1, rate_hz=1024, seed=1).head(UPDATES)
     build = Build(estimator_of(name))
-    (result,) = Check(build, simulator="icarus", levels=("rtl",)).run(log)
-    (rtl,) = result.levels
-    assert (rtl.simulator, rtl.n_total, rtl.n_mismatch) == ("icarus", 4, 0)
-    assert rtl.cycles_min == rtl.cycles_max == build.core.parts[0].schedule.latency
-    assert rtl.cycles_max <= BUDGETS[name] * CLOCK_MHZ
+    program, schedule = build.programs[0], build.core.parts[0].schedule
+    records = feed(build.estimators[0], log).words(program)
+    outputs, cycles = run_core(build.core, records)
+    assert outputs.tolist() == Interpreter(program).run(records[:, :, None])[0][:, :, 0].tolist()
+    assert (cycles == schedule.latencies).all()
+    latency = cycles[:, : schedule.urgent].max()
+    assert latency == schedule.latency and latency <= BUDGETS[name] * CLOCK_MHZ

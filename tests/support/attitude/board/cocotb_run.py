@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
+from boresight.gateware.core import Core
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import failure
 from boresight.model.tools.needs import embeddable, install_line
+from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.run import (
     BoardRun,
@@ -46,20 +51,16 @@ def run_under_cocotb(
     SimulationFailed
         The run did not end, or Python heard other bytes than the bench.
     """
-    if not embeddable():
-        raise ToolMissing(
-            f"cocotb needs libpython, which is not found: {install_line('libpython')}"
-        )
     from cocotb_tools.check_results import get_results
     from cocotb_tools.config import libs_dir
     from cocotb_tools.runner import get_runner
 
+    path = _path()
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary:
         folder = Path(temporary)
         for name, text in files.items():
             (folder / name).write_text(text)
-        root = str(Path(__file__).parents[4])
         with quiet(folder / "run.log", "verilator run"):
             get_runner("verilator").test(
                 hdl_toplevel="bench",
@@ -75,7 +76,7 @@ def run_under_cocotb(
                         [str(libs_dir), os.environ.get("LD_LIBRARY_PATH", "")]
                     ),
                     "BOARD_MAX_CYCLES": str(cycles_limit(board, updates)),
-                    "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
+                    "PYTHONPATH": path,
                 },
             )
         tests, failed = get_results(folder / "results.xml")
@@ -88,6 +89,59 @@ def run_under_cocotb(
         cycles, seconds = (folder / "speed.txt").read_text().split()
     frames, dropped = frames_of(trace.data)
     return BoardRun(trace, frames, dropped, int(cycles), float(seconds)), counted
+
+
+def run_core(core: Core, records: IntArray) -> tuple[IntArray, IntArray]:
+    """Run a core alone under cocotb in Icarus: output words, and the cycles to each of them.
+
+    Raises
+    ------
+    ToolMissing
+        Python's library is not installed.
+    SimulationFailed
+        The build failed, or a word was unknown or did not come.
+    """
+    from cocotb_tools.check_results import get_results
+    from cocotb_tools.runner import get_runner
+
+    path, word = _path(), core.machine.arithmetic.word
+    with tempfile.TemporaryDirectory(prefix="boresight-core-") as temporary:
+        folder, runner = Path(temporary), get_runner("icarus")
+        sources = {**core.files, "core.v": core.verilog(instances=False)}
+        for name, text in sources.items():
+            (folder / name).write_text(text)
+        words = (records & (1 << word) - 1).tolist()
+        (folder / "records.txt").write_text(json.dumps(words))
+        with quiet(folder / "run.log", "icarus run"):
+            runner.build(
+                sources=[folder / name for name in sources],
+                hdl_toplevel="core",
+                build_dir=folder,
+                timescale=("1ns", "1ps"),
+            )
+            runner.test(
+                hdl_toplevel="core",
+                hdl_toplevel_lang="verilog",
+                test_module="tests.support.attitude.board.cocotb_core",
+                build_dir=folder,
+                results_xml=str(folder / "results.xml"),
+                test_dir=folder,
+                extra_env={"PYTHONPATH": path},
+            )
+        if get_results(folder / "results.xml") != (1, 0):
+            raise SimulationFailed("icarus: the core's bench did not come to its end")
+        found = np.array(json.loads((folder / "found.txt").read_text()))
+    outputs, cycles = found.transpose(2, 0, 1)
+    return (outputs ^ 1 << word - 1) - (1 << word - 1), cycles
+
+
+def _path() -> str:
+    """Where the simulator's Python finds the tests; ToolMissing if it cannot run."""
+    if not embeddable():
+        raise ToolMissing(
+            f"cocotb needs libpython, which is not found: {install_line('libpython')}"
+        )
+    return os.pathsep.join([str(Path(__file__).parents[4]), os.environ.get("PYTHONPATH", "")])
 
 
 @contextlib.contextmanager
