@@ -76,11 +76,12 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
     top, text, memories = _made(core)
     word = core.machine.arithmetic.word
     bench = Path(__file__).with_name("conductor_bench.sv").read_text()
+    if top.plan.feed.registers:
+        bench = f"`define FEED\n{bench}"
     run = build(
         "bench",
         {"attitude_core.sv": text, "bench.sv": bench},
         parameters={"WORD": word, "FILTER_BITS": len(top.filter)},
-        arguments=("-DFEED",) if top.plan.feed.registers else (),
     ).run(
         max_cycles=max_cycles, files={**memories, "script.txt": "".join(f"{s}\n" for s in script)}
     )
