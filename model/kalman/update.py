@@ -280,11 +280,12 @@ class Update:
         row = self.slopes.of(self.tracer.lift(m.h) - m.z)
         low, high = self.intervals(m.r)
         if not row or low <= 0.0:
+            least = "raise the least value of its parameters" if low < high else "give the noise's"
             raise InputError.at(
                 placed(m.line, "measurement"),
                 wanted="a variance above 0" if row else "h that depends on a state",
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
-                fix="raise the least value of its parameters" if row else "compute h from x",
+                fix=least if row else "compute h from x",
             )
         row = self._limited_row(m, row)
         innovation = self._innovation(m)

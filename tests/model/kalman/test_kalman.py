@@ -501,7 +501,11 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r - 1.0)]},
-            "a variance above 0",
+            "a variance above 0, found [-0.99, 3]; raise the least value of its parameters",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, 0.0)]},
+            "a variance above 0, found [0, 0]; give the noise's",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, ops.sqrt(x.pos * x.pos), p.r)]},
@@ -513,7 +517,7 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, -0.1)]},
-            "found [-0.1, -0.1]; raise the least",
+            "found [-0.1, -0.1]; give the noise",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, valid=u.there)]},
