@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from functools import cached_property
 from typing import Any
 
@@ -25,6 +26,8 @@ from boresight.model.step import check_arguments, check_number
 
 #: Below one, so that the word spends no bit on one itself.
 _BELOW = 1.0 - 2.0**-17
+#: Optional parts of a model: a name that is nearly one of them is misspelt.
+_WRITTEN = {"measure", "memory", "noise", "shown"}
 #: Share of its largest at which a variance grows no more.
 _HELD = 0.75
 
@@ -204,7 +207,7 @@ class Kalman(Estimator):
     # -- what follows ---------------------------------------------------------------------------
 
     def check_declarations(self) -> None:
-        """See `Estimator`; that there is a method ``measure``."""
+        """See `Estimator`; a method ``measure``, and no name that is nearly one of `_WRITTEN`."""
         super().check_declarations()
         for name in ("f", "measure", "noise", "shown"):
             method = getattr(self, name)
@@ -212,6 +215,12 @@ class Kalman(Estimator):
             check_arguments(where, name, method)
         where = placed(self._line, f"estimator {self.name}")
         written = type(self).measure is not Kalman.measure
+        classes = [c for c in type(self).__mro__ if c not in Kalman.__mro__]
+        names = {name for c in classes for name in vars(c)}
+        for name in sorted(n for n in names if not hasattr(Kalman, n)):
+            near = get_close_matches(name, _WRITTEN - names, 1, 0.8)
+            fix = f"call it {''.join(near)}, or otherwise if it is something else"
+            require(not near, where, f"names that are used, as {''.join(near)}", name, fix)
         fix = "write it: it returns a list of Measurement(z, h, r)"
         require(written, where, "a method measure(self, x, u, p)", None, fix)
 

@@ -479,6 +479,10 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         ({"outputs": (Output("pos", "mm"),)}, "wanted the unit of the state, m, found 'mm'"),
         (
+            {"shows": lambda self, x, u, p: {}},
+            "wanted names that are used, as shown, found 'shows'",
+        ),
+        (
             {"measure": lambda self, x, u, p: [Measurement(u.z, [x.pos, x.vel], p.r)]},
             "measurement, h: wanted a number, found a list",
         ),
