@@ -81,6 +81,11 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     columns_of = {"t": Column((base.stamps - base.stamps[0]) / NS)}
     for s in series:
         table = _in_rows(path, s, base, notes)
+        if len(s.stamps) and s.topic is not base.topic and not np.isfinite(table).any():
+            what = "hold no number"
+            if np.isfinite(s.values).any():
+                what = f"are at other times than those of {base.topic.name}: is its clock another?"
+            notes.append(f"{s.topic.name}: its {len(s.stamps)} messages {what}")
         unit = s.source.unit or ("m" if s.source.frame == "geodetic" else None)
         for k, name in enumerate(s.source.columns):
             columns_of[name] = Column(np.ascontiguousarray(table[:, k]), unit)

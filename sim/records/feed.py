@@ -256,8 +256,9 @@ class Feeder:
                 self._clock = Clock.of_steps(record.steps()[1:])
             elif self._clock is not None:
                 self._clock = self._clock.extended(record.steps())
-        lines = [] if self._clock is None else _irregular_steps(self.estimator, self._clock)
-        return tuple(dict.fromkeys([*self._notes, *lines, *self._implausible]))
+        lines = [] if self._clock is None else [*_irregular_steps(self.estimator, self._clock)]
+        notes = [n for n in self._notes if not any(line.startswith(n) for line in lines)]
+        return (*notes, *lines, *self._implausible)
 
     def _told(self, declared: Input, values: FloatArray) -> FloatArray:
         """A gap as a board tells it: by the time step that restarts or bridges the filter."""

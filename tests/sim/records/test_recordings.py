@@ -135,6 +135,24 @@ def test_odd_times_lose_nothing_without_a_count(
     assert len(record) == rows and any(text.startswith(note) for text in record.notes)
 
 
+@pytest.mark.parametrize("name", ["a.ulg", "a.bag", "a.mcap", "a.db3"])
+def test_a_topic_without_a_value_in_any_row_is_told(tmp_path: Path, name: str) -> None:
+    made = {n: list(rows) for n, rows in in_motion(100).items()}
+    truth, field = "vehicle_attitude_groundtruth", "vehicle_magnetometer"
+    made[truth] = [(t + 10**9, q) for t, q in made[truth]]
+    made[field] = [(t, [np.nan] * 3) for t, _ in made[field]]
+    path = tmp_path / name
+    if name == "a.ulg":
+        path.write_bytes(flight(messages=made))
+    else:
+        write_bag(path, made)
+    told = [text.partition(": ")[2] for text in read_record(path).notes]
+    assert [text.partition(" than")[0] for text in told] == [
+        "its 20 messages hold no number",
+        "its 50 messages are at other times",
+    ]
+
+
 def test_a_clock_of_another_time_is_refused(tmp_path: Path) -> None:
     for seconds in (2.0**32 * 1e-6, -(2.0**32) * 1e-6):
         moved = shifted(MOTION["vehicle_magnetometer"], lambda k, s=seconds: s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -159,9 +160,10 @@ def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
     said = "gaps in the times: 1, longest 0.31 s: sum has no input dt, and counts"
     assert [text.partition(" each")[0] for text in feed(Sum(), torn).warnings] == [said]
     assert feed(Sum(), even).warnings == ()
-    assert feed(TimedSum(), torn).warnings == (
-        "gaps in the times: 1, longest 0.31 s: timedsum takes each as one long step",
-    )
+    told = ("gaps in the times: 1, longest 0.31 s: timedsum takes each as one long step",)
+    assert feed(TimedSum(), torn).warnings == told
+    noted = replace(torn, notes=("gaps in the times: 1, longest 0.31 s",))  # of a recording
+    assert feed(TimedSum(), noted).warnings == told
     with selected(Selection.of(every=4)):
         assert feed(Sum(), even).warnings == (
             "--every 4: sum has no input dt and no rates_hz, and counts 4 rows as one step",
