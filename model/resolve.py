@@ -204,10 +204,12 @@ def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
 #: Modules that users' files imported from their own folder, and that folder with its content.
 _helpers: set[str] = set()
 _folder: bytes = b""
+#: Users' folders that have been put on the path.
+_on_path: list[str] = []
 
 
 def _module(path: Path, kind: str) -> ModuleType:
-    """Import a file; once, until it or a module in its folder changes."""
+    """Import a file; once, until it or a module or package in its folder changes."""
     global _folder
     try:
         content = path.read_bytes()
@@ -219,7 +221,9 @@ def _module(path: Path, kind: str) -> ModuleType:
             fix="check the path",
         ) from None
     file = path.resolve()
-    modules = sorted(f for f in file.parent.glob("*.py") if f.is_file() and os.access(f, os.R_OK))
+    packages = [init.parent for init in file.parent.glob("*/__init__.py")]
+    found = (*file.parent.glob("*.py"), *(f for place in packages for f in place.rglob("*.py")))
+    modules = sorted(f for f in found if f.is_file() and os.access(f, os.R_OK))
     folder = b"".join(str(f).encode() + hashlib.sha256(f.read_bytes()).digest() for f in modules)
     digest = hashlib.sha256(str(file).encode() + content + folder)
     name = f"_boresight_{digest.hexdigest()[:16]}"
@@ -254,17 +258,23 @@ def _imports_from(folder: Path) -> Iterator[None]:
     """Let imports find the modules in a user's folder, without .pyc files."""
     writes_no_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     before = {*sys.modules}
-    path_entries = [entry for entry in sys.path if entry != str(folder)]
-    sys.path[:] = [str(folder), *path_entries]
+    entries = [entry for entry in sys.path if entry not in _on_path]
+    if str(folder) not in (*entries, *_on_path):
+        _on_path.append(str(folder))
+    sys.path[:] = [str(folder), *entries]  # not the folders of other files
     importlib.invalidate_caches()
     try:
         yield
     finally:
         sys.dont_write_bytecode = writes_no_bytecode
-        sys.path[:] = [*path_entries, str(folder)]  # for imports inside functions
+        path = [entry for entry in (*entries, *_on_path) if entry != str(folder)]
+        sys.path[:] = [*path, str(folder)]  # for imports inside functions
         for name in {*sys.modules} - before:
             file = Path(getattr(sys.modules[name], "__file__", None) or "")
-            if file.parent == folder and not name.startswith("_boresight_"):
+            own = file.parent == folder
+            if folder in file.parents and not own:  # in a package
+                own = (folder / file.relative_to(folder).parts[0] / "__init__.py").exists()
+            if own and not name.startswith("_boresight_"):
                 _helpers.add(name)
 
 

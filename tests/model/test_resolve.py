@@ -124,6 +124,20 @@ def test_a_helper_that_changes_is_read_again(write: Write) -> None:
     assert estimator_of("f.py").name == "two"
 
 
+def test_a_helper_in_a_package_that_changes_is_read_again(write: Write) -> None:
+    write("from .inner import NAME\n", "helper/__init__.py")
+    write("NAME = 'one'\n", "helper/inner.py")
+    assert estimator_of(write(HELPED)).name == "one"
+    write("NAME = 'two'\n", "helper/inner.py")
+    assert estimator_of("f.py").name == "two"
+
+
+def test_a_helper_is_not_taken_from_the_folder_of_another_file(write: Write) -> None:
+    write("NAME = 'other'\n", "a/helper.py")
+    assert estimator_of(write(HELPED, "a/f.py")).name == "other"
+    assert "No module named 'helper'" in refused(write(HELPED, "b/f.py"))
+
+
 def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
     first = estimator_of(write(ONE))
     assert type(estimator_of("f.py:Mine(2)")) is type(first)
