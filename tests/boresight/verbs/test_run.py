@@ -88,6 +88,10 @@ def test_a_row_of_a_log_begins_anew(hand: None, level: str) -> None:
         assert checked.good and checked.levels[0].n_total == 9
         assert checked.floating.outputs["x"][8] == 2.0
         assert checked.fixed.outputs["x"].tolist() == whole.tolist()
+        program, ranges = checked.build.programs[0], checked.accuracy.ranges
+        for (state, _), words in zip(program.states, checked.fixed.states.T, strict=True):
+            seen = {program.values[state].initial, *words[:-1].tolist()}
+            assert {ranges.low[state], ranges.high[state]} <= seen
     if level != "rtl":
         pieces = boresight.run("hand.py", log, levels=level, rows=2, output="out.csv")
         assert pieces["rows"] == 9 and read_record("out.csv").columns["x"].values[8] == 2.0

@@ -69,6 +69,10 @@ def test_an_update_counts_if_a_word_or_flag_differs(
     for name, place in (("outputs", (3, -1)), ("saturated", 3), ("beyond", 3)):
         result = compare(level, level._run_of(changed(rtl_run, name, place, 1)), wanted)
         assert (result.good, result.n_mismatch, result.first_wrong) == (False, 1, 3), name
+    states = np.ones((6, 2))
+    states[3, 0] = 2.0
+    result = compare(level, dataclasses.replace(level._run_of(rtl_run), states=states), wanted)
+    assert (result.n_mismatch, result.first_wrong) == (1, 3)
 
 
 @pytest.mark.parametrize("by", [-1, 1])

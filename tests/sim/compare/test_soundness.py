@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import boresight
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
@@ -52,6 +53,8 @@ def refusal(estimator: Estimator, word: int = 32, inputs: Any = None, params: An
 
 def test_intervals_far_beyond_the_range() -> None:
     """Two gains are held in the state's format, six are not; whatever the output makes of it."""
+    with pytest.raises(InputError, match="value x_next: wanted a last bit"):
+        boresight.compile(Chain(6), output="build")
     assert refusal(Chain(2)) == ""
     said = refusal(Chain(6))
     assert said.startswith("test_soundness.py, line ") and "value x_next: wanted a last bit" in said

@@ -221,6 +221,11 @@ def record_at(rate_hz: float, every: int = 1) -> Record:
     return Record("walk", {"t": Column(t), "z": Column(z)})
 
 
+def test_clamped_samples_are_counted() -> None:
+    rows = fed(Probe(), z=[1.0, 1.0], c=[5.0, 0.0], plain=[0.0, 0.0])
+    assert rows.clamped == {"c": 1} and rows.inputs[0, 2] == 3.0
+
+
 def test_steps_that_contradict_the_times() -> None:
     t = np.arange(40) / 100.0
     assert len(feed(Timed(), Record.of({"t": t, "dt": np.full(40, 0.01)}))) == 40

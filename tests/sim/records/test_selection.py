@@ -129,6 +129,12 @@ def test_without_times_there_is_no_slice() -> None:
         [*Selection.of(gaps="restart").pieces([Record.of({"x": [1.0]})])]
 
 
+def test_a_gap_between_two_blocks() -> None:
+    blocks = [Record.of({"t": [*t]}) for t in (np.arange(5) / 100.0, 1.0 + np.arange(5) / 100.0)]
+    *_, last = Selection.of(gaps="restart").pieces(blocks)
+    assert last.columns["dt"].values[0] == -0.25
+
+
 def test_gaps_of_a_log_with_steps_alone() -> None:
     blocks = [Record.of({"dt": dt}) for dt in ([0.01] * 5, [0.01, 0.04, 0.02])]
     with pytest.raises(InputError, match=r"dt\[1\]: wanted steps of at most 0.03 s, .* of 0.04 s"):

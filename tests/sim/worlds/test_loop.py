@@ -312,6 +312,7 @@ def test_pieces_are_one_run(level: str) -> None:
     whole = closed(Recorded(), level)
     with make_level(level, Build(Half())) as made:
         assert [len(part.inputs) for part in drive(Recorded(1, 6, 51), made)] == [1, 5, 45, 9]
+        assert len(close_loop(Recorded(1, 6, 51), made, steps=20).inputs) == 20
         result = close_loop(Recorded(1, 6, 51), made)
     assert parting(whole, result) is None and len(result.inputs) == 60
     assert (result.new == whole.new).all() and result.clamped == whole.clamped == {"c": 39}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,14 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.gateware.attitude.system.attitude_frame import Update
 from boresight.gateware.attitude.system.interface import INITIAL_STATES, ORDERS
 from boresight.gateware.boards.frames import END
 from boresight.sim.attitude.board.run import run_board, stimulus
 from boresight.sim.attitude.devices import INERTIAL_FAULTS
-from boresight.sim.attitude.host.line import RegisterTable
-from boresight.sim.attitude.host.record import static_noise
+from boresight.sim.attitude.host.line import Listener, RegisterTable
+from boresight.sim.attitude.host.monitor import track_of
+from boresight.sim.attitude.host.record import log_of, static_noise
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
@@ -164,6 +167,18 @@ def test_a_command_to_the_compass_as_text(recorded: Path, tmp_path: Path, capsys
     assert sent == b"#Var=-3.5\r\n" and all(word >> 8 == 1 for _, word in board.written)
     assert main(["monitor", "x", "--map", registers, "--write", f"{command}{'0' * 9}"]) == 2
     assert "wanted a command of up to 14 ASCII characters" in capsys.readouterr().err
+
+
+def test_stamps_begin_anew_after_43_s(recorded: Path) -> None:
+    """2^32 cycles of 100 MHz."""
+    table, capture = RegisterTable(recorded / "registers.json"), recorded / "capture.bin"
+    heard = Listener(table.formats).feed(capture.read_bytes())
+    updates = [u for u in heard if isinstance(u, Update)]
+    number = track_of(updates, clock_hz=table.clock_hz).number
+    late = [replace(u, stamp=(u.stamp - updates[40].stamp) % 2**32) for u in updates]
+    plain, wrapped = (log_of("a", us, number, table.described, {})[0] for us in (updates, late))
+    assert np.array_equal(plain.numbers("t"), wrapped.numbers("t"))
+    assert np.array_equal(plain.numbers("dt"), wrapped.numbers("dt"))
 
 
 def test_static_noise() -> None:
