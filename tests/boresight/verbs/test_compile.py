@@ -7,7 +7,13 @@ from pathlib import Path
 
 import pytest
 
+import boresight
 from boresight.core_files import core_files, project_files
+from boresight.gateware.synthesis.family import Step
+from boresight.gateware.synthesis.nextpnr import Run
+from boresight.gateware.synthesis.routed import Mapped, Routed
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.verbs import compile as module
 
 BOTH = ["ekf_quaternion", "ekf_bias"]
 
@@ -67,3 +73,18 @@ REFUSED = {
 def test_refused(more: str, here: Path, refused) -> None:
     assert REFUSED[more] in refused(f"compile mine.py -o out {more}")
     assert not Path("out").exists()
+
+
+def test_a_clock_that_is_not_reached_fails(here: Path, monkeypatch) -> None:
+    netlist = {"modules": {"core": {"cells": {}}}}
+    used = dict.fromkeys(("lut", "ff", "dsp", "ram"), 1.0)
+    target = TARGETS["ecp5-25k"]
+    mapped = Mapped(target=target, netlist=netlist, used=used, version="yosys", command="")
+    path = (Step(kind="logic", ns=12.6, start="a.Q", end="b.D", net="n"),)
+    routed = Routed(mapped=mapped, runs=(Run(1, 79.3, path, {}),), version="nextpnr", command="")
+    monkeypatch.setattr(module, "check_routable", lambda *given: None)  # without its router
+    monkeypatch.setattr(module, "route_core", lambda *given, **options: routed)
+    for clock, said in ((80.0, ["clock 79.3 MHz, below 80 MHz"]), (79.0, [])):
+        options = {"target": "ecp5-25k", "route": True, "clock": clock}
+        result = boresight.compile("mine.py", output=f"out{clock:g}", **options)
+        assert result.failures == said and result.good is not bool(said)
