@@ -17,6 +17,8 @@ textbook  against the tolerance beside it: a difference of float64 from the text
 identity  not at all: a digest that changes with the program, which is then said
 same      results that differ in it are not compared
 ========= =========================================================================================
+
+A tolerance that differs from the earlier one is said; a changed figure is judged by the smaller.
 """
 
 from __future__ import annotations
@@ -35,6 +37,8 @@ Number: TypeAlias = float | str | None
 NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "signal")
 #: Shares by which figures may be worse than the earlier ones, by kind.
 SHARES = {"cycles": 0.0, "area": 0.01, "clock": 0.05, "truth": 0.1, "count": 0.0}
+#: Kinds that are judged against the tolerance beside them.
+LIMITED = ("rounding", "textbook")
 #: Characters of a digest that are shown.
 _SHOWN = 12
 
@@ -109,18 +113,24 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     figure is worse than accepted, or missing. Raises InputError if they cannot be compared.
     """
     old, new = _figures(before, judged), _figures(now, judged)
+    limits_changed = 0
     changes, rows, notes = list[dict[str, Any]](), list[dict[str, Any]](), list[str]()
     for name in dict.fromkeys((*old, *new)):
         a, b = old.get(name), new.get(name)
         found = b or a
         assert found is not None
         was, value = (None if x is None else x.value for x in (a, b))
+        if found.figure.kind in LIMITED and a and b and a.tolerance != b.tolerance:
+            limits = f"{_text(a.tolerance)} to {_text(b.tolerance)} {b.unit}".rstrip()
+            notes.append(f"{name}: its tolerance has changed: {limits}")
+            limits_changed += 1
         if was == value:
             continue
         if found.figure.kind == "identity":
             notes.append(f"{name} has changed: {str(was)[:_SHOWN]} to {str(value)[:_SHOWN]}")
         elif found.figure.kind != "same":
-            changes.append(_change(name, found, was, value))
+            bounds = [x.tolerance for x in (a, b) if x is not None and x.tolerance is not None]
+            changes.append(_change(name, found, was, value, min(bounds, default=None)))
         elif a is not None and b is not None:
             raise InputError.at(
                 str(file),
@@ -131,10 +141,12 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     changes.sort(key=lambda c: (not c["worse"], -(c["share"] or 0.0)))
     for change in changes:
         row = {name: change[name] for name in ("figure", "before", "now")}
-        share = None if change["share"] is None else f"{change['share']:+.1%}"
+        share = None
+        if change["share"] is not None:  # of the figure itself: a clock that falls has a minus
+            share = f"{(change['now'] - change['before']) / abs(change['before']):+.1%}"
         worse = "WORSE" if change["worse"] else None
         rows.append(row | {"unit": change["unit"] or None, "change": share, "": worse})
-    equal = len({*old, *new}) - len(changes) - len(notes)
+    equal = len({*old, *new}) - len(changes) - len(notes) + limits_changed
     summary = f"against {file}: {equal} figures equal, {len(changes)} changed"
     failures = []
     if more := sum(c["worse"] for c in changes):
@@ -145,13 +157,15 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     return Result(data, {"changes": rows} if rows else {}, summary, notes, failures)
 
 
-def _change(name: str, found: _Found, old: Number, new: Number) -> dict[str, Any]:
+def _change(
+    name: str, found: _Found, old: Number, new: Number, tolerance: float | None
+) -> dict[str, Any]:
     """A figure that has changed; ``share`` is by how much of the earlier one it is worse."""
     kind, share, worse = found.figure.kind, None, new is None
     if isinstance(old, float) and isinstance(new, float):
         worsening = (new - old) * (-1 if found.figure.falls else 1)
         share = worsening / abs(old) if old else None
-        worse = found.tolerance is not None and new > found.tolerance
+        worse = tolerance is not None and new > tolerance
         if kind in SHARES:
             worse = worsening > SHARES[kind] * abs(old)
     data = {"figure": name, "kind": kind, "unit": found.unit}
@@ -169,7 +183,7 @@ def _figures(data: Any, judged: Mapping[str, Figure]) -> dict[str, _Found]:
     out: dict[str, _Found] = {}
     for pattern, figure in judged.items():
         for labels, value, beside in _places(data, pattern.split("."), (), {}):
-            name = ": ".join(filter(None, (", ".join(labels), figure.title)))
+            name = ": ".join(filter(None, (", ".join(dict.fromkeys(labels)), figure.title)))
             number = float(value) if isinstance(value, int | float) else value
             unit = "" if figure.kind == "count" else beside.get("unit") or figure.unit
             entry = _Found(figure, number, unit, beside.get("tolerance"))

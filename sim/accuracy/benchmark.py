@@ -29,7 +29,7 @@ from boresight.sim.result import Result, Row
 #: Figures that can be compared with an earlier result (`sim.baseline`).
 JUDGED = {
     "word": Figure("word", "same"),
-    "estimators.*.mean.*": Figure("error from the truth", "truth"),
+    "estimators.*.mean.*": Figure("error from the truth, mean", "truth"),
     "estimators.*.trials.*.error.*": Figure("error from the truth", "truth"),
     "estimators.*.vs_float.*.apart": Figure("fixed point from float64", "rounding"),
     "estimators.*.saturated_updates": Figure("updates that saturated", "count"),

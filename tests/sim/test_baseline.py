@@ -44,7 +44,7 @@ BEFORE: dict[str, Any] = {
         (("area", "lut"), None, "LUT 500 -> none"),
         (("area", "mhz"), 124.0, ""),
         (("area", "mhz"), 120.0, "clock 130 -> 120 MHz"),
-        # Another rounding passes within the tolerance, whatever it was before.
+        # Another rounding passes within the tolerance, whatever the earlier one was.
         (("rows", 0, "max"), 9e-5, ""),
         (("rows", 0, "max"), 2e-4, "pos: rounding 1e-06 -> 0.0002 m"),
         (("rows", 1, "max"), 1e-12, ""),
@@ -71,6 +71,32 @@ def test_a_changed_program_is_said_and_not_judged() -> None:
     found = compared({**BEFORE, "digest": "b"}, BEFORE, JUDGED, file="old.json")
     assert found.good and found.notes == ["program has changed: a to b"]
     assert "program has changed" in str(found)
+
+
+def test_a_loosened_tolerance_is_said_and_does_not_hide_a_worse_figure() -> None:
+    now = copy.deepcopy(BEFORE)
+    now["rows"][0]["tolerance"] = 1e-2
+    found = compared(now, BEFORE, JUDGED, file="f")
+    assert found.good and found.notes == [
+        "pos: rounding: its tolerance has changed: 0.0001 to 0.01 m"
+    ]
+    equal = compared(BEFORE, BEFORE, JUDGED, file="f")["equal"]
+    assert found["equal"] == equal
+    now["rows"][0] |= {"max": 2e-3, "tolerance": None}
+    found = compared(now, BEFORE, JUDGED, file="f")
+    assert found.failures == ["worse than f: pos: rounding 1e-06 -> 0.002 m"]
+    assert "0.0001 to none m" in found.notes[0]
+
+
+def test_names_stand_once_and_a_falling_figure_has_a_minus() -> None:
+    judged = {"rows.*.samples": Figure("samples", "count", falls=True)}
+    before, now = (
+        {"rows": [{"design": "slip", "estimator": "slip", "unit": "m/s", "samples": n}]}
+        for n in (1500, 799)
+    )
+    (row,) = compared(now, before, judged, file="f").tables["changes"]
+    assert row["figure"] == "slip: samples" and row["unit"] is None
+    assert row["change"] == "-46.7%" and row[""] == "WORSE"
 
 
 def test_a_missing_output_is_worse_and_a_new_one_is_shown() -> None:
