@@ -179,6 +179,8 @@ def compile(
             say(f"{board}: {top}")
             place = folder / project_folder(board)
             hz = None if clock is None else round(1e6 * clock)
+            if hz is None and not open_router(board):
+                hz = SYSTEM_CLOCK_HZ
             settings: Mapping[str, Any] = {"seeds": seeds, "progress": say}
             if top == "records":
                 system = write_project(records_design(core), board, place, clock_hz=hz, **settings)
@@ -324,7 +326,7 @@ def _write_sensors(
 ) -> Mapped | Routed | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
     own = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
-    hz = clock_hz or (ROUTED_CLOCK_HZ if open_router(board) else SYSTEM_CLOCK_HZ)
+    hz = clock_hz or ROUTED_CLOCK_HZ
     core = board_system().core(
         build.estimators,
         config=build.config,
