@@ -184,7 +184,7 @@ def _check_room(used: Mapping[str, float], target: Target) -> None:
         f"target {target.name}",
         wanted=", ".join(f"{device.capacity(k):,} {device.unit(k)}" for k in over),
         found=", ".join(f"{used[k]:,g} ({used[k] - device.capacity(k):,g} too many)" for k in over),
-        fix=f"choose {fits or 'another family, or compile less into the core'}",
+        fix=f"choose {fits or 'another family or a narrower --word, or compile less'}",
     )
 
 
