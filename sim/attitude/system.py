@@ -56,7 +56,8 @@ _INTRO = (
     "The complete board in simulation at {clock_mhz:g} MHz, core {config}: sensors at the pins, "
     "{log}, frames to the host. Times are from the sample's data-ready edge; the paper's software "
     "takes {complementary:,.0f} us (complementary filter) and {kalman:,.0f} us (Kalman filter) at "
-    "100 MHz."
+    "100 MHz. Fields: updates with a new sample of the compass; beside program: time of the core "
+    "less that of the filter's program; cycles/s: clock cycles simulated per second of real time."
 )
 
 
