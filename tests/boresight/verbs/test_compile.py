@@ -50,6 +50,7 @@ def test_a_shared_core_on_a_board(tmp_path: Path, data) -> None:
     report = data(f"{line} --param {BOTH[1]}.scale=4")
     assert [*report["programs"]] == BOTH
     assert {*project_files("mimas", system=False)} <= files(str(out))
+    assert "Clock    70 MHz" in (out / "ise-mimas" / "README.txt").read_text()
     registers = json.loads((out / "registers.json").read_text())
     by_name = {r["name"]: r for r in registers["registers"]}
     assert by_name["program"]["names"] == BOTH
