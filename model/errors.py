@@ -84,13 +84,16 @@ class InputError(ValueError):
 def require(
     good: bool, where: str | Callable[[], str], wanted: str, found: object, fix: str = "correct it"
 ) -> None:
-    """Raise `InputError.at`, with the repr of ``found``, unless ``good``.
+    """Raise `InputError.at` unless ``good``.
 
-    ``where`` may be a function, called only then.
+    The message has ``found`` itself if that is a text of several words, else its repr. ``where``
+    may be a function, called only then.
     """
     if not good:
         location = where if isinstance(where, str) else where()
-        raise InputError.at(location, wanted=wanted, found=repr(found), fix=fix)
+        text = found if isinstance(found, str) and " " in found else repr(found)
+        text = "none" if text in {"None", "()", "[]", "{}"} else text
+        raise InputError.at(location, wanted=wanted, found=text, fix=fix)
 
 
 def require_choice(

@@ -27,7 +27,7 @@ class Leaky(Estimator):
     "changes, message",
     [
         ({"inputs": 2 * Leaky.inputs}, "estimator leaky: wanted each input once, found 'u'"),
-        ({"outputs": ()}, "estimator leaky: wanted an output, found ()"),
+        ({"outputs": ()}, "estimator leaky: wanted an output, found none"),
         ({"urgent": 3}, "estimator leaky: wanted urgent of 0 to 2, found 3"),
         (
             {"inputs": Input("u", 0.0, 1.0)},
