@@ -22,7 +22,10 @@ NO_ROTATION = "the matrix is no rotation"
 
 def dot(a: Vector, b: Vector) -> Any:
     """a . b, one slot per component."""
-    return sum((x * y for x, y in zip(a, b, strict=True)), 0.0)
+    total: Any = 0.0  # not `sum`, which rounds floats otherwise from Python 3.12 on
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
 
 
 def cross(a: Vector, b: Vector) -> tuple[Any, Any, Any]:

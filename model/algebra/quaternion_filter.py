@@ -105,7 +105,10 @@ def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
 
 def sum_of(parts: Any) -> Any:
     """Sum of an iterable of scalars."""
-    return sum(parts, 0.0)
+    total: Any = 0.0  # not `sum`, which rounds floats otherwise from Python 3.12 on
+    for term in parts:
+        total = total + term
+    return total
 
 
 # -- prediction -----------------------------------------------------------------------------------

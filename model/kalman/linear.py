@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.algebra.quaternion_filter import sum_of
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Output
 from boresight.model.errors import require
@@ -61,9 +62,7 @@ class _Linear(Kalman):
         """C x + D u."""
         c, d, _, r, mix = self.system[2:]
         z = [getattr(u, i.name) for i in self.inputs[-len(c) :]]
-        mixed = [
-            sum((m * v for m, v in zip(row, z, strict=True) if m), 0.0) for row in mix.tolist()
-        ]
+        mixed = [sum_of(m * v for m, v in zip(row, z, strict=True) if m) for row in mix.tolist()]
         seen = zip(mixed, self._rows(c, d, x, u), r.tolist(), strict=True)
         return [Measurement(value, h, v, line=self._line) for value, h, v in seen]
 

@@ -509,7 +509,10 @@ class Update:
 
 def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
     """Sum of products, and of what comes first."""
-    return sum((product(row[m], column[m]) for m in sorted(row)), first)
+    total = first
+    for m in sorted(row):
+        total = total + product(row[m], column[m])
+    return total
 
 
 def _claimed(

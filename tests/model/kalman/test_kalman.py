@@ -579,9 +579,9 @@ def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: State("pos", -1.0, 1.0), "found 'no sd'"),
-        (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found 'sd 2, sd_max 1'"),
-        (lambda: Attitude("q"), "found 'no sd'"),
+        (lambda: State("pos", -1.0, 1.0), "found no sd"),
+        (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
+        (lambda: Attitude("q"), "found no sd"),
         (lambda: Attitude("q", sd=(0.1, 0.2)), "q: wanted sd of 1 or 3 numbers, found (0.1, 0.2)"),
         (lambda: Attitude("q", sd=0.1, sd_max="a"), "q: wanted sd_max of 1 or 3 numbers"),
         (lambda: Attitude("q", sd=0.1, initial=1.0), "q: wanted initial of 4 numbers, found 1.0"),
