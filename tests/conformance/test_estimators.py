@@ -135,7 +135,7 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("tracking_hz", 60.0, "tracking_hz: wanted 0 to 50 Hz, found 60.0"),
         ("tracking_hz", NAN, "tracking_hz: wanted 0 to 50 Hz, found nan"),
         ("beam", "roll", "beam: wanted heading or heading_pi, found 'roll'"),
-        ("place", (34.0, 0.0, 110.0), "place: wanted a satellite above the horizon, found '-"),
+        ("place", (34.0, 0.0, 110.0), "place: wanted a satellite above the horizon, found -"),
         ("place", (91.0, 110.0, 110.0), "place: wanted up to 90 deg of latitude, 180"),
         ("place", (34.0, 181.0, 181.0), "place: wanted up to 90 deg of latitude, 180"),
         ("place", (NAN, 0.0, 0.0), "place: wanted up to 90 deg of latitude, 180"),

@@ -201,6 +201,7 @@ def _code(shown: str) -> int:
 def call_tests(folder: Path) -> None:
     """What pytest does with the files of a folder: call their tests."""
     called = 0
+    sys.path.insert(0, str(folder))
     for path in sorted(folder.glob("test_*.py")):
         for name in [p.stem for p in folder.glob("*.py")]:
             sys.modules.pop(name, None)
@@ -212,6 +213,7 @@ def call_tests(folder: Path) -> None:
             if name.startswith("test_"):
                 test()
                 called += 1
+    sys.path.remove(str(folder))
     assert called, f"no tests in {folder}"
 
 

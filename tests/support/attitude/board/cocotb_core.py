@@ -22,7 +22,8 @@ async def core(dut) -> None:  # type: ignore[no-untyped-def]
     dut.rst.value = 0
     last, found = 1 << len(dut.i__payload) - 1, []
     for record in json.loads(Path("records.txt").read_text()):
-        left, cycle, outputs = [*record[:-1], record[-1] | last], 0, []
+        outputs: list[tuple[int, int]] = []
+        left, cycle = [*record[:-1], record[-1] | last], 0
         while not outputs or not outputs[-1][0] & last:
             await FallingEdge(dut.clk)
             dut.i__valid.value, dut.i__payload.value = bool(left), (*left, 0)[0]
