@@ -87,11 +87,12 @@ class Attitude:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"attitude {self.name}")
-        for name, several in (("sd", (1, 3)), ("sd_max", (1, 3)), ("initial", (4,))):
+        for name, n in (("sd", 3), ("sd_max", 3), ("initial", 4)):
             given = getattr(self, name)
-            numbers = list(np.atleast_1d(given)) if given is not None else [0.0]
-            good = len(numbers) in several and all(isinstance(n, Real) for n in numbers)
-            require(good, where, f"{name} of {' or '.join(map(str, several))} numbers", given)
+            numbers = [*given] if np.iterable(given) else [given] * 3
+            good = len(numbers) == n and all(isinstance(number, Real) for number in numbers)
+            good = good or (given is None and name == "sd_max")
+            require(good, where, f"{name} of {'1 or ' * (n == 3)}{n} numbers", given)
         _check_sd(where, self.sds, self.largest_sds)
         unit = abs(math.sqrt(math.fsum(c * c for c in self.initial)) - 1.0) < 1e-6
         wanted = "a unit quaternion w, x, y, z as initial"

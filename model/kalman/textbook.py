@@ -18,8 +18,8 @@ from boresight.model.estimator import SecondForm
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.slopes import Intervals
-from boresight.model.kalman.update import measurements_of, moved, noise_of
-from boresight.model.lowering.trace import Expression, Scalar, Trace, Tracer
+from boresight.model.kalman.update import inputs_of, measurements_of, moved, noise_of
+from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
@@ -39,17 +39,6 @@ _MOST_FLOOR = 0.1
 _GROWN = 1e6
 #: f'(x) h = sum weight_k f(x + k h), to the fourth order.
 _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
-
-
-def _inputs_of(*values: Any) -> set[str]:
-    """Names of the inputs that recorded values read."""
-    found = {v.number: v for v in values if isinstance(v, Expression)}
-    queue = [*found.values()]
-    for value in queue:
-        queue += [arg for arg in value.args if arg.number not in found]
-        found |= {arg.number: arg for arg in value.args}
-    leaves = [v.data for v in found.values() if v.kind == "leaf"]
-    return {name for kind, name, *_ in leaves if kind == "input"}
 
 
 def _rates_of(kalman: Kalman) -> list[tuple[int, int]]:
@@ -141,7 +130,7 @@ class Textbook:
     def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
         self.measurements = measurements_of(self.kalman, x, u, p)
         self._unread = [self._unread_flags(m) for m in self.measurements]
-        self._read = [_inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
+        self._read = [inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
         out: dict[str, Any] = {}
         for n, m in enumerate(self.measurements):
             out[f"valid {n}"] = 1.0 if m.valid is None else ops.where(m.valid, 1.0, 0.0)
@@ -151,8 +140,8 @@ class Textbook:
     def _unread_flags(self, m: Measurement) -> dict[str, str]:
         """Flags of the inputs that z reads, of which the measurement reads none; by input."""
         flags = {name: i.name for i in self.kalman.inputs for name in i.flags}
-        measured = {name: flags[name] for name in _inputs_of(m.z) if name in flags}
-        read = _inputs_of(m.z, m.h, m.r, m.valid)
+        measured = {name: flags[name] for name in inputs_of(m.z) if name in flags}
+        read = inputs_of(m.z, m.h, m.r, m.valid)
         return {} if {*measured.values()} & read else measured
 
     # -- the filter -----------------------------------------------------------------------------
@@ -233,7 +222,7 @@ class Textbook:
                 faults.append(("hold", f"{subject}: {text}"))
             reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
             for i, share in zip(k.inputs if not reads_flag else (), repeats, strict=False):
-                held = i.missing == "hold" and i.name not in flagged and i.name in _inputs_of(m.z)
+                held = i.missing == "hold" and i.name not in flagged and i.name in inputs_of(m.z)
                 if held and share >= _HELD:
                     text = (
                         f"{i.name} holds its last sample in {share:.0%} of the updates, and each "

@@ -28,7 +28,7 @@ from boresight.model.kalman.declared import (
     spread,
 )
 from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
-from boresight.model.lowering.trace import Condition, Scalar
+from boresight.model.lowering.trace import Condition, Expression, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import same_unit
@@ -371,7 +371,7 @@ class Update:
 
     def _limited_row(self, m: Measurement, row: Slope) -> Slope:
         """The derivatives of h, none larger than the author says."""
-        k = self.kalman
+        k, row = self.kalman, {**row}
         slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
         for i, limit in ((k.errors.index(name), limit) for name, limit in slope_max.items()):
             if i in row and self.intervals.size(row[i]) > limit:
@@ -417,7 +417,7 @@ class Update:
                 sds = f"{self.kalman.largest_sd[j]:.3g} to {self.bounds[j]:.3g}"
                 grown.append(f"of {self.kalman.errors[j]} from {sds}")
                 names |= {self.kalman.errors[i]: None for i in _largest(growth)}
-                inputs |= {n for i in _largest(growth) for n in _inputs_of(self.rows[j].get(i))}
+                inputs |= {n for i in _largest(growth) for n in inputs_of(self.rows[j].get(i))}
             else:
                 names[self.kalman.errors[j]] = None
         text = f"lower sd_max of {', '.join(names)}"
@@ -531,16 +531,15 @@ def _largest(parts: Mapping[int, float]) -> list[int]:
     return [j for j, part in sorted(parts.items()) if part >= _NAMED * max(parts.values())]
 
 
-def _inputs_of(x: Scalar | None) -> set[str]:
-    """Names of the inputs that an expression is computed from."""
-    stack, visited, names = [x] if x is not None else [], set[int](), set[str]()
-    while stack:
-        e = stack.pop()
-        if e.number not in visited:
-            visited.add(e.number)
-            stack.extend(e.args)
-            names |= {e.data[1]} if e.kind == "leaf" and e.data[0] == "input" else set()
-    return names
+def inputs_of(*values: Any) -> set[str]:
+    """Names of the inputs that recorded values read."""
+    found = {v.number: v for v in values if isinstance(v, Expression)}
+    queue = [*found.values()]
+    for value in queue:
+        queue += [arg for arg in value.args if arg.number not in found]
+        found |= {arg.number: arg for arg in value.args}
+    leaves = [v.data for v in found.values() if v.kind == "leaf"]
+    return {name for kind, name, *_ in leaves if kind == "input"}
 
 
 def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
@@ -634,12 +633,12 @@ def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
         No measurement, something else, one whose z, h or r is no number, an error of
         `check_units`, or an angle over a full turn in another unit than half turns.
     """
-    several = isinstance(result, tuple | list)
+    found = result if isinstance(result, tuple | list) else [result]
     where = placed(place_of_function(kalman.measure), f"measure of {kalman.name}")
-    kinds = [type(m).__name__ for m in result] if several and result else [type(result).__name__]
-    good = several and {*kinds} == {Measurement.__name__}
+    good = found is result and all(isinstance(m, Measurement) for m in found) and bool(found)
+    kinds = ", ".join(type(m).__name__ for m in found)
     fix = "return one for each scalar that is measured"
-    require(good, where, "a list of Measurement(z, h, r)", ", ".join(kinds), fix)
+    require(good, where, "a list of Measurement(z, h, r)", kinds or None, fix)
     for m in result:
         for part in ("z", "h", "r"):
             check_number(placed(m.line, f"measurement, {part}"), getattr(m, part))

@@ -493,7 +493,7 @@ def changed(**members: Any) -> type[Kalman]:
             "noise of changed, pos and vel: wanted a covariance of at most 0.2, the root of",
         ),
         ({"initial_covariance": {("pos", "vel"): 4.1}}, "found {('pos', 'vel'): 4.1}; lower them"),
-        ({"measure": lambda self, x, u, p: []}, "a list of Measurement(z, h, r), found 'list'"),
+        ({"measure": lambda self, x, u, p: []}, "a list of Measurement(z, h, r), found none"),
         ({"measure": lambda self, x, u, p: [x.pos]}, "a list of Measurement(z, h, r)"),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, u.there, p.r)]},
@@ -583,6 +583,8 @@ def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
         (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
         (lambda: Attitude("q"), "found no sd"),
         (lambda: Attitude("q", sd=(0.1, 0.2)), "q: wanted sd of 1 or 3 numbers, found (0.1, 0.2)"),
+        (lambda: Attitude("q", sd=[0.1]), "q: wanted sd of 1 or 3 numbers, found [0.1]"),
+        (lambda: Attitude("q", sd=None), "q: wanted sd of 1 or 3 numbers, found none"),
         (lambda: Attitude("q", sd=0.1, sd_max="a"), "q: wanted sd_max of 1 or 3 numbers"),
         (lambda: Attitude("q", sd=0.1, initial=1.0), "q: wanted initial of 4 numbers, found 1.0"),
         (lambda: Attitude("q", sd=0.1, initial=(1.0, 1.0, 0.0, 0.0)), "a unit quaternion"),
