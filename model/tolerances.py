@@ -20,7 +20,7 @@ from boresight.model.units import conversion
 _tolerances: ContextVar[tuple[tuple[str, ...], set[str]]] = ContextVar(
     "tolerances", default=((), set())
 )
-_TEXT = re.compile(r"\s*(\w+)\s*=\s*(\d*\.?\d+\.?(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_TEXT = re.compile(r"\s*(\w+)\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 @contextmanager
@@ -67,8 +67,8 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
         fix = f"write for example --tolerance {outputs[0].name}=0.05{outputs[0].unit}"
         wanted = "OUTPUT=NUMBER, 0 or more, with or without a unit"
         require(math.isfinite(limit), where, wanted, text, fix)
-        names = [*judged, ATTITUDE] if judged.keys() >= {*QUATERNION} else [*judged]
-        attitude = name == ATTITUDE and ATTITUDE in names
+        rotates = judged.keys() >= {*QUATERNION}
+        names, attitude = [*judged, *[ATTITUDE] * rotates], rotates and name == ATTITUDE
         fix = "choose one of its outputs; estimators with others are judged one by one"
         wanted = f"an output of {estimator}: {listed(name, names)}"
         require(name in names, where, wanted, name, fix)

@@ -120,6 +120,7 @@ LINES = {
     "parameter": "check good.py log.csv --param gian=1",
     "parameter beyond its range": "check good.py log.csv --param gain=2",
     "tolerance": "check good.py log.csv --tolerance z=1",
+    "tolerance with two points": "check good.py log.csv --tolerance y=1.5.5",
     "rows": "check good.py log.csv --from 9s",
     "profile": "check good.py log.csv --profile nosuch.json",
     "output is an input": "run good.py log.csv -o log.csv",
