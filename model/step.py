@@ -117,7 +117,7 @@ def checked(
     try:
         result: Any = step(*arguments)
     except InputError as error:
-        line = "" if re.match(r"\S+, line \d", str(error)) else place_of(error)
+        line = "" if re.match(r"[^:]*, line \d", str(error)) else place_of(error)
         raise (InputError(f"{line}, {error}") if line else error) from error
     except (Exception, SystemExit) as error:
         raise _explained(name, step, where, error) from error
@@ -183,10 +183,11 @@ def check_constants(
     returned = [(f"state {s.name}", after[s.name], s.low, s.high) for s in states]
     returned += [(f"output {o}", value, -largest, largest) for o, value in outputs.items()]
     for place, value, low, high in returned:
+        wanted = f"a constant in [{low:g}, {high:g}]" if high < largest else "a finite number"
         number = value.data[0] if isinstance(value, Scalar) and value.kind == "const" else value
         inside = not isinstance(number, int | float) or low <= number <= high
         fix = "correct how it is computed, or the range"
-        require(inside, f"{where}, {place}", f"a constant in [{low:g}, {high:g}]", number, fix)
+        require(inside, f"{where}, {place}", wanted, number, fix)
 
 
 def _check_returned(

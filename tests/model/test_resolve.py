@@ -138,6 +138,13 @@ def test_a_helper_is_not_taken_from_the_folder_of_another_file(write: Write) -> 
     assert "No module named 'helper'" in refused(write(HELPED, "b/f.py"))
 
 
+def test_a_line_of_a_file_whose_name_has_a_space_is_told_once(write: Write) -> None:
+    step = "    inputs = (Input('z', 0.0, 1.0),)\n\n    def step(self, x, u, p):\n        u.y\n"
+    made = estimator_of(write(ONE.replace("Output, ", "Output, Input, ") + step, "my f.py"))
+    with pytest.raises(InputError, match=r"^my f\.py, line \d+: wanted one of the declared inputs"):
+        made.compile()
+
+
 def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
     first = estimator_of(write(ONE))
     assert type(estimator_of("f.py:Mine(2)")) is type(first)
