@@ -118,7 +118,8 @@ def units_of(x: Any, depth: int = 6) -> list[tuple[str, float]]:
     if x.kind == "leaf":
         return [(str(x.data[4]), x.data[3] - x.data[2])] if x.data[4] else []
     if x.kind == "mul" and x.args[0].kind in ("wrap", "atan2") and x.args[1].kind == "const":
-        unit = next((u for u, half in _HALVES if math.isclose(x.args[1].data[0], half)), "")
+        factor = x.args[1].data[0]
+        unit = next((u for u, half in _HALVES if math.isclose(factor, half, rel_tol=1e-6)), "")
         return [(unit, 0.0)] if unit else []
     terms = x.args if x.kind in ("add", "sub", *_SAME_UNIT) else ()
     return [pair for arg in terms for pair in units_of(arg, depth - 1)]

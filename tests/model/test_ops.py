@@ -371,6 +371,7 @@ def test_an_angle_of_another_unit_is_refused_also_in_a_sum() -> None:
             function(0.5 - ops.absolute(angle + 0.25))
     with pytest.raises(InputError, match="an angle in half turns, found 'rad'; write x / math.pi"):
         ops.sincos_ht(np.arctan2(number, 2.0))
+    assert ops.unit_of(57.29578 * np.arctan2(number, 2.0))[0] == "deg"
     for unit, turns in (("ht", r"x"), ("deg", r"x / 180\.0")):
         fix = rf"an angle in rad, found '{unit}'; write ops\.sincos_ht\({turns}\)"
         with pytest.raises(InputError, match=fix):
