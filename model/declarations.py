@@ -152,7 +152,8 @@ class Input:
         """
         place = placed(self.line, f"{where}, input {self.name}")
         fix = "declare the input in that unit, and convert in step"
-        require(unit == self.unit, place, f"the unit of {of}, {unit!r}", self.unit, fix)
+        wanted = f"the unit of {of}, {unit or 'none'}"
+        require(unit == self.unit, place, wanted, self.unit or None, fix)
         result = replace(self, source_format=words)
         wanted = f"a range that holds [{words.low:g}, {words.high:g}] of {of}"
         fix = "widen it, or declare clamp=True"

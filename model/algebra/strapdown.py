@@ -40,7 +40,7 @@ STEP_FORCE = 2.0**-2  #: m/s, the same.
 VELOCITY = 4.0  #: m/s, largest velocity.
 FULL_SCALE = 1.0 - 2.0**-16  #: share of it from which on an increment counts as beyond.
 SLOW = 2.0**-17  #: rad, most that the axes turn in half a sample.
-FAST = 2.0**-7  #: rad, half the largest correction: the Earth's turn in 150 s is one.
+FAST = 2.0**-7  #: rad, half the largest correction: more than half the Earth's turn in 150 s.
 
 
 INPUTS = (

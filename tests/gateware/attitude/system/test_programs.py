@@ -100,7 +100,7 @@ def test_inputs_take_the_words_of_the_sensors() -> None:
     [
         (
             [estimator(Input("gx", -400.0, 400.0, "deg/s"))],
-            "estimator sums, input gx: wanted the unit of the sensor, 'rad/s', found 'deg/s'",
+            "estimator sums, input gx: wanted the unit of the sensor, rad/s, found 'deg/s'",
         ),
         (
             [estimator(Input("az", -10.0, 10.0, "m/s^2"))],
@@ -130,7 +130,7 @@ def test_what_the_sensors_cannot_feed(made, message: str) -> None:
 def test_registers_of_one_name_must_fit_each_other() -> None:
     first, two = estimator(Input("x", -1.0, 1.0, "m")), estimator(Input("x", -1.0, 1.0, "s"))
     two.name = "two"
-    with pytest.raises(InputError, match=r"input x: wanted the unit of the input register x, 'm'"):
+    with pytest.raises(InputError, match=r"input x: wanted the unit of the input register x, m"):
         system_estimators([first, two])
     names = [Input(f"x{k}", -1.0, 1.0) for k in range(33)]
     many = [estimator(*names[k : k + 11]) for k in (0, 11, 22)]
