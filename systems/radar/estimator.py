@@ -330,9 +330,12 @@ def _subtract_angle(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any,
 def _checked(number: int, coordinates: Site) -> tuple[float, ...]:
     """A site whose place on the earth is plausible."""
     where, ranges = f"registration, site_{number}", ((-180.0, 180.0), (-89.0, 89.0), (-500.0, 20e3))
-    some = len(coordinates) == 3 and not isinstance(coordinates, str)
-    require(some, where, "longitude, latitude [deg], height [m]", coordinates)
+    try:
+        place = tuple(float(v) for v in coordinates)
+    except (TypeError, ValueError):
+        place = ()
+    require(len(place) == 3, where, "longitude, latitude [deg], height [m]", coordinates)
     names = ("longitude", "latitude", "height")
-    for name, value, (low, high) in zip(names, coordinates, ranges, strict=True):
+    for name, value, (low, high) in zip(names, place, ranges, strict=True):
         require(low <= value <= high, f"{where}, {name}", f"{low:g} to {high:g}", value)
-    return tuple(coordinates)
+    return place
