@@ -225,17 +225,16 @@ def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, 
 def _updates(
     line: BoardLine, count: int | None, silence_s: float, each: Callable[[str], None] | None
 ) -> Iterator[Update]:
-    """Yield what comes, up to ``count``, the end of a file or Ctrl-C."""
+    """Yield what comes, up to ``count`` or the end of a file."""
     came = 0
-    with suppress(KeyboardInterrupt):
-        for item in line.items(silence_s=silence_s):
-            if isinstance(item, Update):
-                came += 1
-                if each is not None:
-                    each(update_line(item))
-                yield item
-            if count is not None and came >= count:
-                return
+    for item in line.items(silence_s=silence_s):
+        if isinstance(item, Update):
+            came += 1
+            if each is not None:
+                each(update_line(item))
+            yield item
+        if count is not None and came >= count:
+            return
 
 
 def monitor(
@@ -309,9 +308,10 @@ def monitor(
             write(_words(table, _RECORDING))
         if keep or count is not None or not (reads or writes):
             try:
-                for update in _updates(line, count, silence_s, each):
-                    updates.append(update)
-                    heard.append(time.monotonic())
+                with suppress(KeyboardInterrupt):
+                    for update in _updates(line, count, silence_s, each):
+                        updates.append(update)
+                        heard.append(time.monotonic())
             except InputError as error:  # what came is kept
                 if not (keep and updates):
                     raise
