@@ -130,7 +130,7 @@ def update_of(
     header, stamp, *rest = words
     parts = zip(outputs.items(), rest, strict=False)
     values = {name: word * 2.0**-frac for (name, frac), word in parts}
-    if tuple(values)[:3] == OUTPUTS[:3]:
+    if outputs is ANGLES or tuple(outputs) == OUTPUTS:
         angles = {f"{name}_deg": 180.0 * values.pop(name) for name in ("heading", *OUTPUTS[:2])}
         values = angles | values
     return Update(
