@@ -75,8 +75,8 @@ def resampled(log: NineAxis, rate_hz: float) -> NineAxis:
     q = low + np.clip(share, 0.0, 1.0)[:, None] * (high - low)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     mov = None if log.mov is None else log.mov[upper]
-    steps, new = np.full(count, 1.0 / rate_hz), np.flatnonzero(log.mag_new)
-    held = new[np.maximum(np.searchsorted(new, np.arange(len(log)), side="right") - 1, 0)]
+    steps, first = np.full(count, 1.0 / rate_hz), int(np.argmax(log.mag_new))
+    held = np.maximum.accumulate(np.where(log.mag_new, np.arange(len(log)), first))
     mag = means(log.mag[held])
     return NineAxis(log.name, t, means(log.gyr), means(log.acc), mag, q, steps, mov)
 
