@@ -237,7 +237,7 @@ def _checked(
         names = (given_names,) if isinstance(given_names, str) else tuple(given_names)
         covariances: FloatArray = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        found = str(error)
+        found = str(error) if len(given) == 2 else f"{len(given)} values"
     else:
         unknown = [name for name in names if name not in known]
         if not unknown and covariances.shape == (marks, len(names), len(names)):
