@@ -42,8 +42,6 @@ from boresight.model.nine_axis import OUTPUTS
 _FORCE_SEEN_SQ = 4.0  #: (m/s^2)^2, squared specific force from which on it counts as a sample.
 _TURNING_SQ = 400.0 * DEGREE * DEGREE  #: (rad/s)^2, squared rate at which a new field is believed.
 _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a gap.
-
-
 _UPSIDE_DOWN = 0.5  #: 1 + cosine of a turn from which on half a turn comes first.
 
 
@@ -191,7 +189,10 @@ class Vqf(Estimator):
 def rest_of(
     x: Any, u: Any, p: Any, inverse: Any, settings: Settings
 ) -> tuple[Any, list[Any], dict[str, Any]]:
-    """Still samples so far, the low-passed rate, and the states of both low-passes."""
+    """Still samples so far, the low-passed rate, and the states of both low-passes.
+
+    At rest gyro and accelerometer stay near their means, the former near zero.
+    """
     low_pass = settings.rest
     states: dict[str, Any] = {}
     means: dict[str, list[Any]] = {}
