@@ -121,6 +121,8 @@ class Kalman(Estimator):
             for name, (i, j) in self.covariance_states.items()
         }
         where = placed(self._line, f"initial_covariance of {self.name}")
+        by_name = isinstance(self.initial_covariance, Mapping)
+        require(by_name, where, "a dictionary by pairs of names", self.initial_covariance)
         start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}
         for pair, value in self.initial_covariance.items():
             i, j = sorted(map(self.errors.index, errors_of(self, pair, where)))

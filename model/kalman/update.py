@@ -618,7 +618,7 @@ def noise_of(
 
 def errors_of(kalman: Kalman, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
     """Two names of error states; InputError of anything else."""
-    two = len({*pair}) == 2 and {*pair} <= {*kalman.errors}
+    two = isinstance(pair, tuple) and len(pair) == 2 == len({*pair} & {*kalman.errors})
     fix = "name two different states"
     require(two, where, f"pairs of {', '.join(kalman.errors)}", pair, fix)
     return pair

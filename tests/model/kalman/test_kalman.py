@@ -493,6 +493,8 @@ def changed(**members: Any) -> type[Kalman]:
             "noise of changed, pos and vel: wanted a covariance of at most 0.2, the root of",
         ),
         ({"initial_covariance": {("pos", "vel"): 4.1}}, "found {('pos', 'vel'): 4.1}; lower them"),
+        ({"initial_covariance": [("pos", "vel", 0.1)]}, "wanted a dictionary by pairs of names"),
+        ({"initial_covariance": {("pos", "vel", "pos"): 0.1}}, "pairs of pos, vel"),
         ({"measure": lambda self, x, u, p: []}, "a list of Measurement(z, h, r), found none"),
         ({"measure": lambda self, x, u, p: [x.pos]}, "a list of Measurement(z, h, r)"),
         (
