@@ -76,9 +76,9 @@ def axes_of(
     names = [*known] if names is None else names
     require(bool(names), estimator.name, "parameters", names, "there is nothing to tune")
     for k, name in enumerate(names):
-        fix = f"boresight info shows all of {estimator.name}"
-        require_choice(f"parameter {name}", name, known, fix)
-        require(name not in names[:k], f"parameter {name}", "each once", names, "name it once")
+        where, fix = f"parameter {name}", f"boresight info shows all of {estimator.name}"
+        require_choice(where, name, known, fix)
+        require(name not in names[:k], where, "each once", f"{name} twice", "name it once")
     return [Axis(known[name], start[name]) for name in names]
 
 
@@ -179,7 +179,7 @@ def weights_of(
         require_choice(where, name, figures, "weigh an output that the logs have a truth of")
         require(0.0 <= weight < math.inf, where, "0 or more", weight, "choose another")
         weights[name] = weight
-    require(any(weights.values()), "weights", "one above 0", weights, "give an error a weight")
+    require(any(weights.values()), "weights", "one above 0", "only zeros", "give an error a weight")
     return weights
 
 
@@ -224,8 +224,8 @@ class Tuning:
     def figure(self, scores: Sequence[Mapping[str, float]]) -> float:
         """Weighted mean over errors of their means over the logs; NaN if none has any."""
         errors = {n: x for n, x in means(scores).items() if n in self.weights}
-        weight = sum(self.weights[n] for n in errors)
-        total = sum(self.weights[n] * x / self._scales[n] for n, x in errors.items())
+        weight = math.fsum(self.weights[n] for n in errors)
+        total = math.fsum(self.weights[n] * x / self._scales[n] for n, x in errors.items())
         return total / weight if weight else math.nan
 
     def search(self, indices: Sequence[int], subject: str) -> Tuned:

@@ -22,8 +22,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from boresight.gateware.core import Core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.family import Target
@@ -125,7 +123,7 @@ def arguments_of(texts: Sequence[Any]) -> tuple[list[Any], dict[str, list[Any]]]
             logs.append(text)
             continue
         name, _, values = text.partition("=")
-        require(name not in arguments, text, "each argument once", name, "join both")
+        require(name not in arguments, text, "each argument once", f"{name} twice", "join both")
         arguments[name] = [_literal(text, value.strip()) for value in split_names(values)]
     return logs, arguments
 
@@ -267,9 +265,9 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     figures: dict[str, float | None] = {}
     shares = []
     for parts in zip(*(result.accuracy.differences for result in results), strict=True):
-        samples = np.array([part.samples for part in parts])
+        squares = math.fsum(part.samples * part.rms**2 for part in parts)
         largest = max(part.largest if math.isfinite(part.largest) else math.inf for part in parts)
-        rms = math.sqrt(samples @ [part.rms**2 for part in parts] / max(samples.sum(), 1))
+        rms = math.sqrt(squares / max(sum(part.samples for part in parts), 1))
         figures |= {parts[0].output: _number(largest), f"{parts[0].output}.rms": _number(rms)}
         shares += [largest / part.tolerance for part in parts if part.tolerance]
     if shares:

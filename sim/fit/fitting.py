@@ -333,7 +333,7 @@ def _accepted(before: Effect, after: Effect) -> bool:
         factor <= most if d.tolerance is None else d.largest <= SPARE * d.tolerance
         for factor, d in worse
     )
-    mean = np.log(np.clip(factors, 1e-9, 1e9)).mean() if factors else 0.0
+    change = math.fsum(math.log(min(max(x, 1e-9), 1e9)) for x in factors)
     is_repair = not all(a.good for a, _ in pairs) and all(b.good for _, b in pairs)
     is_safe = all(b <= a for a, b in zip(before[1:], after[1:], strict=True))
-    return is_safe and (not worse or is_repair or (is_tolerable and mean < 0.0))
+    return is_safe and (not worse or is_repair or (is_tolerable and change < 0.0))
