@@ -17,28 +17,13 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
+from boresight import options
 from boresight.folder import build_in, changes_in, is_folder
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    Baseline,
-    Config,
-    EstimatorNames,
-    Level,
-    LogRows,
-    Logs,
-    OptionalFolder,
-    Params,
-    Profiles,
-    Progress,
-    PythonOnly,
-    Steps,
-    Tolerances,
-    Word,
-)
 from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.check import EXACT, ROWS, Check
@@ -49,7 +34,7 @@ from boresight.sim.result import Result
 from boresight.sim.worlds.loop import recorded
 from boresight.sim.worlds.world import is_world
 
-GROUPS = (LogRows, Profiles, Tolerances, Baseline)
+GROUPS = (options.LogRows, options.Profiles, options.Tolerances, options.Baseline)
 
 #: Figures of the result that can be compared with an earlier one.
 JUDGED: Mapping[str, Figure] = {
@@ -68,20 +53,20 @@ JUDGED: Mapping[str, Figure] = {
 
 
 def check(
-    estimator: EstimatorNames,
+    estimator: options.EstimatorNames,
     /,
-    *logs: Logs,
-    config: Config = "small",
-    word: Word = 32,
-    steps: Steps = None,
-    levels: Level = EXACT,
+    *logs: options.Logs,
+    config: options.Config = "small",
+    word: options.Word = 32,
+    steps: options.Steps = None,
+    levels: options.Level = EXACT,
     simulator: str | None = None,
     target: str | None = None,
-    params: Params = None,
+    params: options.Params = None,
     rtl_rows: int | None = None,
-    output: OptionalFolder = None,
-    progress: Progress = None,
-    rows: Annotated[int | None, PythonOnly] = None,
+    output: options.OptionalFolder = None,
+    progress: options.Progress = None,
+    rows: Annotated[int | None, options.PythonOnly] = None,
 ) -> Result:
     """Compare the forms of an estimator on logs; see `sim.compare.check.Check`.
 
@@ -183,9 +168,9 @@ def check(
     )
 
 
-def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
+def typed(words: Sequence[Any], given: Mapping[str, Any], shown: Any) -> dict[str, Any]:
     """Refuse options that a folder has, even one that repeats its default."""
-    chosen = [name for name in ("config", "word", "target", "params") if name in options]
+    chosen = [name for name in ("config", "word", "target", "params") if name in given]
     if chosen and is_folder(words[0]):
         raise _of_folder(words[0], ", ".join(f"--{name.removesuffix('s')}" for name in chosen))
     return {}

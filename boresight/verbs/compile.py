@@ -19,6 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from boresight import options
 from boresight.core_files import (
     ROUTED_CLOCK_HZ,
     SYSTEM_CLOCK_HZ,
@@ -48,17 +49,6 @@ from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    Baseline,
-    Config,
-    EstimatorNames,
-    OutputFolder,
-    Params,
-    Profiles,
-    Progress,
-    Tolerances,
-    Word,
-)
 from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
@@ -68,7 +58,7 @@ from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import JUDGED, report_data
 from boresight.sim.result import Result, plain
 
-GROUPS = (Profiles, Tolerances, Baseline)
+GROUPS = (options.Profiles, options.Tolerances, options.Baseline)
 
 #: What a board's project can be made of.
 TOPS = ("sensors", "records")
@@ -77,11 +67,11 @@ _CLOCK_HZ = 100e6
 
 
 def compile(
-    estimator: EstimatorNames,
+    estimator: options.EstimatorNames,
     /,
-    *others: EstimatorNames,
-    config: Config = "small",
-    word: Word = 32,
+    *others: options.EstimatorNames,
+    config: options.Config = "small",
+    word: options.Word = 32,
     target: str | None = None,
     board: str | None = None,
     top: str = "sensors",
@@ -89,9 +79,9 @@ def compile(
     route: bool = False,
     seeds: int = 1,
     clock: float | None = None,
-    params: Params = None,
-    output: OutputFolder = "build",
-    progress: Progress = None,
+    params: options.Params = None,
+    output: options.OutputFolder = "build",
+    progress: options.Progress = None,
 ) -> Result:
     """Compile one or several estimators into a core, and write its files.
 

@@ -13,23 +13,11 @@ from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any
 
+from boresight import options
 from boresight.model.errors import InputError, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    EstimatorName,
-    Jobs,
-    Level,
-    OutputFolder,
-    Params,
-    Profiles,
-    Progress,
-    Scheduler,
-    Steps,
-    Word,
-    WorldName,
-)
 from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete, digest
 from boresight.sim.montecarlo.campaign import Campaign, draws, record_count
@@ -37,27 +25,27 @@ from boresight.sim.montecarlo.figures import figures, result_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
-GROUPS = (Profiles,)
+GROUPS = (options.Profiles,)
 
 LEVELS = ("c", "fixed", "float")
 
 
 def montecarlo(
-    world: Annotated[NamedWorld, WorldName],
-    estimator: EstimatorName,
+    world: Annotated[NamedWorld, options.WorldName],
+    estimator: options.EstimatorName,
     /,
     *,
     runs: int = 100,
     seed: int = 1,
-    levels: Level = ("c",),
-    word: Word = 32,
-    params: Params = None,
-    steps: Steps = None,
-    jobs: Jobs = None,
+    levels: options.Level = ("c",),
+    word: options.Word = 32,
+    params: options.Params = None,
+    steps: options.Steps = None,
+    jobs: options.Jobs = None,
     again: bool = False,
-    scheduler: Scheduler = None,
-    output: OutputFolder = "build",
-    progress: Progress = None,
+    scheduler: options.Scheduler = None,
+    output: options.OutputFolder = "build",
+    progress: options.Progress = None,
 ) -> Result:
     """Run an estimator in many draws of a world: errors, NEES, NIS, spread against the bound.
 
@@ -159,7 +147,7 @@ def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:
     if not campaign.texts:
         return ""
     names = " ".join(shlex.quote(str(name)) for name in reversed(campaign.named))
-    options = "".join(f" --param {name}={value!r}" for name, value in campaign.params)
-    options += f" --word {campaign.word}" if campaign.word != 32 else ""
-    options += f" --steps {campaign.steps}" if campaign.steps else ""
-    return f"boresight run {names} --levels {campaign.on} --seed {worst['seed']}{options}"
+    settings = "".join(f" --param {name}={value!r}" for name, value in campaign.params)
+    settings += f" --word {campaign.word}" if campaign.word != 32 else ""
+    settings += f" --steps {campaign.steps}" if campaign.steps else ""
+    return f"boresight run {names} --levels {campaign.on} --seed {worst['seed']}{settings}"

@@ -21,6 +21,7 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
+from boresight import options
 from boresight.gateware.machine import machine_named
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
@@ -30,18 +31,6 @@ from boresight.model.resolve import call_of
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile, output_folder
 from boresight.model.words.fixed import check_word
-from boresight.options import (
-    Config,
-    EstimatorName,
-    Level,
-    LogRows,
-    Params,
-    Profiles,
-    Progress,
-    PythonOnly,
-    Steps,
-    Word,
-)
 from boresight.parameters import params_of, params_of_each
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.boards import board_system
@@ -66,7 +55,7 @@ from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
 from boresight.sim.worlds.world import World, drawn, is_world, world_of
 
-GROUPS = (LogRows, Profiles)
+GROUPS = (options.LogRows, options.Profiles)
 
 #: Levels without words.
 _FLOATS = {"numpy", "float"}
@@ -77,21 +66,21 @@ _SEED_MOST = 2**31
 
 
 def run(
-    estimator: EstimatorName,
+    estimator: options.EstimatorName,
     source: Annotated[Any, Parameter(show_default=False)] = None,
     /,
     *,
-    levels: Level = (),
-    config: Config = "small",
-    word: Word = 32,
-    params: Params = None,
-    steps: Steps = None,
+    levels: options.Level = (),
+    config: options.Config = "small",
+    word: options.Word = 32,
+    params: options.Params = None,
+    steps: options.Steps = None,
     seed: int | None = None,
     output: Annotated[
         str | Path | None, Parameter(name=["--output", "-o"], metavar="FILE|DIR")
     ] = None,
-    progress: Progress = None,
-    rows: Annotated[int | None, PythonOnly] = None,
+    progress: options.Progress = None,
+    rows: Annotated[int | None, options.PythonOnly] = None,
 ) -> Result:
     """Run an estimator on a log, in a closed loop with a world, or on the simulated board.
 
@@ -158,13 +147,13 @@ def run(
     return _on_log(build, source, levels[0] if levels else "fixed", steps, output, rows)
 
 
-def typed(words: Sequence[Any], options: Mapping[str, Any], shown: Any) -> dict[str, Any]:
+def typed(words: Sequence[Any], given: Mapping[str, Any], shown: Any) -> dict[str, Any]:
     """Write the outputs of a log, piece by piece."""
     if len(words) < 2 or is_world(words[1]) or words[1].partition("(")[0] == "board":
         return {}
-    level = (options.get("levels") or ["fixed"])[0]
+    level = (given.get("levels") or ["fixed"])[0]
     more: dict[str, Any] = {"rows": None if shown.json else _ROWS}
-    if "output" not in options and not shown.json:
+    if "output" not in given and not shown.json:
         more["output"] = f"{find_estimator(words[0]).name}-{level}.csv"
     return more
 
@@ -204,9 +193,9 @@ def _on_board(
     estimator: Any,
     source: str,
     config: str,
-    params: Params,
+    params: options.Params,
     output: str | Path | None,
-    progress: Progress,
+    progress: options.Progress,
 ) -> Result:
     """The complete system with its sensors."""
     _, _, settings = call_of(source, source)
@@ -246,7 +235,7 @@ def _in_loop(
     levels: Sequence[str],
     steps: int | None,
     output: str | Path | None,
-    progress: Progress,
+    progress: options.Progress,
 ) -> Result:
     """The loop of a world and an estimator on each level.
 
