@@ -1,6 +1,6 @@
 /**
  * @file soc.h
- * @brief Memory map of the soft core; gateware/attitude/soc/system.py has the same.
+ * @brief Memory map of the soft core; gateware/attitude/soc.py has the same.
  */
 
 #ifndef SOC_H

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from amaranth.back import rtlil
 
-from boresight.gateware.attitude.soc.attitude_soc import AttitudeSoc
+from boresight.gateware.attitude.soc import AttitudeSoc
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.top import Top

@@ -9,9 +9,8 @@ from boresight.firmware.attitude.image import COMPILER, build_image, find_cross_
 from boresight.model.attitude import estimator
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed
-from boresight.sim.attitude.soc import measure
-from boresight.sim.attitude.soc.measure import FLOAT_BOUND_DEG, compare, measure_float
-from boresight.sim.attitude.soc.offload import offload
+from boresight.sim.attitude import soc
+from boresight.sim.attitude.soc import FLOAT_BOUND_DEG, compare, measure_float, offload
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
@@ -45,14 +44,14 @@ def test_float_c_goes_on_after_impossible_inputs() -> None:
 @needs_compiler
 def test_wrong_bits_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def flipped(way: str, place: tuple[int, int], bit: int) -> None:
-        measured = getattr(measure, way)
+        measured = getattr(soc, way)
 
         def wrong(*arguments):
             run = measured(*arguments)
             run.outputs[place] ^= np.uint32(1 << bit)
             return run
 
-        monkeypatch.setattr(measure, way, wrong)
+        monkeypatch.setattr(soc, way, wrong)
 
     flipped("measure_integer", (3, 6), 0)
     flipped("measure_float", (2, 3), 24)

@@ -1,0 +1,243 @@
+"""A RISC-V soft core, to measure software beside the attitude core, and as its host."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+from amaranth.hdl import ClockSignal, Const, Instance, Module, Mux, ResetSignal, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.attitude.bus.wishbone import WishboneSignature
+from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
+from boresight.gateware.verilog import to_verilog
+from boresight.model.errors import ToolMissing
+
+_PACKAGE = "pythondata_cpu_vexriscv"
+#: ``cti`` of a word of a burst that is not the last: the next word follows, at the next address.
+_BURST = 2
+#: Byte address of the slot; ``firmware/attitude/soc.h`` has the same map.
+_SLOT_BASE, _SLOT_BITS = 0x8000_4000, 12
+#: The processor's names of the bus's members.
+_PORTS = {
+    **{"CYC": "cyc", "STB": "stb", "WE": "we", "ADR": "adr"},
+    **{"DAT_MOSI": "dat_w", "SEL": "sel", "CTI": "cti"},
+}
+
+
+class ProcessorBus(wiring.Signature):
+    """Wishbone B4 with bytes and registered-feedback bursts, as the processor sees it."""
+
+    def __init__(self, *, addr_width: int = 30) -> None:
+        super().__init__(
+            {
+                "adr": Out(addr_width),  # of a word
+                "dat_w": Out(32),
+                "dat_r": In(32),
+                "sel": Out(4),  # bytes that are written
+                "cyc": Out(1),  # with ``stb`` and ``we`` held until ``ack``
+                "stb": Out(1),
+                "we": Out(1),
+                "cti": Out(3),  # `_BURST` if another word follows
+                "ack": In(1),  # the word is taken, or ``dat_r`` is there
+            }
+        )
+
+
+class Cpu(wiring.Component):
+    """VexRiscv and its two buses, for instructions and data.
+
+    Execution starts at address 0. Addresses from 0x8000_0000 on bypass the caches. The bus cannot
+    report an error to this processor, so every access must be acknowledged.
+    """
+
+    def __init__(self) -> None:
+        super().__init__({"ibus": Out(ProcessorBus()), "dbus": Out(ProcessorBus())})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Instance of the package's module, whose Verilog is a separate file."""
+        m = Module()
+        # On a board there is no other reset after power-up.
+        starting = Signal(3, init=-1)
+        m.d.sync += starting.eq(starting - starting.any())
+        ports: dict[str, Any] = {}
+        for name, bus in (("iBus", self.ibus), ("dBus", self.dbus)):
+            ports |= {f"o_{name}Wishbone_{p}": getattr(bus, own) for p, own in _PORTS.items()}
+            ports |= {
+                f"i_{name}Wishbone_ACK": bus.ack,
+                f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
+                f"i_{name}Wishbone_ERR": Const(0),
+            }
+        m.submodules.core = Instance(
+            "VexRiscv",
+            i_clk=ClockSignal(),
+            i_reset=ResetSignal(allow_reset_less=True) | starting.any(),
+            i_externalResetVector=Const(0, 32),
+            i_timerInterrupt=Const(0),
+            i_softwareInterrupt=Const(0),
+            i_externalInterruptArray=Const(0, 32),
+            **ports,
+        )
+        return m
+
+
+class Ram(wiring.Component):
+    """Instructions and data; first those of ``firmware.hex``, 32-bit words in hexadecimal.
+
+    **Latency** 1 cycle to ``ack``; a burst gives a word in each cycle after that. ``words`` is a
+    power of two; addresses beyond it wrap.
+    """
+
+    def __init__(self, *, words: int) -> None:
+        self.words = words
+        bus = ProcessorBus(addr_width=29)
+        super().__init__({"ibus": In(bus), "dbus": In(bus)})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Acknowledge a cycle later; in a burst read the next word meanwhile."""
+        m = Module()
+        width = (self.words - 1).bit_length()
+        answer, address = {}, {}
+        for name, bus in (("i", self.ibus), ("d", self.dbus)):
+            answer[name] = Signal(32, name=f"{name}_answer")
+            address[name] = Signal(width, name=f"{name}_address")
+            goes_on = bus.ack & (bus.cti == _BURST)
+            m.d.comb += [address[name].eq(bus.adr + goes_on), bus.dat_r.eq(answer[name])]
+            m.d.sync += bus.ack.eq(bus.cyc & bus.stb & (~bus.ack | goes_on))
+        write = self.dbus.cyc & self.dbus.stb & self.dbus.we & self.dbus.ack
+        m.submodules.memory = Instance(
+            "boresight_ram",
+            p_WORDS=self.words,
+            p_WIDTH=width,
+            p_IMAGE="firmware.hex",
+            i_clk=ClockSignal(),
+            i_a_addr=address["i"],
+            o_a_data=answer["i"],
+            i_b_addr=address["d"],
+            i_b_we=Mux(write, self.dbus.sel, 0),
+            i_b_w_data=self.dbus.dat_w,
+            o_b_data=answer["d"],
+        )
+        return m
+
+
+class Soc(wiring.Component):
+    """Processor, memory of ``words`` words, cycle counter, and a slot for a device.
+
+    ============= =================================================================
+    byte address  contents
+    ============= =================================================================
+    0             memory
+    0x8000_0000   clock cycles since reset
+    0x8000_0004   1 if the device has an update; a write clears it
+    0x8000_0008   a written word appears at ``word`` for one cycle
+    0x8000_4000   4096 words of the device in the slot
+    ============= =================================================================
+
+    ``updated``: the device has an update in this cycle.
+    """
+
+    def __init__(self, *, words: int) -> None:
+        self.ram = Ram(words=words)
+        members = {"slot": Out(WishboneSignature()), "updated": In(1)}
+        super().__init__({**members, "word": Out(32), "word_valid": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Instructions come from the memory; data from memory, counter or slot."""
+        m = Module()
+        m.submodules.cpu = cpu = Cpu()
+        m.submodules.ram = ram = self.ram
+        dbus, slot = cpu.dbus, self.slot
+        m.d.comb += _forward(cpu.ibus, ram.ibus, cpu.ibus.cyc)
+        m.d.comb += [cpu.ibus.dat_r.eq(ram.ibus.dat_r), cpu.ibus.ack.eq(ram.ibus.ack)]
+
+        is_slot, is_own, own_ack = (Signal(name=n) for n in ("is_slot", "is_own", "own_ack"))
+        asked, waiting = (Signal(name=name) for name in ("asked", "waiting"))
+        cycles, own_r = (Signal(32, name=name) for name in ("cycles", "own_r"))
+        m.d.comb += [
+            is_slot.eq(dbus.adr[_SLOT_BITS:] == _SLOT_BASE >> 2 + _SLOT_BITS),
+            is_own.eq(dbus.adr[-1] & ~is_slot),
+            asked.eq(dbus.cyc & dbus.stb & is_own & ~own_ack),
+            *_forward(dbus, ram.dbus, dbus.cyc & ~dbus.adr[-1]),
+            *_forward(dbus, slot, dbus.cyc & is_slot),
+            dbus.ack.eq(Mux(is_slot, slot.ack, Mux(is_own, own_ack, ram.dbus.ack))),
+            dbus.dat_r.eq(Mux(is_slot, slot.dat_r, Mux(is_own, own_r, ram.dbus.dat_r))),
+            self.word.eq(dbus.dat_w),
+            self.word_valid.eq(asked & dbus.we & (dbus.adr[:2] == 2)),
+        ]
+        m.d.sync += [
+            cycles.eq(cycles + 1),
+            own_ack.eq(asked),
+            own_r.eq(Mux(dbus.adr[0], waiting, cycles)),
+        ]
+        with m.If(asked & dbus.we & (dbus.adr[:2] == 1)):
+            m.d.sync += waiting.eq(0)
+        with m.If(self.updated):
+            m.d.sync += waiting.eq(1)
+        return m
+
+
+def _forward(source: Any, target: Any, selected: Any) -> list[Any]:
+    """Connect the processor's outputs to a target."""
+    names = [
+        n for n in ("adr", "dat_w", "stb", "we", "sel", "cti") if n in target.signature.members
+    ]
+    outputs = [getattr(target, name).eq(getattr(source, name)) for name in names]
+    return [target.cyc.eq(selected), *outputs]
+
+
+class AttitudeSoc(wiring.Component):
+    """`AttitudeSystem`, made with ``wishbone``, with its registers in the slot of a `Soc`.
+
+    The attitude system does not depend on the software. The members are those of the system
+    without its Wishbone, and the program's ``word`` and ``word_valid``.
+    """
+
+    def __init__(self, *, system: AttitudeSystem, words: int) -> None:
+        self.system, self.soc = system, Soc(words=words)
+        members = system.signature.members
+        self._members = {n: m for n, m in members.items() if n not in ("wb", "interrupt")}
+        super().__init__({**self._members, "word": Out(32), "word_valid": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Connect the two parts."""
+        m = Module()
+        m.submodules.system = system = self.system
+        m.submodules.soc = soc = self.soc
+        wiring.connect(m, soc.slot, system.wb)
+        m.d.comb += [
+            soc.updated.eq(system.interrupt),
+            self.word.eq(soc.word),
+            self.word_valid.eq(soc.word_valid),
+        ]
+        for name, member in self._members.items():
+            inner, outer = getattr(system, name), getattr(self, name)
+            m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
+        return m
+
+
+def cpu_verilog() -> str:
+    """Verilog text of the module ``VexRiscv``: RV32IM, caches of 4 KB, one-cycle multiplier.
+
+    Raises
+    ------
+    ToolMissing
+        The package `pythondata-cpu-vexriscv` is not installed.
+    """
+    spec = importlib.util.find_spec(_PACKAGE)
+    for folder in [] if spec is None else spec.submodule_search_locations or []:
+        path = Path(folder) / "verilog" / "VexRiscv.v"
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    raise ToolMissing("the soft core was not found: pip install 'boresight[softcore]'")
+
+
+def soc_verilog(top: wiring.Component, name: str) -> dict[str, str]:
+    """Return Verilog texts by file name: a component with a `Soc`, its memory and processor."""
+    return {
+        f"{name}.sv": to_verilog(top, name, instances=False),
+        "ram.v": Path(__file__).with_name("ram.v").read_text(encoding="utf-8"),
+        "VexRiscv.v": cpu_verilog(),
+    }

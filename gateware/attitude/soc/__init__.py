@@ -1,1 +1,0 @@
-"""A RISC-V soft core, to measure software beside the attitude core."""

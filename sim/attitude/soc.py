@@ -1,0 +1,244 @@
+"""``python -m boresight.sim.attitude.soc``: C on the soft core, and the core as its part.
+
+The paper's software figures are measured again, beside the core: its Figure 8 has 316 us for the
+complementary filter and 1.14 ms for the Kalman filter of four states, C on a soft processor at
+100 MHz. `offload` is a program that uses the core through the bus.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.firmware.attitude.image import build_image, source
+from boresight.firmware.build import CModel
+from boresight.firmware.emit import emit_c
+from boresight.firmware.floating.emit import emit_float_c, float_prefix
+from boresight.gateware.attitude.soc import AttitudeSoc, Soc, soc_verilog
+from boresight.gateware.attitude.system.interface import Place
+from boresight.gateware.attitude.system.system_bus import RESULTS
+from boresight.gateware.core import build_core
+from boresight.gateware.texts.core import c_header
+from boresight.model.arrays import FloatArray, IntArray
+from boresight.model.attitude import FILTERS, estimator
+from boresight.model.errors import InputError, ToolMissing, require
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.tools.failure import ToolFailed
+from boresight.model.words.program import Program
+from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board
+from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, stimulus
+from boresight.sim.attitude.board.trace import read_trace
+from boresight.sim.attitude.ma2014.paper import BESIDE, CYCLES
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
+from boresight.sim.result import Result
+from boresight.sim.rotations.accuracy import largest_turn_deg
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rtl.compiled import build
+from boresight.sim.rtl.simulators import SimulationFailed
+
+#: Bytes of memory: more than an FPGA has, so that every filter fits; of the board's program.
+_RAM, _BOARD_RAM = 256 * 1024, 64 * 1024
+#: Cycles after which an update counts as hung.
+_UPDATE_LIMIT = 1_000_000
+#: Cycles of the paper's C, by the filters most similar to its own.
+PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
+#: Largest accepted difference between float C and the float reference, deg: the effect of single
+#: precision over a few thousand updates (see tests/firmware/floating/test_build.py).
+FLOAT_BOUND_DEG = 0.02
+
+
+class Measured(NamedTuple):
+    """A filter's run on the soft core.
+
+    ``outputs`` (n, n_outputs) are the words of the results, ``cycles`` (n,) those of each update by
+    the processor's counter, without those of reading it; ``code_bytes`` is the size of the image.
+    """
+
+    outputs: npt.NDArray[np.uint32]
+    cycles: IntArray
+    code_bytes: int
+
+
+def _printed(stdout: str, width: int) -> npt.NDArray[np.uint32]:
+    """Return the words that a bench printed, ``width`` in a row."""
+    lines = re.findall(r"(?m)^W ([0-9a-f]{8})$", stdout)
+    words = np.array([int(word, 16) for word in lines], dtype=np.uint32)
+    return words[: len(words) // width * width].reshape(-1, width)
+
+
+def _measure(
+    files: Mapping[str, str], prefix: str, records: npt.NDArray[np.uint32], outputs: int
+) -> Measured:
+    """Run ``measure.c`` with a filter's C on records (n, n_inputs)."""
+    head = (
+        f'#include "{prefix}.h"\n#define FILTER(name) {prefix}_##name\n'
+        f"#define INPUTS {prefix.upper()}_INPUTS\n#define OUTPUTS {prefix.upper()}_OUTPUTS\n"
+    )
+    image, code_bytes = build_image(
+        {**files, "filter.h": head, "measure.c": source("measure.c")},
+        sources=(f"{prefix}.c", "measure.c"),
+        ram=_RAM,
+    )
+    bench = Path(__file__).with_name("soc.sv").read_text(encoding="utf-8")
+    n, width = records.shape
+    run = build("bench", soc_verilog(Soc(words=_RAM // 4), "soc") | {"bench.sv": bench}).run(
+        {"records": n, "words": width},
+        max_cycles=(n + 1) * _UPDATE_LIMIT,
+        files={
+            "firmware.hex": image,
+            "records.hex": "".join(f"{word:08x}\n" for word in records.ravel()),
+        },
+    )
+    words = _printed(run.stdout, 1 + outputs)
+    return Measured(words[:, 1:], words[:, 0].astype(np.int64), code_bytes)
+
+
+def measure_integer(program: Program, inputs: FloatArray) -> Measured:
+    """Run a program as integer C on inputs (n, n_inputs) in their units."""
+    files = emit_c(program)
+    words = input_words(program, inputs[..., None])[..., 0].astype(np.int32).view(np.uint32)
+    prefix = next(iter(files)).removesuffix(".h")
+    return _measure(files, prefix, words, len(program.outputs))
+
+
+def measure_float(estimator: Estimator, inputs: FloatArray) -> Measured:
+    """Run an estimator as float C on inputs (n, n_inputs) in their units."""
+    words = inputs.astype(np.float32).view(np.uint32)
+    prefix = float_prefix(estimator)
+    return _measure(emit_float_c(estimator), prefix, words, len(estimator.outputs))
+
+
+def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
+    """Run one filter as float C and as integer C on the soft core.
+
+    Returns
+    -------
+    dict
+        Median cycles of an update in each form and of the paper's C, bytes of code, how many
+        updates of the integer C differ from the core's words, and how far the float C is from the
+        float64 reference.
+
+    Raises
+    ------
+    ToolMissing
+        The cross compiler, or Verilator, is not installed.
+    """
+    e, program = estimator(name), estimator(name).compile()
+    inputs = feed(e, log.head(updates)).inputs
+    integer, single = measure_integer(program, inputs), measure_float(e, inputs)
+    expected, _ = CModel(program).update(input_words(program, inputs[..., None])[..., 0])
+    reference = e.run_float(inputs.astype(np.float32).astype(np.float64)[..., None]).outputs
+    values = single.outputs.view(np.float32).astype(np.float64)
+    apart = largest_turn_deg(
+        attitude_of({o.name: values[:, k] for k, o in enumerate(e.outputs)}),
+        attitude_of({k: v[:, 0] for k, v in reference.items()}),
+    )
+    core = build_core(program, "small", urgent=e.urgent)
+    mismatches = int((integer.outputs.view(np.int32) != expected).any(axis=1).sum())
+    return {
+        "filter": name,
+        "float": int(np.median(single.cycles)),
+        "paper": PAPER_CYCLES.get(name),
+        "integer": int(np.median(integer.cycles)),
+        "core": core.schedule.latency,
+        "float_bytes": single.code_bytes,
+        "integer_bytes": integer.code_bytes,
+        "updates": len(integer.cycles),
+        "mismatches": mismatches,
+        "apart_deg": float(apart),
+        "good": not mismatches and apart <= FLOAT_BOUND_DEG and len(single.cycles) == len(inputs),
+    }
+
+
+def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) -> dict[str, Any]:
+    """Simulate the complete board with the soft core that reads its updates; the first filter runs.
+
+    Every update in the program's memory is compared with the integer model on the inputs beside it.
+    """
+    board = make_board(SCALED, filters=filters, wishbone=True)
+    system, program = board.system, board.core.parts[0].program
+    outputs, inputs = len(program.outputs), len(program.inputs)
+    sizes = {
+        "RECORD_OUTPUTS": outputs,
+        "RECORD_INPUTS": inputs,
+        "RECORD_OUTPUT_ADDR": RESULTS + Place.OUTPUTS,
+        "RECORD_INPUT_ADDR": RESULTS + Place.INPUTS,
+    }
+    image, _ = build_image(
+        {
+            "records.h": "".join(f"#define {name} {int(n)}u\n" for name, n in sizes.items()),
+            "registers.h": c_header(system.map()),
+            "offload.c": source("offload.c"),
+        },
+        sources=("offload.c",),
+        ram=_BOARD_RAM,
+    )
+    soc = soc_verilog(AttitudeSoc(system=system, words=_BOARD_RAM // 4), "system")
+    bench = build(
+        "bench",
+        {"soc.v": "`define SOC\n", **board_sources(board), **soc},
+        parameters=board_parameters(board.setup),
+    )
+    files, arguments = files_and_arguments(board, stimulus(log, board), updates, {}, {})
+    with tempfile.TemporaryDirectory(prefix="boresight-offload-") as folder:
+        run = bench.run(
+            arguments,
+            max_cycles=cycles_limit(board, updates),
+            files={**files, "firmware.hex": image},
+            folder=Path(folder),
+        )
+        trace = read_trace((Path(folder) / "trace.txt").read_text())
+    words = _printed(run.stdout, 2 + outputs + inputs)
+    expected, _ = CModel(program).update(words[:, 2 + outputs :].view(np.int32))
+    computed = words[:, 2 : 2 + outputs].view(np.int32)
+    numbers = words[:, 0].astype(np.int64) & 0xFFFF
+    ready = trace.ready[np.searchsorted(trace.ready[:, 0], trace.updates) - 1, 0]
+    in_registers = (trace.updates - ready)[numbers - 1]
+    return {
+        "filter": program.name,
+        "updates": len(trace.updates),
+        "in_memory": len(words),
+        "mismatches": int((computed != expected).any(axis=1).sum()),
+        "bus_cycles": int(np.max(words[:, 1].astype(np.int64) - in_registers)),
+    }
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the figures; return 1 if words differ, 2 for bad usage or a missing compiler."""
+    parser = argparse.ArgumentParser(prog="python -m boresight.sim.attitude.soc")
+    parser.add_argument("filters", nargs="*", help="by default all four of the board")
+    parser.add_argument("--updates", type=int, default=1000, help="recorded updates (%(default)s)")
+    given = parser.parse_args(arguments)
+    log = read_record(bundled("ximu_walk"))
+    try:
+        require(given.updates >= 1, "--updates", "1 or more", given.updates)
+        rows = [compare(name, log, updates=given.updates) for name in given.filters or FILTERS]
+        bus = offload(log, updates=given.updates)
+    except (InputError, ToolMissing, ToolFailed, SimulationFailed) as error:
+        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    failures = [f"{row['filter']}: its C differs from the model" for row in rows if not row["good"]]
+    if bus["mismatches"] or bus["in_memory"] < bus["updates"] - 1:
+        failures.append(f"{bus['filter']}: words over the bus differ from the model")
+    result = Result(
+        data={"software": rows, "offload": bus},
+        tables={"Median cycles of an update": rows, "The core through the bus": [bus]},
+        failures=failures,
+    )
+    print(result)
+    return int(not result.good)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,1 +1,0 @@
-"""The soft core in simulation: `measure`, filters in software; `offload`, the core over the bus."""
