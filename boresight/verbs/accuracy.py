@@ -2,7 +2,7 @@
 
 boresight accuracy  # the attitude filters and VQF on the bundled logs
 boresight accuracy my_filter.py log.csv  # each output in its unit
-boresight accuracy all folder -o build  # ours beside VQF, Madgwick, Mahony, an EKF
+boresight accuracy all folder -o build  # ours beside VQF
 boresight accuracy mekf flight.ulg --align heading  # without a constant offset of the heading
 """
 
@@ -49,9 +49,6 @@ def accuracy(
 ) -> Result:
     """Measure the error of each output against the truth of logs, and against float64.
 
-    A script that calls this with published filters and more than one job needs
-    ``if __name__ == "__main__"``.
-
     Parameters
     ----------
     names : Named or several
@@ -85,8 +82,8 @@ def accuracy(
     check_word(word)
     require_choice("align", align, ALIGNMENTS)
     require_whole("jobs", jobs, 1)
-    missing = [n for n in peers if names == FIRST and not find_spec(PEERS[n][0])]
-    peers = [n for n in peers if n not in missing]
+    missing = peers if names == FIRST and not find_spec("vqf") else []
+    peers = [] if missing else peers
     require_peers(peers)
     values = _params(ours, params)
     for e in [] if logs and align == "none" else ours:
@@ -107,7 +104,7 @@ def accuracy(
             ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
         )
         notes = [f"log {log.name} has no truth: left out" for log in left_out]
-        notes += [f"{n} left out: its package {PEERS[n][0]} is missing" for n in missing]
+        notes += [f"{n} left out: its package vqf is missing" for n in missing]
         return replace(result, notes=(*result.notes, *notes))
 
     if output is None:

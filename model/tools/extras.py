@@ -9,7 +9,6 @@ from boresight.model.errors import ToolMissing
 
 #: Extra of `pyproject.toml` by library.
 _EXTRAS = {
-    "ahrs": "published",
     "amaranth_boards": "board",
     "distributed": "cluster",
     "matplotlib": "plots",

@@ -1,7 +1,6 @@
 """Every estimator on every log: fixed point, float64, and published attitude filters.
 
 Fixed point is the emitted C, whose words are those of the core; float is the compiled float64.
-Published filters run in processes of their own (`sim.campaign.dispatch`).
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors, m
 from boresight.sim.accuracy.peers import run_peer
 from boresight.sim.accuracy.runs import LogRuns, Scores, Trial
 from boresight.sim.baseline import Figure
-from boresight.sim.campaign import dispatch
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.records.feed import Feed, LongFeed
@@ -55,7 +53,7 @@ def benchmark(
     """Run everything.
 
     ``peers`` are keys of `sim.accuracy.peers.PEERS`, ``params`` parameter values by estimator,
-    ``align`` is one of `ALIGNMENTS`; ``jobs`` are threads and processes.
+    ``align`` is one of `ALIGNMENTS`; ``jobs`` are threads.
 
     Returns
     -------
@@ -75,16 +73,9 @@ def benchmark(
         values = params.get(estimator.name)
         by_name[estimator.name] = _own(estimator, trials, values, word, jobs, align)
         say(estimator.name)
-    longest_first = sorted(trials, key=lambda t: -len(t.log))
-    tasks = [
-        ((name, t.name), _published, (name, t.log.first, align))
-        for name in peers
-        for t in longest_first
-    ]
-    by_name |= {name: {} for name in peers}
-    for (name, trial), scores in dispatch(jobs, tasks):
-        by_name[name][trial] = [scores]
-        say(f"{name} on {trial}")
+    for name in peers:
+        by_name[name] = {t.name: [_published(name, t.log.first, align)] for t in trials}
+        say(name)
     rows = [
         _row(name, [(trial, of[trial.name][level]) for trial in trials])
         for name, of in by_name.items()
