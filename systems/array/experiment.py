@@ -36,7 +36,6 @@ _BOTH: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
     "plus": ("all errors plus, exact start", {"plus": True}, {}, 1),
     "noise": ("fibre-optic noise", _NOISE, {}, 2),
     "tilt": ("any start, fibre-optic noise", {**_NOISE, "tilt_deg": 5.0}, {}, 4),
-    "nods": ("fibre-optic noise, nods of 5 arcsec", {**_NOISE, "nods_arcsec": 5.0}, {}, 1),
 }
 #: Compared with float64.
 _COMPARED = tuple(f"{key}_{name}" for key in "ab" for name in ("index", "noise", "tilt"))

@@ -14,11 +14,10 @@ from boresight.model.errors import require
 from boresight.sim.rotations.rotation import euler_to_matrix, matrix_to_euler
 from boresight.sim.rotations.zyx import wrapped
 from boresight.systems.worlds import sensors
-from boresight.systems.worlds.turning import Turn, Turning, drawn, earth_rate, normal_gravity
+from boresight.systems.worlds.turning import Turn, Turning, earth_rate, normal_gravity
 from boresight.systems.worlds.turntable import Mark, pulses
 
 ANGLES = ("pitch", "roll", "heading")
-ARCSEC = math.radians(1.0) / 3600.0
 DT = 0.01  #: s
 ALIGNED, ERECTED = 30_000, 31_300  #: samples at the end of the alignment, of the erection.
 START_DEG = (1.0, 2.0, 90.0)  #: pitch, roll, heading before the erection.
@@ -36,7 +35,7 @@ class TurningArray(World):
     deg_s : float
         Rate about the vertical, counter-clockwise, after alignment (300 s) and erection (13 s).
     seed : int
-        Of the errors' signs, noise, vibration and pulses.
+        Of the errors' signs, noise and pulses.
     hours : float
         How long it turns.
     errors : float
@@ -47,9 +46,6 @@ class TurningArray(World):
     noise : float
         Factor on the noise of a fibre-optic gyro and an accelerometer beside it, which the paper
         does not have (`sensors.FIBRE_OPTIC`).
-    nods_arcsec : float
-        Vibration, root mean square: the array nods about its hinge at 3 to 12 Hz, 1 m below the
-        unit.
     tilt_deg : float
         Pitch and roll at the start differ from `START_DEG` by this, and the heading is any.
     counts_bits : int
@@ -73,7 +69,6 @@ class TurningArray(World):
         errors: float = 1.0,
         plus: bool = False,
         noise: float = 0.0,
-        nods_arcsec: float = 0.0,
         tilt_deg: float = 0.0,
         counts_bits: int = 32,
         mark_deg: float = START_DEG[2],
@@ -88,12 +83,11 @@ class TurningArray(World):
             (0.0 < hours <= 100.0, "hours", "above 0, to 100", hours),
             (errors >= 0.0, "errors", "0 or more", errors),
             (noise >= 0.0, "noise", "0 or more", noise),
-            (nods_arcsec >= 0.0, "nods_arcsec", "0 or more", nods_arcsec),
             (0.0 <= tilt_deg <= 20.0, "tilt_deg", "0 to 20", tilt_deg),
             (16 <= counts_bits <= 48, "counts_bits", "16 to 48", counts_bits),
         ):
             require(valid, f"turning_array, {where}", wanted, found)
-        self.deg_s, self.errors, self.plus, self.nods_arcsec = deg_s, errors, plus, nods_arcsec
+        self.deg_s, self.errors, self.plus = deg_s, errors, plus
         self.truths, self.tilt_deg = truths, tilt_deg
         self.mark = Mark(mark_deg, index, missed, doubled, wrong)
         full = (2.0**-7, 2.0**-2)
@@ -106,7 +100,7 @@ class TurningArray(World):
 
     def draw(self, seed: int) -> None:
         self.seed, plus = seed, self.plus
-        signs, shakes, luck, tilts = (np.random.default_rng([seed, k]) for k in range(4))
+        signs, luck, tilts = (np.random.default_rng([seed, k]) for k in (0, 2, 3))
         off = np.ones(3) if plus else signs.choice([-1.0, 1.0], 3)
         turn = 180.0 * tilts.random() if self.tilt_deg else 0.0
         angles = START_DEG + off * (self.tilt_deg, self.tilt_deg, turn)
@@ -122,7 +116,6 @@ class TurningArray(World):
             DT,
             earth=earth_rate(LATITUDE_DEG),
             gravity=normal_gravity(LATITUDE_DEG, HEIGHT),
-            vibration=drawn(self.nods_arcsec * ARCSEC, 3.0, 12.0, hinge, (0.0, 0.0, 1.0), shakes),
         )
         heading = float(matrix_to_euler(self.motion.starts[2])[2])
         self.pulses = pulses(self.mark, heading, rate, lengths[2], DT, luck)

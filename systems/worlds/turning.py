@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.sim.rotations.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
 
 EARTH_RATE = 7.292115e-5  #: rad/s, WGS 84.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def earth_rate(latitude_deg: float) -> FloatArray:
@@ -56,43 +54,6 @@ class Turn:
     rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Vibration:
-    """Nodding about an axis of the body, of several frequencies; the unit sits off the hinge."""
-
-    amplitude: FloatArray  #: of each part (m,) [rad].
-    hertz: FloatArray
-    phase: FloatArray  #: [rad]
-    axis: FloatArray  #: (3,), of norm one, in body axes.
-    lever: FloatArray  #: (3,), from the hinge to the unit [m], in body axes.
-
-    @property
-    def side(self) -> FloatArray:
-        """Velocity of the unit (3,) for each rad/s."""
-        return np.cross(self.axis, self.lever)
-
-    def at(self, t: FloatArray, derivative: int = 0) -> FloatArray:
-        """Angle at times t [rad], or a derivative of it."""
-        w = 2.0 * math.pi * self.hertz
-        angle = w * t[..., None] + self.phase + 0.5 * math.pi * derivative
-        return np.asarray(np.sin(angle) @ (self.amplitude * w**derivative))
-
-
-def drawn(
-    rms: float,
-    low_hz: float,
-    high_hz: float,
-    axis: npt.ArrayLike,
-    lever: npt.ArrayLike,
-    rng: np.random.Generator,
-) -> Vibration | None:
-    """A vibration of eight parts of random frequency and phase, ``rms`` [rad]; None for 0."""
-    parts = 8
-    hertz, phase = rng.uniform(low_hz, high_hz, parts), rng.uniform(0.0, 2.0 * math.pi, parts)
-    amplitude = np.full(parts, rms * math.sqrt(2.0 / parts))
-    return Vibration(amplitude, hertz, phase, np.asarray(axis), np.asarray(lever)) if rms else None
-
-
 class Turning:
     """Turns, one after the other; each begins where the last one ended.
 
@@ -107,8 +68,6 @@ class Turning:
         Rate of the navigation axes [rad/s], constant in them.
     gravity : float
         [m/s^2]
-    vibration : Vibration, optional
-        On top of the turns.
 
     `InputError`: no turn; a time step that is none.
     """
@@ -121,11 +80,10 @@ class Turning:
         *,
         earth: FloatArray,
         gravity: float,
-        vibration: Vibration | None = None,
     ) -> None:
         require(len(turns) > 0, "turning, turns", "one at least", "none")
         require(dt > 0.0, "turning, dt", "more than 0 s", dt)
-        self.turns, self.dt, self.earth, self.vibration = tuple(turns), dt, earth, vibration
+        self.turns, self.dt, self.earth = tuple(turns), dt, earth
         self.force = np.array([0.0, 0.0, gravity])
         self.begins = np.cumsum([0, *(turn.samples for turn in turns)])
         self.starts = [start]
@@ -171,22 +129,7 @@ class Turning:
         """
         parts = self._parts(first, last, every)
         rows = [[self._in_body(unit, n, k + 1.0) for n, k in parts] for unit in np.eye(3)]
-        product = np.stack([np.concatenate(row) for row in rows], axis=1)
-        if self.vibration is not None:
-            angle = self.vibration.at(self._ends(first, last, every))
-            product = product @ _rotation(angle[:, None] * self.vibration.axis)
-        return product
-
-    def velocity(self, first: int, last: int, every: int = 1) -> FloatArray:
-        """Of the unit (n, 3) [m/s], east, north, up, at the same times: all of it is vibration."""
-        matrix = self.matrix(first, last, every)
-        if self.vibration is None:
-            return np.zeros((len(matrix), 3))
-        rate = self.vibration.at(self._ends(first, last, every), 1)
-        return np.asarray(matrix @ self.vibration.side * rate[:, None])
-
-    def _ends(self, first: int, last: int, every: int) -> FloatArray:
-        return np.asarray(self.dt * np.arange(first + every, last + 1, every))
+        return np.stack([np.concatenate(row) for row in rows], axis=1)
 
     def increments(self, first: int, last: int) -> FloatArray:
         """Increments of perfect sensors (n, 6) in samples first to last - 1.
@@ -202,45 +145,10 @@ class Turning:
                 self.dt * self._in_body(v, number, samples + 0.5, share)
                 for v in (rate + self.earth, self.force)
             ]
-            if self.vibration is not None:
-                changes = self._vibration_increments(self.vibration, number, samples)
-                parts = [base + change for base, change in zip(parts, changes, strict=True)]
             pieces.append(np.concatenate(parts, axis=1))
         return np.concatenate(pieces)
-
-    def _vibration_increments(
-        self, vibration: Vibration, number: int, samples: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Increments (n, 3) by vibration: with B = R(a d), w_ib, w_ie, f without it::
-
-            a D(d) + int (B^T - 1) w_ib        s D(d') + int (B^T - 1) f + (w_ib' + w_ie) x s d'
-
-        a the axis, d the angle, s = a x lever; D are differences, which are exact, the integrals
-        Gauss and Legendre's of three nodes; w_ib' = B^T w_ib + a d'.
-        """
-        rate, axis, side = np.array(self.turns[number].rate), vibration.axis, vibration.side
-        t = self.dt * (self.begins[number] + samples)
-        angle = (vibration.at(t + self.dt) - vibration.at(t))[:, None] * axis
-        velocity = (vibration.at(t + self.dt, 1) - vibration.at(t, 1))[:, None] * side
-        for node, weight in zip(0.5 + 0.5 * _NODES, 0.5 * self.dt * _WEIGHTS, strict=True):
-            d, speed = (vibration.at(t + node * self.dt, k)[:, None] for k in (0, 1))
-            w, earth, f = (
-                self._in_body(v, number, samples + node)
-                for v in (rate + self.earth, self.earth, self.force)
-            )
-            change = _rotation_change(axis, d, w)
-            angle += weight * change
-            total = w + change + speed * axis + earth
-            velocity += weight * (_rotation_change(axis, d, f) + np.cross(total, side) * speed)
-        return angle, velocity
 
 
 def _rotation(vector: FloatArray) -> FloatArray:
     """R of rotation vectors (..., 3) [rad]."""
     return quaternion_to_matrix(rotation_vector_to_quaternion(vector))
-
-
-def _rotation_change(axis: FloatArray, angle: FloatArray, v: FloatArray) -> FloatArray:
-    """(R(axis angle)^T - 1) v of vectors (n, 3), angles (n, 1)."""
-    cross = np.cross(axis, v)
-    return np.asarray((1.0 - np.cos(angle)) * np.cross(axis, cross) - np.sin(angle) * cross)
