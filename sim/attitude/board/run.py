@@ -251,7 +251,12 @@ def judge(
     slot of the compass's line. The cycle of a line decides its update: the one after the next that
     is complete.
     """
-    trace, frames, n = run.trace, run.frames, len(run.trace.updates)
+    trace, n, names = (
+        run.trace,
+        len(run.trace.updates),
+        board.core.parts[filter].program.output_names,
+    )
+    frames = run.frames if len(run.frames) else np.zeros((0, 2 + len(names)), dtype=np.int64)
     if n == 0 or len(trace.samples) < n:
         raise ValueError(f"run must have updates, not {n} of {len(trace.samples)} samples")
     edge = np.searchsorted(trace.ready[:, 0], trace.samples[:n]) - 1
@@ -280,7 +285,6 @@ def judge(
     chain = run_chain([part.program for part in board.core.parts], samples)
     k = (frames[:, 0] & FIELDS["number"].mask) - 1
     offset = frames[0, 1] - samples.stamp[k[0]] if len(k) else 0
-    names = board.core.parts[filter].program.output_names
     expected = {
         "stamp": (samples.stamp[k] + offset) % (1 << 32),
         **dict(zip(names, chain.outputs[k].T, strict=False)),

@@ -17,7 +17,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.front.affine import AXES
 from boresight.model.attitude.mekf import Mekf
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError, ToolMissing, require
 from boresight.sim.accuracy.figures import attitude_errors
 from boresight.sim.attitude.calibration.files import calibrated
 from boresight.sim.attitude.calibration.world import FIELD_UT, Device, calibration_records, device
@@ -103,6 +103,7 @@ def main(arguments: Sequence[str]) -> int:
     given = parser.parse_args(arguments)
     trials = []
     try:
+        require(given.runs >= 1, "--runs", "1 or more", given.runs)
         for seed in range(given.seed, given.seed + given.runs):
             trials.append(trial(seed))
             print(f"device {seed}: {trials[-1]}", file=sys.stderr, flush=True)

@@ -288,7 +288,7 @@ def monitor(
             fix="choose another",
         )
     keep = any(path is not None for path in (csv, log, plot))
-    updates, heard, failures = list[Update](), list[float](), list[str]()
+    came, failures = list[tuple[Update, float]](), list[str]()
     listener = Listener(table.formats)
     with BoardLine(source, baud=baud, listener=listener) as line:
 
@@ -310,15 +310,14 @@ def monitor(
             try:
                 with suppress(KeyboardInterrupt):
                     for update in _updates(line, count, silence_s, each):
-                        updates.append(update)
-                        heard.append(time.monotonic())
+                        came.append((update, time.monotonic()))
             except InputError as error:  # what came is kept
-                if not (keep and updates):
+                if not (keep and came):
                     raise
-                failures.append(f"ended after {len(updates)} attitudes: {error}")
+                failures.append(f"ended after {len(came)} attitudes: {error}")
         if recording and not failures:
             write(_words(table, ["output_mode=binary"]))
-        bad = listener.error_count
+        updates, bad = [update for update, _ in came], listener.error_count
         if not updates and (picture_file is not None or not line.is_port):
             raise InputError.at(
                 source,
@@ -336,7 +335,7 @@ def monitor(
     if log_file is not None and log is not None:
         record, notes = log_of(source, updates, track.number, table.described, written)
         if line.is_port:
-            at = dict(zip(track.number, heard, strict=True))
+            at = dict(zip(track.number, (heard for _, heard in came), strict=True))
             times = np.array([at[int(n)] for n in record.numbers("number")])
             record = record.derived({**record.columns, "computer": Column(times, "s")})
         log_file.write(content_of(log, record))

@@ -32,6 +32,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("-o", "--output", type=Path, help="JSON file with every row")
     given = parser.parse_args(arguments)
     try:
+        require(given.jobs >= 1, "--jobs", "1 or more", given.jobs)
         names = split_names(given.filters)
         require_peers([name for name in names if name in PEERS])
         for name in names:

@@ -10,7 +10,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.attitude.front.sensed import full_scale_params
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.figures import attitude_errors
@@ -28,8 +28,9 @@ from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
 
-#: Seconds after the start in which no error counts, for all filters alike.
-LEFT_OUT_S = 1.0
+#: Seconds after the start in which no error counts, for all filters alike; shortest motion of a log,
+#: whose last third is the shortest cut.
+LEFT_OUT_S, SHORTEST_S = 1.0, 6.0
 #: The published filter that others are compared with, and its smallest error in a ratio [deg].
 RIVAL, SMALL_DEG = "vqf_online", 0.5
 
@@ -40,6 +41,14 @@ Levels = dict[tuple[Any, ...], tuple[Emitted, CompiledFloat]]
 def run_log(names: Sequence[str], log: Path | NineAxis) -> list[Row]:
     """Return one row per case and filter; without figures, but ``refused``, if it cannot run it."""
     recorded = log if isinstance(log, NineAxis) else NineAxis.of(read_record(log))
+    moving = recorded.t[recorded.counts & np.isfinite(recorded.attitude).all(axis=1)]
+    require(
+        len(moving) > 0 and moving[-1] - moving[0] > SHORTEST_S,
+        f"log {recorded.name!r}",
+        f"more than {SHORTEST_S:g} s of motion with a reference attitude",
+        f"{np.ptp(moving) if len(moving) else 0.0:.3g} s",
+        "leave this log out",
+    )
     built, rows = Levels(), list[Row]()
     for number, case in enumerate(CASES):
         changed = case.change(recorded)

@@ -49,6 +49,9 @@ def test_rows_and_tables(log: NineAxis, tmp_path, capsys) -> None:
     printed = capsys.readouterr().out
     assert "starts anywhere" in printed and "Ratio to vqf_online" in printed
     assert main(["nothing", str(path)]) == main(["pmsm", str(path)]) == 2
+    path.write_bytes(content_of(path, log.record().head(300)))
+    assert main(["complementary", str(path)]) == 2
+    assert "wanted more than 6 s of motion with a reference attitude" in capsys.readouterr().err
 
 
 def test_means_ratios_and_failures() -> None:
