@@ -6,6 +6,7 @@ import io
 import os
 import re
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.tools.extras import optional
 from boresight.model.tools.folders import matplotlib_environment
+from boresight.sim.pages import number
 
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {
@@ -106,7 +108,7 @@ def _log_ticks(axis: Any, digits: tuple[float, ...]) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(base=10.0, subs=digits))
-    axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axis.set_major_formatter(FuncFormatter(lambda x, _: number(x)))
     axis.set_minor_formatter(NullFormatter())
 
 
@@ -180,25 +182,29 @@ def histories(
     step_s : float
         Time between two values.
     log : bool
-        Whether values have logarithmic axes; else what the first eighth alone has is cut.
+        Whether values have logarithmic axes; else a first eighth that would hide the rest is cut.
     name : str
         See `svg`.
     """
     with settings():
         figure, plots = figure_and_axes(0.4 + 1.4 * len(panels), len(panels), sharex=True)
-        for number, (plot, (label, curves)) in enumerate(zip(plots, panels.items(), strict=True)):
-            for k, (key, curve) in enumerate(curves.items()):
+        names = dict.fromkeys(name for curves in panels.values() for name in curves)
+        colours = dict(zip(names, cycle(PALETTE), strict=False))
+        for plot, (label, curves) in zip(plots, panels.items(), strict=True):
+            for key, curve in curves.items():
                 every = max(1, len(curve) // 3000)
-                t, colour = step_s * np.arange(len(curve))[::every], PALETTE[(number + k) % 7]
-                plot.plot(t, curve[::every], color=colour, label=key, linewidth=0.8)
+                t = step_s * np.arange(len(curve))[::every]
+                plot.plot(t, curve[::every], color=colours[key], label=key, linewidth=0.8)
             if log:
                 plot.set_yscale("log")
                 low, high = plot.get_ylim()
                 _log_ticks(plot.yaxis, (1.0,) if high > 100.0 * low else (1.0, 3.0))
             else:
-                late = np.concatenate([curve[len(curve) // 8 :] for curve in curves.values()])
-                edge = 0.1 * np.ptp(late) or 1.0
-                plot.set_ylim(late.min() - edge, late.max() + edge)
+                shown = np.stack(list(curves.values()))
+                late = shown[:, shown.shape[1] // 8 :]
+                shown = late if np.ptp(shown) > 2.0 * np.ptp(late) else shown
+                edge = 0.1 * np.ptp(shown) or 1.0
+                plot.set_ylim(shown.min() - edge, shown.max() + edge)
             plot.set_ylabel(label)
             if len(curves) > 1:
                 legend(plot, len(curves))
