@@ -28,9 +28,10 @@ from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
 
-#: Seconds after the start in which no error counts, for all filters alike; shortest motion of a log,
-#: whose last third is the shortest cut.
-LEFT_OUT_S, SHORTEST_S = 1.0, 6.0
+#: Seconds after the start in which no error counts, for all filters alike.
+LEFT_OUT_S = 1.0
+#: s, shortest motion of a log: the shortest cut is the last third of it.
+SHORTEST_S = 6.0
 #: The published filter that others are compared with, and its smallest error in a ratio [deg].
 RIVAL, SMALL_DEG = "vqf_online", 0.5
 
