@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from boresight.systems.mls.deck import SensorErrors, deck, records
 from boresight.systems.mls.linear_array import Array, direction
-from boresight.systems.mls.prototype import _jacobian, _picard
 
 # -- patterns in closed form and summed, displacements, main lobes --------------------------------
 
@@ -76,36 +75,3 @@ def test_exact_sensors() -> None:
     assert u[:, 7:] == pytest.approx(field, abs=1e-9)
     force = r.inv().apply(np.stack([0.0 * what.lift, 0.0 * what.lift, 9.80665 + what.lift], 1))
     assert u[:, 4:7] == pytest.approx(force, abs=1e-9) and np.ptp(what.lift) > 1e-3
-
-
-# -- the dense filter against numerical Jacobians and exact motion --------------------------------
-
-
-def seen(q: np.ndarray, v: tuple[float, float, float]) -> np.ndarray:
-    """C^T V with C of (23), quadratic in q."""
-    w, x, y, z = q
-    c = [
-        [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
-    ]
-    return np.array(c).T @ np.array(v)
-
-
-def test_jacobian_is_that_of_the_transposed_matrix() -> None:
-    q, v = np.array([0.5, -0.3, 0.7, 0.4]), (0.6, 0.2, -0.8)
-    step = 1e-6
-    rows = [(seen(q + step * e, v) - seen(q - step * e, v)) / (2 * step) for e in np.eye(4)]
-    h = _jacobian(q[None], v)[0]
-    assert h == pytest.approx(np.array(rows).T, abs=1e-8)
-    assert h @ q == pytest.approx(2.0 * seen(q, v))
-
-
-def test_picard_turns_to_the_third_order() -> None:
-    turn = np.array([[0.06, -0.05, 0.06]])
-    start = np.array([0.1, 0.7, -0.5, 0.5])
-    after = _picard(turn)[0] @ start
-    exact = Rotation.from_quat(np.roll(start, -1)) * Rotation.from_rotvec(turn[0])
-    q = np.roll(exact.as_quat(), 1)
-    q = q * np.sign(q @ after) * np.linalg.norm(start)
-    assert after == pytest.approx(q, abs=3e-6)
