@@ -269,6 +269,10 @@ class Check:
     ) -> list[CheckResult]:
         """Run everything, a piece of the logs after the other on every level.
 
+        Returns a result for each estimator. Raises InputError for a record that does not feed its
+        estimator, or what no core could compute right (`sim.compare.soundness`); ToolMissing
+        without a C compiler.
+
         Parameters
         ----------
         logs : Log or Record
@@ -280,19 +284,6 @@ class Check:
         rtl_rows : int, optional
             Rows on which RTL runs, as `SLICES` slices spread over the log, each from
             the states of the interpreter; by default all, from a reset on.
-
-        Returns
-        -------
-        list of CheckResult
-            For each estimator.
-
-        Raises
-        ------
-        InputError
-            A record that does not feed its estimator, or what no core could compute right
-            (`sim.compare.soundness`).
-        ToolMissing
-            There is no C compiler.
         """
         sources = [Log.of(log) for log in logs]
         build = self.build

@@ -17,45 +17,24 @@ from boresight.sim.ranges.search import Witness
 
 @dataclass(frozen=True, eq=False)
 class ClaimResult:
-    """A claim and what is known about it.
+    """A claim and what is known about it."""
 
-    Attributes
-    ----------
-    reason, line : str
-        The author's reason, and where it is stated.
-    low, high : float
-        The range.
-    state : str
-        Name of the state whose range it is, or empty.
-    status : str
-        ``proven`` by intervals; ``checked`` on the log and in the search; ``excepted`` where a
-        claim with ``unless`` is left; ``left`` where the search takes a state out of its range;
-        ``broken``.
-    log, search : tuple of (float, float) or None
-        Extremes of the value on the log, and in the search.
-    share : float
-        The farther of both, as a share of the range.
-    witness : Witness or None
-        Inputs of the search that leave the range.
-    folded : bool
-        Whether no word holds the value, since the compiler decided with the claim all that the
-        value enters; then ``log`` is of float64.
-    unless : str
-        The exception that its author names.
-    """
-
-    reason: str
-    line: str
+    reason: str  #: the author's.
+    line: str  #: where it is stated.
     low: float
     high: float
-    state: str
+    state: str  #: name of the state whose range it is, or empty.
+    #: "proven" by intervals; "checked" on the log and in the search; "excepted" where a claim with
+    #: ``unless`` is left; "left" where the search takes a state out of its range; "broken".
     status: str
-    log: tuple[float, float] | None
-    search: tuple[float, float] | None
-    share: float
-    witness: Witness | None = field(default=None, repr=False)
+    log: tuple[float, float] | None  #: extremes of the value on the log.
+    search: tuple[float, float] | None  #: and in the search.
+    share: float  #: the farther of both, as a share of the range.
+    witness: Witness | None = field(default=None, repr=False)  #: inputs that leave the range.
+    #: No word holds the value, since the compiler decided with the claim all that the value enters;
+    #: then ``log`` is of float64.
     folded: bool = False
-    unless: str = ""
+    unless: str = ""  #: the exception that its author names.
 
     @property
     def text(self) -> str:
@@ -100,15 +79,7 @@ class ClaimResult:
 def claim_results(
     examined: Sequence[Examined], seen: Sequence[tuple[float, float] | None], broken: set[Claim]
 ) -> tuple[ClaimResult, ...]:
-    """Join what the search and the log say.
-
-    Parameters
-    ----------
-    seen : sequence of (float, float) or None
-        Extremes of each value on the log.
-    broken : set of Claim
-        Those that the log breaks.
-    """
+    """Join what the search and the log say: extremes ``seen`` on it, claims that it breaks."""
     results = []
     for e, log in zip(examined, seen, strict=True):
         claim, reach = e.claim, e.reach
@@ -130,15 +101,7 @@ def claim_results(
 class FoldedClaims:
     """Claims whose values no word holds: the compiler decided with them all that they enter.
 
-    They are compared with float64 on the log.
-
-    Parameters
-    ----------
-    estimator : Estimator
-    claims : sequence of Claim
-        Those whose values the program holds.
-    params : mapping, optional
-        Parameter values of the run.
+    They are compared with float64 on the log; ``claims`` are those whose values the program holds.
     """
 
     def __init__(
@@ -170,11 +133,8 @@ class FoldedClaims:
             low, high, reason, *_ = e.data
             seen, slack = reached.get(e.args[0].number), TOLERANCE * max(abs(low), abs(high))
             if seen is not None and not low - slack <= seen[0] <= seen[1] <= high + slack:
-                broken.append(
-                    ClaimResult(
-                        reason, str(e.line), low, high, "", "broken", seen, None, 1.0, folded=True
-                    )
-                )
+                stated = reason, str(e.line), low, high, ""
+                broken.append(ClaimResult(*stated, "broken", seen, None, 1.0, folded=True))
         return broken
 
 

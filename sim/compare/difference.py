@@ -38,44 +38,24 @@ _NORMS = math.log(2.0)
 
 @dataclass(frozen=True)
 class Difference:
-    """How far an output lies from its reference.
-
-    Attributes
-    ----------
-    output, unit : str
-        ``ATTITUDE`` in deg is the angle between two quaternions; of decisions the unit is "words".
-    samples : int
-        Compared; samples without a reference are left out, and those in ``after``.
-    largest, rms : float
-        NaN where a value is none.
-    at_step : int or None
-        Sample of the largest.
-    tolerance : float or None
-        Largest accepted error; None: not judged by it.
-    limit : float or None
-        Of an error against truth the largest accepted root mean square (`Output.truth`), infinite
-        where none is declared; else None.
-    apart : float64 (n,)
-        Of every sample, where they are kept; NaN where there is no reference, or no number.
-    decided : Decided, optional
-        Of decisions, how many differ.
-    after : Difference, optional
-        The samples from the first decision that differs on, judged by their root mean square.
-    beyond : int
-        First sample beyond the tolerance, where there is one.
-    """
+    """How far an output lies from its reference."""
 
     output: str
-    unit: str
-    samples: int
-    largest: float
+    unit: str  #: deg of ``ATTITUDE``, the angle between two quaternions; of decisions "words".
+    samples: int  #: compared; those without a reference are left out, and those in ``after``.
+    largest: float  #: NaN where a value is none, as ``rms``.
     rms: float
-    at_step: int | None
-    tolerance: float | None
+    at_step: int | None  #: sample of the largest.
+    tolerance: float | None  #: largest accepted error; None: not judged by it.
+    #: Of an error against truth the largest accepted root mean square (`Output.truth`), infinite
+    #: where none is declared; else None.
     limit: float | None = None
+    #: Of every sample, where they are kept; NaN where there is no reference, or no number.
     apart: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
-    decided: Decided | None = None
+    decided: Decided | None = None  #: of decisions, how many differ.
+    #: The samples from the first decision that differs on, judged by their root mean square.
     after: Difference | None = None
+    #: First sample beyond the tolerance, where there is one.
     beyond: int = field(default=0, repr=False, compare=False)
 
     @property
@@ -138,17 +118,7 @@ class Difference:
 
 @dataclass
 class Decided:
-    """Decisions that differ, row by row.
-
-    Attributes
-    ----------
-    differing, of : int
-        Updates.
-    longest : int
-        Most of them in a row.
-    most_share, most_longest : float, int
-        What is accepted (`Output`).
-    """
+    """Decisions that differ, row by row: updates, most in a row, and what is accepted."""
 
     differing: int
     of: int
@@ -177,9 +147,8 @@ class Decided:
     def __str__(self) -> str:
         return (
             f"{self.differing} of {self.of} decisions differ, a share of "
-            f"{self.differing / self.of:.2g} "
-            f"(accepted {self.most_share:.2g}), up to {self.longest} in a row (accepted "
-            f"{self.most_longest})"
+            f"{self.differing / self.of:.2g} (accepted {self.most_share:.2g}), up to "
+            f"{self.longest} in a row (accepted {self.most_longest})"
         )
 
 
@@ -199,16 +168,9 @@ def differences(
 class Differences:
     """Outputs beside their references, piece by piece: the same figures whatever the pieces.
 
-    Parameters
-    ----------
-    outputs : sequence of Output
-        Those without a reference are left out.
-    references : names of outputs
-        That have a reference.
-    judged : bool
-        Whether references are float64's, and tolerances count; else they are true values.
-    curves : bool
-        Whether `Difference.apart` is kept.
+    Outputs whose names are not among ``references`` are left out. ``judged``: references are
+    float64's, and tolerances count; else they are true values. ``curves``: `Difference.apart` is
+    kept.
     """
 
     def __init__(

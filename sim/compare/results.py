@@ -16,6 +16,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import Book
+from boresight.sim.compare.twin import Traced
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
@@ -99,17 +100,11 @@ class LevelResult:
 
 
 class Agreement:
-    """A level by its words, flags, states if it shows them, and cycles if it has a clock.
-
-    Attributes
-    ----------
-    first_wrong : int or None
-        First update that differs.
-    """
+    """A level by its words, flags, states if it shows them, and cycles if it has a clock."""
 
     def __init__(self, level: Level) -> None:
         self.level = level
-        self.first_wrong: int | None = None
+        self.first_wrong: int | None = None  #: First update that differs.
         self._total, self._mismatch, self._fault = 0, 0, ""
         self._cycles: dict[str, int] = {}
 
@@ -178,16 +173,12 @@ def first_difference(
 ) -> str:
     """Run a level up to ``step`` again, alone: the first value that differs; empty if none does.
 
-    Parameters
-    ----------
-    pieces : iterable of (float64 (n, n_inputs), bool)
-        Records in their units, from update ``first`` on, and whether they begin from the initial
-        states.
-    before : int64 (n_states,), optional
-        The interpreter's state words before the step; None: the initial ones.
-    states : int64 (n_states,), optional
-        Those before update ``first``, which the level begins with.
+    ``pieces`` are records (n, n_inputs) in their units from update ``first`` on, and whether they
+    begin from the initial states. ``before`` are the interpreter's state words (n_states,) before
+    the step, ``states`` those before update ``first``, which the level begins with; None: the
+    initial ones.
     """
+    of = Traced.of(level.build, level.number)
     program = level.program if level.schedule is None else level.schedule.program
     machine, rows, earlier = Interpreter(program), step + 1 - first, list[FloatArray]()
     if before is not None:
@@ -206,9 +197,11 @@ def first_difference(
         if seen.word != wanted[seen.value]:
             at = "" if seen.cycle is None else f", cycle {seen.cycle}"
             found = "X" if seen.word is None else str(seen.word)
+            is_copy = seen.value >= len(of.program.values)  # which the schedule adds
+            name = program.values[seen.value].name if is_copy else of.place(seen.value)
             return (
-                f"{level.name}: first difference in value {program.values[seen.value].name}, "
-                f"step {step}{at}: wanted {wanted[seen.value]}, found {found}"
+                f"{level.name}: first difference in {name}, step {step}{at}: wanted "
+                f"{wanted[seen.value]}, found {found}"
             )
     return ""
 
@@ -223,45 +216,23 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CheckResult:
-    """All levels on one record, and the float comparison that goes with them.
-
-    Attributes
-    ----------
-    build, number
-        What was checked: which of its estimators.
-    given : Feed
-        What it ran on; of a long log whose rows are not kept, as `fixed` and `floating`, the
-        leading rows (`sim.compare.check.KEPT`).
-    levels : tuple of LevelResult
-    accuracy : Accuracy
-    fixed, floating : Run
-        The interpreter's, with which every level was compared, and float64's.
-    book : Book
-        Float64 beside `Estimator.textbook`, where there is one, and faults of the model.
-    truth : tuple of Difference
-        Errors of fixed point against the log's true values.
-    comparison : bool
-        Whether these are another device's estimates: then limits do not count.
-    claims : tuple of ClaimResult
-        Claims of `ops.bounded`, and the ranges of states.
-    rows : int
-        Of the log.
-    again : callable, optional
-        Of a long log all rows once more, as `parts`: those of fixed point are the C's.
-    """
+    """All levels on one record, and the float comparison that goes with them."""
 
     build: Build = field(repr=False)
-    number: int
+    number: int  #: which of its estimators was checked.
+    #: What it ran on; of a long log whose rows are not kept, as `fixed` and `floating`, the leading
+    #: rows (`sim.compare.check.KEPT`).
     given: Feed = field(repr=False)
     levels: tuple[LevelResult, ...]
     accuracy: Accuracy
-    fixed: Run = field(repr=False)
+    fixed: Run = field(repr=False)  #: the interpreter's, with which every level was compared.
     floating: Run = field(repr=False)
-    book: Book = field(default_factory=Book)
-    truth: tuple[Difference, ...] = ()
-    comparison: bool = False
-    claims: tuple[ClaimResult, ...] = ()
-    rows: int = 0
+    book: Book = field(default_factory=Book)  #: float64 beside `Estimator.textbook`.
+    truth: tuple[Difference, ...] = ()  #: errors of fixed point against the log's true values.
+    comparison: bool = False  #: these are another device's estimates: then limits do not count.
+    claims: tuple[ClaimResult, ...] = ()  #: of `ops.bounded`, and the ranges of states.
+    rows: int = 0  #: of the log.
+    #: Of a long log all rows once more, as `parts`: those of fixed point are the C's.
     again: Callable[[], Iterator[Part]] | None = field(default=None, repr=False)
 
     def parts(self) -> Iterator[Part]:

@@ -22,26 +22,13 @@ _STEPS = 1.25
 
 @dataclass(frozen=True)
 class Book:
-    """Float64 beside the second form.
-
-    Attributes
-    ----------
-    differences : tuple of Difference
-    remarks : tuple of str
-        Warnings about the model, with faults of kinds that the estimator waives.
-    faults : tuple of str
-        Faults of the model, which fail the check.
-    by_floor : bool
-        Whether only the floor of the process noise explains differences beyond a tolerance.
-    gates : tuple of str
-        Accepted and rejected measurements, a line each.
-    """
+    """Float64 beside the second form."""
 
     differences: tuple[Difference, ...] = ()
-    remarks: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ()
-    by_floor: bool = False
-    gates: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  #: warnings about the model, with faults that are waived.
+    faults: tuple[str, ...] = ()  #: of the model, which fail the check.
+    by_floor: bool = False  #: only the floor of the process noise explains what is beyond.
+    gates: tuple[str, ...] = ()  #: accepted and rejected measurements, a line each.
 
     @property
     def good(self) -> bool:
@@ -63,10 +50,7 @@ def beside_textbook(
 ) -> Book:
     """Compare float64 with `Estimator.textbook`; empty without it.
 
-    Parameters
-    ----------
-    t : (n,), optional
-        Times of the log, s, with which constant time steps of the model are compared.
+    ``t`` (n,) are times of the log, s, with which constant time steps of the model are compared.
     """
     estimator, some = build.estimators[number], records[:_MOST]
     for kind in estimator.waived:

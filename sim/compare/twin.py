@@ -9,17 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
+from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
 from boresight.model.words.tables import ASIN, SIN
 from boresight.sim.compare.difference import around
+from boresight.sim.levels.build import Build
 
 #: Updates whose words are held at a time.
 CHUNK = 4096
@@ -61,24 +64,50 @@ class Rounding:
         self.samples += len(error)
 
 
-class Twin:
-    """Some updates of a program.
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """An estimator, its program and the nodes of that: see `Estimator.compile_traced`."""
 
-    Parameters
-    ----------
-    program, nodes
-        As `Estimator.compile_traced` gives them.
-    words : list of int64 (n,)
-        Words by value number.
-    first : int
-        Number of the first of these updates.
+    estimator: Estimator
+    program: Program
+    nodes: dict[int, Node]
+
+    @classmethod
+    def of(cls, build: Build, number: int) -> Traced:
+        """One of a build's estimators."""
+        return cls(build.estimators[number], build.programs[number], build.nodes[number])
+
+    @cached_property
+    def value_of(self) -> dict[int, int]:
+        """The first value that holds a node, by the node's number."""
+        return value_of(self.nodes)
+
+    def place(self, value: int) -> str:
+        """What its author calls a value, and where it, or what it is a part of, is written."""
+        name = authors_name(self.program, self.nodes, value)
+        node = self.nodes.get(value)
+        if node is None and (of := nearest(self.program, self.nodes, value)) is not None:
+            node = self.nodes[of]
+        is_next = becomes(self.program, self.nodes, value) is not None
+        return name if is_next or node is None or not node.line else f"{name}, {node.line}"
+
+
+def value_of(nodes: Mapping[int, Node]) -> dict[int, int]:
+    """The first value that holds a node, by the node's number."""
+    return {node.number: number for number, node in reversed([*nodes.items()])}
+
+
+class Twin:
+    """Some updates of a program, the first of which has number ``first``.
+
+    ``words`` are int64 (n,) by value number.
     """
 
     def __init__(
         self, program: Program, nodes: dict[int, Node], words: list[IntArray], first: int = 0
     ) -> None:
         self.program, self.nodes, self.words, self.first = program, nodes, words, first
-        self.value_of = {node.number: number for number, node in reversed(nodes.items())}
+        self.value_of = value_of(nodes)
         self.read_by = function_arguments(program, nodes)
 
     def real(self, value: int) -> FloatArray:
@@ -160,16 +189,9 @@ def twins(
 ) -> Iterator[Twin]:
     """All updates, the first of which has number ``first``, in chunks of `CHUNK`.
 
-    Parameters
-    ----------
-    inputs : int64 (n, n_inputs)
-        Input words.
-    states : int64 (n, n_states)
-        State words after each update.
-    before : int64 (n_states,), optional
-        Those before the first one; by default the initial words.
-    anew : bool (n,), optional
-        Updates that begin from the initial words.
+    ``inputs`` (n, n_inputs) and ``states`` (n, n_states), those after each update, are words, as
+    the states ``before`` the first one are, by default the initial ones. In updates that are
+    ``anew``, (n,), the initial ones come before, too.
     """
     initial = np.array([program.values[s].initial for s, _ in program.states], dtype=np.int64)
     before = np.concatenate([(initial if before is None else before)[None], states[:-1]])
@@ -211,16 +233,24 @@ def authors_name(program: Program, nodes: Mapping[int, Node], value: int) -> str
     state, node = becomes(program, nodes, value), nodes.get(value)
     if state is not None:
         return f"state {declared_name(program, nodes, state)}"
-    if node is not None and not node.name and not node.title:
-        reached = {value}
-        for op in program.ops:
-            if not reached.isdisjoint(op.operands()):
-                reached.add(op.dest)
-                other = nodes.get(op.dest)
-                if other is not None and (other.name or other.title):
-                    nearest = authors_name(program, nodes, op.dest).removeprefix("state ")
-                    return f"{KINDS.get(node.kind, node.kind)} in {nearest}"
-    return declared_name(program, nodes, value)
+    is_named = node is not None and (node.name or node.title)
+    named = None if is_named else nearest(program, nodes, value)
+    if named is None:
+        return declared_name(program, nodes, value)
+    kind = "a part" if node is None else KINDS.get(node.kind, node.kind)
+    return f"{kind} in {authors_name(program, nodes, named).removeprefix('state ')}"
+
+
+def nearest(program: Program, nodes: Mapping[int, Node], value: int) -> int | None:
+    """The first value made of a value that has a name of its author's."""
+    reached = {value}
+    for op in program.ops:
+        if not reached.isdisjoint(op.operands()):
+            reached.add(op.dest)
+            node = nodes.get(op.dest)
+            if node is not None and (node.name or node.title):
+                return op.dest
+    return None
 
 
 def made_of(program: Program, values: Iterable[int]) -> set[int]:

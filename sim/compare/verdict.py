@@ -12,10 +12,9 @@ from boresight.firmware.build import CModel, WordRanges
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import ATTITUDE, QUATERNION
 from boresight.model.kalman.update import CLAIMED
-from boresight.model.lowering.graph import Node, declared_name
+from boresight.model.lowering.graph import declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Program
 from boresight.sim.compare.diagnosis import (
     NAMED,
     RAISE,
@@ -27,7 +26,7 @@ from boresight.sim.compare.diagnosis import (
     wasted_bits,
 )
 from boresight.sim.compare.difference import Difference, Differences
-from boresight.sim.compare.twin import authors_name, becomes, made_of, outside
+from boresight.sim.compare.twin import Traced, becomes, made_of, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted, words_of
 from boresight.sim.levels.level import Level, Run
@@ -41,48 +40,24 @@ MOST_SATURATED = 5
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How near fixed point is to float64, and whether that is what the author accepts.
+    """How near fixed point is to float64, and whether that is what the author accepts."""
 
-    Attributes
-    ----------
-    differences : tuple of Difference
-        Of each output, in its unit.
-    saturated_updates : int
-        Updates in which an operation was clamped.
-    saturated : dict of str to int
-        Updates by the name of the value that was clamped, with its line; of several with one name,
-        those of the one that was clamped most often.
-    beyond_range : tuple of str
-        States and claims of `ops.bounded` that left their ranges though their words hold them: what
-        was sized by the range does not.
-    clamped : dict of str to int
-        Samples beyond the range of inputs that are declared to be clamped.
-    culprit : str
-        The first value that left its float twin, where something is wrong; else empty.
-    wasted : tuple of Wasted
-        Values that waste most bits (`sim.compare.diagnosis`).
-    reached : tuple of (float, float) or None
-        Extremes of the value of each claim (`sim.ranges.claims.claims_of`); None of one that no
-        word holds.
-    broken : frozenset of int
-        Claims that a value broke; indices.
-    ranges : WordRanges or None
-        Extremes of every value, with their updates; None of floating point.
-    near_floor : str
-        The root or reciprocal that is nearest to its floor, if it is near; else empty.
-    """
-
-    differences: tuple[Difference, ...]
-    saturated_updates: int
+    differences: tuple[Difference, ...]  #: of each output, in its unit.
+    saturated_updates: int  #: in which an operation was clamped.
+    #: Updates by the name of the value that was clamped, with its line; of several with one name,
+    #: those of the one that was clamped most often.
     saturated: dict[str, int]
+    #: States and claims of `ops.bounded` that left their ranges though their words hold them: what
+    #: was sized by the range does not.
     beyond_range: tuple[str, ...]
-    clamped: dict[str, int]
-    culprit: str
-    wasted: tuple[Wasted, ...] = ()
+    clamped: dict[str, int]  #: samples beyond the range of inputs that are declared to be clamped.
+    culprit: str  #: the first value that left its float twin, where something is wrong; else empty.
+    wasted: tuple[Wasted, ...] = ()  #: values that waste most bits.
+    #: Extremes of the value of each of `claims_of`; None of one that no word holds.
     reached: tuple[tuple[float, float] | None, ...] = ()
-    broken: frozenset[int] = frozenset()
-    ranges: WordRanges | None = None
-    near_floor: str = ""
+    broken: frozenset[int] = frozenset()  #: claims that a value broke; indices.
+    ranges: WordRanges | None = None  #: extremes of every value; None of floating point.
+    near_floor: str = ""  #: the root or reciprocal that is near its floor.
 
     @property
     def good(self) -> bool:
@@ -144,17 +119,11 @@ def saturations(
 ) -> dict[str, int]:
     """Updates by the name of the value that saturated, as `Accuracy.saturated`.
 
-    Parameters
-    ----------
-    level : Level
-        Its build is run again, in C.
-    pieces : iterable of (float64 (n, n_inputs), bool)
-        Records in their units, and whether they begin from the initial states.
-    params : mapping, optional
-        Parameter values, where they are not those of the build.
+    The level's build is run again in C on ``pieces``: records (n, n_inputs) in their units, and
+    whether they begin from the initial states; with ``params`` if they are not those of the build.
     """
-    program, nodes = level.program, level.build.nodes[level.number]
-    counts = np.zeros(len(program.values), dtype=np.int64)
+    of = Traced.of(level.build, level.number)
+    counts = np.zeros(len(of.program.values), dtype=np.int64)
     with Emitted(level.build, level.number) as again:
         if params is not None:
             again.set_params(params)
@@ -162,7 +131,7 @@ def saturations(
             if anew:
                 again.reset()
             counts += again.observe(records).saturations
-    return _by_name(program, nodes, counts)
+    return _by_name(of, counts)
 
 
 def judge(
@@ -173,13 +142,7 @@ def judge(
     reference: Run,
     clamped: Mapping[str, int],
 ) -> Accuracy:
-    """Judge a run of one of a build's estimators, of a log or a closed loop; see `Judge`.
-
-    Parameters
-    ----------
-    records : float64 (n, n_inputs)
-        Inputs that it was run on, from a reset on.
-    """
+    """Judge a run on ``records`` (n, n_inputs), of a log or a closed loop; see `Judge`."""
     judging = Judge(build, number, curves=True)
     states = judging.add(records, run, reference)
     anew = np.zeros(len(records), dtype=np.bool_)
@@ -189,18 +152,15 @@ def judge(
 class Judge:
     """How near a run of one of a build's estimators is to float64, piece by piece from a reset on.
 
-    Parameters
-    ----------
-    curves : bool
-        Whether `Difference.apart` is kept.
+    ``curves``: `Difference.apart` is kept.
     """
 
     def __init__(self, build: Build, number: int, *, curves: bool = False) -> None:
-        self._estimator, self._program = build.estimators[number], build.programs[number]
-        self._nodes = build.nodes[number]
-        self._claims = claims_of(self._program, self._nodes)
-        names = [o.name for o in self._estimator.outputs]
-        self._errors = Differences(self._estimator.outputs, names, curves=curves)
+        self._of = Traced.of(build, number)
+        self._program = self._of.program
+        self._claims = claims_of(self._program, self._of.nodes)
+        outputs = self._of.estimator.outputs
+        self._errors = Differences(outputs, [o.name for o in outputs], curves=curves)
         self._rows = self._saturated = 0
         #: First update in which an operation saturated, in which float64 is not finite.
         self._clamp: int | None = None
@@ -216,17 +176,9 @@ class Judge:
     def add(self, records: FloatArray, run: Run, reference: Run, *, anew: bool = False) -> IntArray:
         """Take the next rows; return the states (n, n_states), none in floating point.
 
-        Parameters
-        ----------
-        records : float64 (n, n_inputs)
-            Inputs in their units.
-        run : Run
-            Of any level; in floating point nothing saturates, and only differences are judged.
-            The C supplies states that a level does not show.
-        reference : Run
-            That of float64.
-        anew : bool
-            Whether the rows begin from the initial states.
+        ``run`` is of any level; in floating point nothing saturates, and only differences from
+        float64, the ``reference``, are judged. The C supplies states that a level does not show.
+        ``anew``: the rows begin from the initial states.
         """
         self._errors.add(run.outputs, reference.outputs)
         start, self._rows = self._rows, self._rows + len(records)
@@ -257,23 +209,14 @@ class Judge:
         return states
 
     def result(self, clamped: Mapping[str, int], again: Callable[[], Iterable[Piece]]) -> Accuracy:
-        """Give the verdict.
-
-        Parameters
-        ----------
-        clamped : mapping of str to int
-            Samples beyond the range of inputs that are declared to be clamped.
-        again : callable
-            The pieces of records with their states and restarts once more, to look for what went
-            wrong.
-        """
+        """The verdict; ``again`` gives the pieces once more, to look for what went wrong."""
         errors, clamped = tuple(self._errors.result()), dict(clamped)
         if self._ranges is None:
             return Accuracy(errors, 0, {}, (), clamped, "")
-        program, nodes, claims = self._program, self._nodes, self._claims
+        program, claims = self._program, self._claims
         saturated = [*map(int, np.flatnonzero(self._ranges.saturations))]
         reached = reached_by(program, self._ranges)
-        wasted = wasted_bits(self._estimator, program, nodes, reached)
+        wasted = wasted_bits(self._of, reached)
         left = {program.values[program.states[k][0]].name for k in self._left}
         extremes = [None if c.word is None else reached[c.word] for c in claims]
         broken = {
@@ -290,7 +233,7 @@ class Judge:
         return Accuracy(
             errors,
             self._saturated,
-            _by_name(program, nodes, self._ranges.saturations),
+            _by_name(self._of, self._ranges.saturations),
             self._beyond(saturated, [claims[k] for k in sorted(broken)], reached),
             clamped,
             self._culprit(errors, saturated, wasted, reached, again),
@@ -298,7 +241,7 @@ class Judge:
             tuple(extremes),
             frozenset(broken),
             self._ranges,
-            near_floor(program, nodes, self._ranges, reached, self._estimator.remedies),
+            near_floor(self._of, self._ranges, reached),
         )
 
     def _beyond(
@@ -306,7 +249,7 @@ class Judge:
     ) -> tuple[str, ...]:
         """A line for each state and claim beyond its range; saturations are named already."""
         assert self._ranges is not None
-        program, nodes, lines = self._program, self._nodes, list[str]()
+        program, nodes, lines = self._program, self._of.nodes, list[str]()
         named = {becomes(program, nodes, n) for n in saturated}
         for k, (step, value) in sorted(self._left.items()):
             state = program.states[k][0]
@@ -339,7 +282,7 @@ class Judge:
         again: Callable[[], Iterable[Piece]],
     ) -> str:
         """The first operation that leaves its float twin, or what to do about rounding."""
-        program, nodes = self._program, self._nodes
+        program = self._program
         bad = {d.output for d in errors if not d.good}
         if not (bad or self._left or self._saturated):
             return ""
@@ -352,13 +295,8 @@ class Judge:
         outputs = zip(program.output_names, program.outputs, strict=True)
         faults |= {n for name, n in outputs if name in bad}
         pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
-        among, remedies = made_of(program, faults), self._estimator.remedies
-        first = find_culprit(program, nodes, pieces, sorted(steps), among, remedies)
-        text = (
-            str(first)
-            if first
-            else rounding_text(self._estimator, program, nodes, wasted, self._changes, reached)
-        )
+        first = find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
+        text = str(first or rounding_text(self._of, wasted, self._changes, reached))
         if self._endless is not None:
             text = (
                 f"float64 is not finite from step {self._endless} on: the estimator diverges; "
@@ -372,16 +310,10 @@ def _first(before: int | None, start: int, rows: BoolArray) -> int | None:
     return start + int(np.argmax(rows)) if before is None and rows.any() else before
 
 
-def _by_name(program: Program, nodes: dict[int, Node], counts: IntArray) -> dict[str, int]:
+def _by_name(of: Traced, counts: IntArray) -> dict[str, int]:
     """Counts of values by name and line; of several with one name, the largest."""
     names: dict[str, int] = {}
     for n in map(int, np.flatnonzero(counts)):
-        name = _named(program, nodes, n)
+        name = of.place(n)
         names[name] = max(int(counts[n]), names.get(name, 0))
     return names
-
-
-def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
-    name = authors_name(program, nodes, value)
-    line = nodes[value].line if value in nodes and becomes(program, nodes, value) is None else ""
-    return name + (f", {line}" if line else "")

@@ -24,6 +24,7 @@ from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.compare.diagnosis import MARGIN_BITS, Wasted, wasted_bits
 from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.twin import Traced
 from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -262,7 +263,7 @@ def wasted_ranges(fit: Fitted, word: int = 32) -> list[Wasted]:
     for number, expressions in leaves.items():
         if ranges := [fit.seen[e.number] for e in expressions if e.number in fit.seen]:
             reached[number] = min(low for low, _ in ranges), max(high for _, high in ranges)
-    return wasted_bits(variant, program, nodes, reached)
+    return wasted_bits(Traced(variant, program, nodes), reached)
 
 
 def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:

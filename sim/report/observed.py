@@ -11,7 +11,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.diagnosis import wasted_bits
 from boresight.sim.compare.results import CheckResult
-from boresight.sim.compare.twin import Rounding, twins
+from boresight.sim.compare.twin import Rounding, Traced, twins
 
 
 class Observed:
@@ -92,5 +92,5 @@ class Observed:
         }
         lines |= {n: node.line for n, node in self.nodes.items() if node.line}
         self.lines = {n: line for n, line in lines.items() if line}
-        wasted = wasted_bits(estimator, program, self.nodes, self.reached)
+        wasted = wasted_bits(Traced(estimator, program, self.nodes), self.reached)
         self.wasted = {w.number: w for w in wasted}

@@ -11,6 +11,7 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.diagnosis import Culprit, find_culprit
+from boresight.sim.compare.twin import Traced
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.compare.verdict import judge as judge_run
 from boresight.sim.levels.build import Build
@@ -134,12 +135,8 @@ def look(estimator: Estimator, inputs: list[float], word: int = 32) -> Culprit |
     """Who is to blame for the last update."""
     build = Build(estimator, word=word)
     words, states = words_and_states(build, inputs)
-    return find_culprit(
-        build.programs[0],
-        build.nodes[0],
-        [(words, states, np.zeros(len(words), dtype=np.bool_))],
-        [len(inputs) - 1],
-    )
+    pieces = [(words, states, np.zeros(len(words), dtype=np.bool_))]
+    return find_culprit(Traced.of(build, 0), pieces, [len(inputs) - 1])
 
 
 def judge(

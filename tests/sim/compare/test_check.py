@@ -89,8 +89,8 @@ def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log):
     rtl = result.levels[-1]
     assert rtl.n_mismatch > 0
     assert re.fullmatch(
-        rf"rtl: first difference in value rsqrt_\w+, step {rtl.first_wrong}, cycle \d+: "
-        r"wanted -?\d+, found -?\d+",
+        rf"rtl: first difference in an? [\w ]+, \w+\.py, line \d+, step {rtl.first_wrong}, "
+        r"cycle \d+: wanted -?\d+, found -?\d+",
         rtl.divergence,
     )
 
@@ -138,7 +138,8 @@ def test_a_c_model_wrong_in_an_operation_is_found_by_name(log, monkeypatch):
     monkeypatch.setattr(CModel, "values_of_update", values)
     (result,) = checked(log, 20, levels=("c",))
     assert re.fullmatch(
-        r"c: first difference in value residual, step 0: wanted -?\d+, found -?\d+",
+        r"c: first difference in residual, complementary\.py, line \d+, step 0: "
+        r"wanted -?\d+, found -?\d+",
         result.levels[0].divergence,
     )
 

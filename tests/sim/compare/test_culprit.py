@@ -85,19 +85,19 @@ def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
     (program,), (nodes,) = build.programs, build.nodes
     words = np.array([[3, 5], [-7, 11], [2, -9]]) << 26
     (twin,) = module.twins(program, nodes, words, np.zeros((3, 0), dtype=np.int64), first=40)
-    assert _first_leaving(twin) is None
+    assert _first_leaving(twin, None, {}) is None
     y, z = program.outputs
     twin.words[z][2] += 1 << 20
     assert re.fullmatch(
-        r"step 42, value z \(.*\): float64 has \S+ where.*", str(_first_leaving(twin))
+        r"step 42, value z \(.*\): float64 has \S+ where.*", str(_first_leaving(twin, None, {}))
     )
     twin.words[y][1] += 1 << 20
     exact, seen = twin.computed(nodes[y])[1], twin.real(y)[1]
     assert re.fullmatch(
         rf"step 41, value \w+, {kind} \(test_culprit\.py, line \d+\): float64 has {exact:.6g} "
         rf"where the word has {seen:.6g}; see its operands in the report",
-        str(_first_leaving(twin)),
-    ), str(_first_leaving(twin))
+        str(_first_leaving(twin, None, {})),
+    ), str(_first_leaving(twin, None, {}))
 
 
 @pytest.mark.parametrize("word", [18, 32])
