@@ -96,13 +96,13 @@ class Target:
         return f"{self.low:.4g} to {self.high:.4g}"
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data; ``limit`` is least and greatest good value, null for an open end."""
+        """Plain data; ``limit``: least, greatest good value or null; ``pass``: null if not judged."""
         return {
             "name": f"{self.name}, {self.part}" if self.part else self.name,
             "source": self.source,
             "value": self.value if math.isfinite(self.value) else None,
             "limit": [self.low, self.high],
-            "pass": self.good,
+            "pass": self.good if self.judged else None,
         }
 
 
