@@ -96,7 +96,7 @@ class Target:
         return f"{self.low:.4g} to {self.high:.4g}"
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data; ``limit``: least, greatest good value or null; ``pass``: null if not judged."""
+        """Plain data; ``limit``: least, greatest good value; ``pass``: null if not judged."""
         return {
             "name": f"{self.name}, {self.part}" if self.part else self.name,
             "source": self.source,
