@@ -90,7 +90,7 @@ class AxiLiteSlave(wiring.Component):
     axi : In(AxiLiteSignature(address=A + 2))
         The slave, with byte addresses.
     bus : Out(BusSignature(word=W, address=A)), request : Out(1), grant : In(1)
-        An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
+        An initiator of `gateware.attitude.bus.wishbone`; ``grant`` is 1 for an only one.
     """
 
     def __init__(self, *, word: int = 32, address: int = 10) -> None:

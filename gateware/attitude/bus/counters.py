@@ -25,29 +25,7 @@ class EventCounters(wiring.Component):
     Counters wrap. Like all memories, they keep their values in a reset of domain ``sync``.
 
     **Latency** an event is counted after at most `interval` + 4 cycles; reading takes
-    ``read_cycles``.
-
-    Parameters
-    ----------
-    count : int, 1 to 256
-        Kinds of events.
-    bits : int, 1 to 35
-        Bits of a counter.
-    read_cycles : 1 or 2
-        2: with registers directly behind the memory, as block RAM has them inside.
-
-    Members
-    -------
-    events : In(count)
-        Bit k: an event of kind k in this cycle.
-    clear : In(1)
-        All counters to 0, one by one in their turns. An event that is counted in the very turn
-        makes it 1.
-    index : In
-        Which counter to read: one bit more than the numbers of the kinds need. Indices that no
-        kind has read 0.
-    value : Out(bits)
-        The counter at the ``index`` of the cycle before, or of two cycles before (``read_cycles``).
+    ``read_cycles``: with 2, registers are directly behind the memory, as block RAM has them inside.
     """
 
     def __init__(self, *, count: int, bits: int = 32, read_cycles: int = 1) -> None:
@@ -56,7 +34,15 @@ class EventCounters(wiring.Component):
         self.read_cycles = read_cycles
         self.index_bits = (count - 1).bit_length() + 1
         super().__init__(
-            {"events": In(count), "clear": In(1), "index": In(self.index_bits), "value": Out(bits)}
+            {
+                "events": In(count),  # bit k: an event of kind k in this cycle
+                # All counters to 0, one by one in their turns. An event that is counted in the very
+                # turn makes it 1.
+                "clear": In(1),
+                # The counter to read, with one bit more than the kinds need; others read 0.
+                "index": In(self.index_bits),
+                "value": Out(bits),  # of the ``index`` ``read_cycles`` before
+            }
         )
 
     @property

@@ -52,25 +52,11 @@ class Csr(wiring.Component):
     multiplexer. Writes of a number without a name are ignored if a register has ``names``. Like the
     memory, written registers are not changed by a reset of domain ``sync``.
 
-    **Latency** ``read_cycles`` for reading; outputs change 1 cycle after the write.
+    The registers are in the order of addresses, the first one's a multiple of the block's size.
 
-    Parameters
-    ----------
-    registers : sequence of Register
-        The block in the order of addresses, the first one's a multiple of the block's size.
-    read_cycles : 1 or 2
-        2: with registers directly behind the memory; no word is read in the cycle of its write.
-
-    Members
-    -------
-    offset : In(bits + 1)
-        Address less that of the first register, with one bit more: with that bit, or if no
-        register is there, ``r_data`` is 0.
-    w_data : In(32), w_en : In(1)
-        Write in this cycle, for any highest bit of the offset, which is that of the cycle before.
-    r_data : Out(32), known : Out(1)
-        The register at the ``offset`` of the cycle before, or of two cycles before
-        (``read_cycles``); whether it exists.
+    **Latency** ``read_cycles`` for reading; outputs change 1 cycle after the write. With
+    ``read_cycles`` 2, registers are directly behind the memory, and no word is read in the cycle of
+    its write.
     """
 
     def __init__(self, registers: Sequence[Register], *, read_cycles: int = 1) -> None:
@@ -93,11 +79,14 @@ class Csr(wiring.Component):
                 ports[f"{register.name}_stb"] = Out(1)
         super().__init__(
             {
+                # Address less that of the first register, with one bit more: with that bit, or if
+                # no register is there, ``r_data`` is 0.
                 "offset": In(self.bits + 1),
                 "w_data": In(WORD),
+                # Write, to the offset of the cycle before, whatever its highest bit.
                 "w_en": In(1),
-                "r_data": Out(WORD),
-                "known": Out(1),
+                "r_data": Out(WORD),  # of the ``offset`` ``read_cycles`` before
+                "known": Out(1),  # such a register exists
                 **ports,
             }
         )

@@ -15,14 +15,8 @@ INDEX_BITS = 6
 class ResultPort(wiring.Signature):
     """Port of a reader of the results.
 
-    Members
-    -------
-    take : Out(1)
-        Read the newest complete update from the next cycle on. Held high: always the newest.
-    index : Out(6)
-        Index of the word to read.
-    value : In(W)
-        The word at the ``index`` of the cycle before, or of two cycles before (``read_cycles``).
+    ``take``: read the newest complete update from the next cycle on; held high: always the newest.
+    ``value`` is the word at the ``index`` of ``read_cycles`` before.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -36,27 +30,8 @@ class Results(wiring.Component):
     a reader has taken stays until that reader takes another, after any time, and the writer never
     waits. Each reader has a copy of the memory.
 
-    **Latency** ``read_cycles`` for reading; an update is the newest from the cycle after
-    ``complete``.
-
-    Parameters
-    ----------
-    word : int
-        W.
-    readers : int, 1 to 3
-        Number of readers.
-    read_cycles : 1 or 2
-        2: with a register behind the memory.
-
-    Members
-    -------
-    complete : In(1)
-        The update is complete with the word written in this cycle. Words written later, but for the
-        next cycle, in which none may be, are those of the next update.
-    w_en : In(1), w_index : In(6), w_data : In(W)
-        Write a word of the update.
-    ports : In(ResultPort(word=W)) array
-        The readers. Words not written by an update are those of an older one.
+    **Latency** ``read_cycles`` for reading, with 2 through a register behind the memory; an update
+    is the newest from the cycle after ``complete``.
     """
 
     def __init__(self, *, word: int, readers: int = 2, read_cycles: int = 1) -> None:
@@ -65,10 +40,13 @@ class Results(wiring.Component):
         self.read_cycles = read_cycles
         super().__init__(
             {
+                # The update is complete with the word written in this cycle. Words written later,
+                # but for the next cycle, in which none may be, are those of the next update.
                 "complete": In(1),
                 "w_en": In(1),
                 "w_index": In(INDEX_BITS),
                 "w_data": In(word),
+                # Words not written by an update are those of an older one.
                 "ports": In(ResultPort(word=word)).array(readers),
             }
         )

@@ -1,4 +1,4 @@
-"""Wishbone to the register bus."""
+"""Initiators of the register bus: a Wishbone slave, and the arbiter among several."""
 
 from __future__ import annotations
 
@@ -12,19 +12,7 @@ from boresight.gateware.bus.signature import BusSignature
 
 
 class WishboneSignature(wiring.Signature):
-    """Wishbone B4, classic cycles, as its master sees it; port size and granularity 32 bits.
-
-    Members
-    -------
-    cyc, stb, we : Out(1)
-        Cycle, strobe, write.
-    adr : Out(12)
-        Word address.
-    dat_w : Out(32), dat_r : In(32)
-        Words.
-    ack : In(1)
-        The transfer ends with this cycle.
-    """
+    """Wishbone B4, classic cycles, as its master sees it; port size and granularity 32 bits."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -32,10 +20,10 @@ class WishboneSignature(wiring.Signature):
                 "cyc": Out(1),
                 "stb": Out(1),
                 "we": Out(1),
-                "adr": Out(12),
+                "adr": Out(12),  # of a word
                 "dat_w": Out(32),
                 "dat_r": In(32),
-                "ack": In(1),
+                "ack": In(1),  # the transfer ends with this cycle
             }
         )
 
@@ -47,19 +35,8 @@ class WishboneSlave(wiring.Component):
     is still finished on the bus, without an ``ack``.
 
     **Latency** ``ack`` comes 3 cycles after the strobe, of a read ``2 + read_cycles``, if the bus
-    is free and no write waits for the core; one transfer in a cycle more.
-
-    Parameters
-    ----------
-    read_cycles : int, >= 1
-        Cycles from an address on the bus to its word.
-
-    Members
-    -------
-    wb : In(WishboneSignature())
-        The slave.
-    bus : Out(BusSignature(word=32, address=12)), request : Out(1), grant : In(1)
-        An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
+    is free and no write waits for the core; one transfer in a cycle more. ``read_cycles`` are those
+    from an address on the bus to its word.
     """
 
     def __init__(self, *, read_cycles: int = 1) -> None:
@@ -67,6 +44,7 @@ class WishboneSlave(wiring.Component):
         super().__init__(
             {
                 "wb": In(WishboneSignature()),
+                # An initiator of `BusArbiter`; ``grant`` is 1 for an only one.
                 "bus": Out(BusSignature(word=32, address=12)),
                 "request": Out(1),
                 "grant": In(1, init=1),
@@ -96,4 +74,58 @@ class WishboneSlave(wiring.Component):
             m.d.sync += [asked.eq(0), fetch.eq(1)]
         with m.If(fetch[-1]):
             m.d.sync += [wb.dat_r.eq(bus.r_data), wb.ack.eq(wanted & selected)]
+        return m
+
+
+class BusArbiter(wiring.Component):
+    """Grants the bus to one initiator at a time, for one transfer, in turns.
+
+    A transfer that has been granted is finished before another begins: a write with ``w_ack``, a
+    read with the cycle of its grant (the word comes in the next one).
+
+    **Latency** none for the last initiator, else 1 cycle.
+    """
+
+    def __init__(self, *, count: int = 2) -> None:
+        self.count = count
+        signature = BusSignature(word=32, address=12)
+        super().__init__(
+            {
+                "initiators": In(signature).array(count),  # ``r_data`` goes to all of them
+                # Bit k: initiator k requests the bus; held, with its other signals, until the
+                # transfer's end. With ``w_stb`` it writes, else it reads.
+                "request": In(count),
+                "grant": Out(count),  # bit k: initiator k has the bus in this cycle
+                "bus": Out(signature),
+                "read": Out(1),  # in this cycle
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """An owner, which changes at the end of a transfer or without a request."""
+        m = Module()
+        owner = Signal(range(self.count))
+        ended = Signal(init=1)
+        with m.Switch(owner):
+            for k, initiator in enumerate(self.initiators):
+                # Also for the last one: unused numbers.
+                with m.Case(k) if k < self.count - 1 else m.Default():
+                    m.d.comb += [
+                        self.bus.addr.eq(initiator.addr),
+                        self.bus.w_data.eq(initiator.w_data),
+                        self.bus.w_stb.eq(initiator.w_stb & self.request[k]),
+                        self.read.eq(~initiator.w_stb & self.request[k]),
+                        self.grant[k].eq(self.request[k]),
+                        initiator.w_ack.eq(self.bus.w_ack & self.request[k]),
+                        ended.eq(~self.request[k] | ~initiator.w_stb | self.bus.w_ack),
+                    ]
+        for k in range(self.count):
+            m.d.comb += self.initiators[k].r_data.eq(self.bus.r_data)
+            # The next requesting initiator, the owner last.
+            with m.If(ended & (owner == k)):
+                for after in reversed(range(1, self.count)):
+                    with m.If(self.request[(k + after) % self.count]):
+                        m.d.sync += owner.eq((k + after) % self.count)
+        with m.If(owner >= self.count):
+            m.d.sync += owner.eq(0)
         return m

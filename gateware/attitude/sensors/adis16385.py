@@ -88,39 +88,6 @@ class Adis16385(wiring.Component):
         Times of the device.
     bad_limit : int, 1 to 16
         Bad samples in a row that lead to a new start.
-
-    Members
-    -------
-    cs_n, sclk, mosi, reset_n : Out(1)
-        Pins.
-    miso, data_ready : In(1)
-        Pins, asynchronous to the clock.
-    time : In(32)
-        Counts clock cycles.
-    enable : In(1)
-        0: no new frame, the device is held in reset.
-    restart : In(1)
-        Start over, for example because of new settings. Settings are taken during the reset pulse.
-    msc_ctrl, smpl_prd, sens_avg : In(16)
-        Settings of the device.
-    command : In(stream of 16)
-        Frames to send: ``0x8000 | address << 8 | byte``.
-    sample : Out(1)
-        A checked sample is available in this cycle.
-    index : In(3), word : Out(18)
-        Its words as in `WORDS`, combinational, with `FRACTION` fraction bits: 3 gyro, 3
-        accelerometer counts, temperature (sign-extended), DIAG_STAT. A gyro word is in counts of
-        the +-300 deg/s range (0.0125 deg/s) in every range that SENS_AVG selects.
-    stamp : Out(32)
-        ``time`` when its data-ready edge was seen, `stamp_delay` cycles after the edge.
-    number : Out(16)
-        Number of its data-ready edge since the first start, modulo 2**16.
-        Words, stamp and number hold for `hold_cycles` after ``sample``.
-    temperature, diag_stat : Out(16)
-        The latest values read, also of dropped samples. Bits that tell of a failed self-test
-        (`TEST_BITS`) are those read after the last one.
-    flags : Out(len(FLAGS)), events : Out(len(EVENTS))
-        See `gateware.attitude.sensors.adis16385_device`.
     """
 
     EVENTS: Final = EVENTS
@@ -154,20 +121,26 @@ class Adis16385(wiring.Component):
                 "sclk": Out(1, init=1),
                 "mosi": Out(1),
                 "reset_n": Out(1),
-                "miso": In(1),
+                "miso": In(1),  # asynchronous to the clock, like ``data_ready``
                 "data_ready": In(1),
-                "time": In(32),
-                "enable": In(1, init=1),
+                "time": In(32),  # counts clock cycles
+                "enable": In(1, init=1),  # 0: no new frame, the device is held in reset
+                # Start over, for example because of new settings, taken during the reset pulse.
                 "restart": In(1),
                 **{name: In(16, init=word) for name, word in SETTINGS.items()},
-                "command": In(stream.Signature(16)),
+                "command": In(stream.Signature(16)),  # ``0x8000 | address << 8 | byte``
+                # A checked sample: its words, stamp and number hold for `hold_cycles`.
                 "sample": Out(1),
+                # Its words as in `WORDS`, combinational, with `FRACTION` fraction bits. A gyro word
+                # is in counts of the +-300 deg/s range (0.0125 deg/s) in every range of SENS_AVG.
                 "index": In(range(len(WORDS))),
                 "word": Out(16 + FRACTION),
+                # As last read, also of dropped samples. Bits that tell of a failed self-test
+                # (`TEST_BITS`) are those read after the last one.
                 "temperature": Out(16),
                 "diag_stat": Out(16),
-                "stamp": Out(32),
-                "number": Out(16),
+                "stamp": Out(32),  # ``time`` when its edge was seen, `stamp_delay` after the edge
+                "number": Out(16),  # of its edge since the first start, modulo 2**16
                 "flags": Out(FLAGS),
                 "events": Out(len(EVENTS)),
             }
@@ -521,15 +494,6 @@ def _at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value
     One comparison with a constant serves both signs: ``w >= limit`` is ``w > limit - 1``, and
     ``w <= -limit`` is ``~w >= limit - 1``. From the lowest bit on, the comparison with a constant
     is one AND or OR per bit, which packs five bits into a LUT.
-
-    Parameters
-    ----------
-    word : Value
-        16 bits.
-    select : Value
-        0 or 1: number of the limit.
-    limits : (int, int)
-        1 to 32767.
     """
     negative = word[15]
     result: Value = negative

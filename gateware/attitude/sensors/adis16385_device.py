@@ -51,24 +51,13 @@ def write(register: str, byte: int, value: int) -> int:
 
 @dataclass(frozen=True)
 class Step:
-    """A frame: its command, and the use of its reply.
-
-    Attributes
-    ----------
-    register : str
-        Register that is read or written.
-    byte : int or None
-        Byte that is written (0 low, 1 high); None: a read.
-    store : int or None
-        Index of the sample's word in the reply.
-    check : int or None
-        Place in `CHECKED` of the register that the answer is; always the step's number modulo 4,
-        and the step is a read.
-    """
+    """A frame: its command, and the use of its reply."""
 
     register: str
-    byte: int | None = None
-    store: int | None = None
+    byte: int | None = None  #: that is written (0 low, 1 high); None: a read
+    store: int | None = None  #: index of the sample's word in the reply
+    #: Place in `CHECKED` of the register that the answer is; always the step's number modulo 4,
+    #: and the step is a read.
     check: int | None = None
 
 
@@ -114,30 +103,18 @@ TEST_BITS: Final = {
 
 @dataclass(frozen=True)
 class Timing:
-    """Times of the device.
+    """Times of the device, Hz and s."""
 
-    Parameters
-    ----------
-    sclk_hz : float
-        Highest SPI clock, Hz. 1 MHz is what the maker's own tool uses.
-    stall_s : float
-        Least pause between frames, s. 16 us is what the maker's own tool uses.
-    startup_s : float
-        Least wait from the end of the reset pulse to the first frame, s (unverified: 0.3).
-    reset_s : float
-        Least length of the reset pulse, s (unverified: 1 ms).
-    self_test_s : float
-        Wait for the self-test, s (unverified: 50 ms; sibling parts take 12 to 45 ms); 0: none is
-        made.
-    period_s : float
-        Nominal time between samples without decimation, s: 1/1024.
-    """
-
+    #: Highest SPI clock and least pause between frames: those of the maker's own tool.
     sclk_hz: float = 1e6
     stall_s: float = 16e-6
+    #: Least wait from the end of the reset pulse to the first frame; least length of that pulse
+    #: (both unverified).
     startup_s: float = 0.3
     reset_s: float = 1e-3
+    #: Wait for the self-test (unverified; sibling parts take 12 to 45 ms); 0: none is made.
     self_test_s: float = 0.05
+    #: Nominal time between samples without decimation.
     period_s: float = 1 / 1024
 
 

@@ -41,10 +41,8 @@ class Hmr3300(wiring.Component):
 
     Parameters
     ----------
-    clock_hz : float
-        Clock.
-    baud : float
-        Rate of the line.
+    clock_hz, baud : float
+        Clock; rate of the line.
     stale_s : float, > 0
         Time without a good sentence after which the last one is stale.
     quiet_s : float, > 0
@@ -54,35 +52,6 @@ class Hmr3300(wiring.Component):
         Longest time that a command may take to have its effect, and that no wanted sentence may
         come before commands are sent. More than the compass's start of about 0.8 s (maker's
         sibling part).
-
-    Members
-    -------
-    rx : In(1)
-        From the compass, asynchronous.
-    tx : Out(1)
-        To the compass.
-    time : In(32)
-        Clock cycles, free-running: beat of the slow counters.
-    mode : In(2)
-        0 any sentences, 1 heading sentences, 2 and 3 magnetometer counts.
-    poll : In(1)
-        Sentences are asked for one by one, by ``*Q``.
-    slower : In(2)
-        The rate of the line is ``baud / 2**slower``.
-    command : In(stream of 9)
-        Letter to send as ``*X\r\n``, or with bit 8 a byte to send as it is, when no sequence of
-        commands is under way.
-    line : Out(1)
-        A good sentence has come; ``values`` and ``is_counts`` are new with this cycle and stay
-        until the next.
-    is_counts : Out(1)
-        Its kind.
-    values : Out(signed(16)) array
-        Heading 0..3599, pitch, roll in tenths of a degree; or magnetometer counts x, y, z.
-    flags : Out(len(FLAGS))
-        Levels, by `FLAGS`.
-    events : Out(len(EVENTS))
-        One cycle each.
     """
 
     #: Bit k of ``events``: heading or counts sentence that is good; line that is not, byte without
@@ -124,15 +93,19 @@ class Hmr3300(wiring.Component):
         )
         super().__init__(
             {
-                "rx": In(1, init=1),
+                "rx": In(1, init=1),  # asynchronous
                 "tx": Out(1, init=1),
-                "time": In(32),
-                "mode": In(2),
-                "poll": In(1),
-                "slower": In(2),
+                "time": In(32),  # clock cycles, free-running: beat of the slow counters
+                "mode": In(2),  # 0 any sentences, 1 heading, 2 and 3 magnetometer counts
+                "poll": In(1),  # sentences are asked for one by one, by ``*Q``
+                "slower": In(2),  # the rate of the line is ``baud / 2**slower``
+                # Letter to send as ``*X\r\n``, or with bit 8 a byte to send as it is, when no
+                # sequence of commands is under way.
                 "command": In(stream.Signature(9)),
+                # A good sentence: the next two are new with this cycle and stay until the next.
                 "line": Out(1),
                 "is_counts": Out(1),
+                # Heading 0..3599, pitch, roll in tenths of a degree; or counts x, y, z.
                 "values": Out(signed(16)).array(3),
                 "flags": Out(data.StructLayout({name: 1 for name in FLAGS})),
                 "events": Out(len(self.EVENTS)),

@@ -65,43 +65,9 @@ class Commander(wiring.Component):
     With ``mode`` 0 no attempt begins, and nothing is polled. One under way is finished, so that the
     compass is not left stopped.
 
-    Parameters
-    ----------
-    timeout_ticks : int, >= 1
-        Ticks of a time-out; made one less than a power of two.
-    quiet_ticks, poll_ticks : int, >= 1
-        Ticks without a byte after which the line is quiet; ticks from a sentence to the next
-        ``*Q``.
-
-    Attributes
-    ----------
-    timeout_ticks : int
-        The time-out comes with the tick after this many whole ones.
-
-    Members
-    -------
-    mode : In(2)
-        0 any sentences, 1 heading sentences, 2 and 3 counts.
-    poll : In(1)
-        Sentences are asked for one by one.
-    command : In(stream of 9)
-        Letter X, sent as ``*X\r\n``; or with bit 8 a byte that is sent as it is, for commands that
-        begin with ``#``. It waits for the end of a sequence. With ``mode`` 0 no sequence begins
-        between two bytes.
-    o : Out(stream of 8)
-        Bytes to the compass.
-    tick : In(1)
-        Beat of the time-outs.
-    heard : In(1)
-        A byte has come, with or without a framing error.
-    line, is_counts, invalid : In(1)
-        From the parser.
-    sent : Out(1)
-        A command has been sent.
-    acknowledged, timed_out : Out(1)
-        A command of a sequence had its effect; had none in time, or was rejected.
-    busy, paused : Out(1)
-        A sequence is under way; waits after attempts that failed.
+    Times are in ticks: a time-out comes with the tick after ``timeout_ticks`` whole ones (made one
+    less than a power of two), the line is quiet ``quiet_ticks`` after a byte, and ``*Q`` follows
+    ``poll_ticks`` after a sentence.
     """
 
     def __init__(self, *, timeout_ticks: int, quiet_ticks: int, poll_ticks: int) -> None:
@@ -109,20 +75,23 @@ class Commander(wiring.Component):
         self.quiet_ticks, self.poll_ticks = quiet_ticks, poll_ticks
         super().__init__(
             {
-                "mode": In(2),
-                "poll": In(1),
+                "mode": In(2),  # 0 any sentences, 1 heading sentences, 2 and 3 counts
+                "poll": In(1),  # sentences are asked for one by one
+                # Letter X, sent as ``*X\r\n``; or with bit 8 a byte that is sent as it is, for
+                # commands that begin with ``#``. It waits for the end of a sequence. With ``mode``
+                # 0 no sequence begins between two bytes.
                 "command": In(stream.Signature(9)),
                 "o": Out(stream.Signature(8)),
                 "tick": In(1),
-                "heard": In(1),
-                "line": In(1),
+                "heard": In(1),  # a byte, with or without a framing error
+                "line": In(1),  # with the next two from the parser
                 "is_counts": In(1),
                 "invalid": In(1),
-                "sent": Out(1),
-                "acknowledged": Out(1),
-                "timed_out": Out(1),
-                "busy": Out(1),
-                "paused": Out(1),
+                "sent": Out(1),  # a command
+                "acknowledged": Out(1),  # a command of a sequence had its effect
+                "timed_out": Out(1),  # ... had none in time, or was rejected
+                "busy": Out(1),  # a sequence is under way
+                "paused": Out(1),  # it waits after attempts that failed
             }
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -40,15 +39,15 @@ _SIGNS = {"space": " ", "minus": "-", "point": ".", "comma": ",", "cr": "\r", "l
 _SIGNS |= {"sharp": "#", "refusal": "I"}
 
 
-@dataclass(frozen=True)
 class _Line:
     """State of the parser within a line."""
 
-    step: Signal
-    field: Signal  # 0 to 2
-    count: Signal  # of spaces, then of digits
-    tenths: Signal  # its numbers have points
-    negative: Signal
+    def __init__(self) -> None:
+        self.step = Signal(Step, init=Step.SKIP)
+        self.field = Signal(2)  # 0 to 2
+        self.count = Signal(3)  # of spaces, then of digits
+        self.tenths = Signal()  # its numbers have points
+        self.negative = Signal()
 
 
 class SentenceParser(wiring.Component):
@@ -69,27 +68,6 @@ class SentenceParser(wiring.Component):
 
     **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
     cycles.
-
-    Members
-    -------
-    data : In(8)
-        A byte.
-    valid : In(1)
-        ``data`` is valid.
-    error : In(1)
-        A byte had a framing error.
-    pause : In(1)
-        A pause longer than in any good line.
-    line : Out(1)
-        A good line has come; ``values`` and ``is_counts`` are new with this cycle and stay.
-    is_counts : Out(1)
-        The values are magnetometer counts; else heading, pitch, roll.
-    values : Out(signed(16)) array
-        Counts, or tenths of a degree.
-    rejected : Out(1)
-        A line is rejected.
-    invalid : Out(1)
-        The compass has rejected a command.
     """
 
     #: Fewest cycles from byte to byte.
@@ -102,13 +80,13 @@ class SentenceParser(wiring.Component):
             {
                 "data": In(8),
                 "valid": In(1),
-                "error": In(1),
-                "pause": In(1),
-                "line": Out(1),
-                "is_counts": Out(1),
-                "values": Out(signed(BITS)).array(3),
-                "rejected": Out(1),
-                "invalid": Out(1),
+                "error": In(1),  # a byte had a framing error
+                "pause": In(1),  # one that is longer than in any good line
+                "line": Out(1),  # a good one; ``values`` and ``is_counts`` are new, and stay
+                "is_counts": Out(1),  # else heading, pitch, roll
+                "values": Out(signed(BITS)).array(3),  # counts, or tenths of a degree
+                "rejected": Out(1),  # a line
+                "invalid": Out(1),  # the compass has rejected a command
             }
         )
 
@@ -120,12 +98,8 @@ class SentenceParser(wiring.Component):
         m.d.sync += [valid.eq(self.valid), error.eq(self.error)]
         nibble, byte = self._byte(m)
 
-        tenths = Signal()
-        negative = Signal()
-        field = Signal(2)
-        step = Signal(Step, init=Step.SKIP)
-        count = Signal(3)
-        line = _Line(step, field, count, tenths, negative)
+        line = _Line()
+        step, field, tenths = line.step, line.field, line.tenths
         values, over = self._arithmetic(m, valid, nibble, byte, line)
         good = Signal()
         kind = Signal()

@@ -45,27 +45,9 @@ class SpiController(wiring.Component):
 
     Parameters
     ----------
-    half_cycles : int, >= 3
-        Clock cycles of half a period of ``sclk``.
-    stall_cycles : int, >= 1
-        Fewest clock cycles between frames, ``cs_n`` high.
-    setup_cycles : int, >= 1, optional
-        Fewest clock cycles from ``cs_n`` to the first edge of ``sclk``; by default half a period.
-
-    Members
-    -------
-    cs_n, sclk, mosi : Out(1)
-        Pins, registered.
-    miso : In(1)
-        Pin, asynchronous to the clock.
-    i : In(stream of 16)
-        Commands.
-    o_data : Out(16)
-        Reply, from ``o_valid`` until the next command is taken.
-    o_valid : Out(1)
-        The word is new in this cycle: the first one with ``cs_n`` high.
-    busy : Out(1)
-        A frame or the stall after it is under way; no command is taken.
+    half_cycles, stall_cycles, setup_cycles : int, >= 3, >= 1, >= 1
+        Clock cycles of half a period of ``sclk``; fewest with ``cs_n`` high between frames, and
+        from ``cs_n`` to the first edge of ``sclk`` (half a period by default).
     """
 
     def __init__(
@@ -80,11 +62,11 @@ class SpiController(wiring.Component):
                 "cs_n": Out(1, init=1),
                 "sclk": Out(1, init=1),
                 "mosi": Out(1),
-                "miso": In(1),
-                "i": In(stream.Signature(BITS)),
-                "o_data": Out(BITS),
-                "o_valid": Out(1),
-                "busy": Out(1),
+                "miso": In(1),  # asynchronous to the clock
+                "i": In(stream.Signature(BITS)),  # commands
+                "o_data": Out(BITS),  # the reply, from ``o_valid`` until the next command is taken
+                "o_valid": Out(1),  # it is new: the first cycle with ``cs_n`` high
+                "busy": Out(1),  # a frame or the stall after it: no command is taken
             }
         )
 

@@ -18,12 +18,7 @@ from boresight.gateware.boards.frames import Kind
 class _State(IntEnum):
     """States of a byte: address of the result, byte of the result, transmission."""
 
-    IDLE = 0
-    KIND = 1
-    FETCH = 2
-    LOAD = 3
-    FORM = 4
-    PUT = 5
+    IDLE, KIND, FETCH, LOAD, FORM, PUT = range(6)
 
 
 class AttitudeOutput(wiring.Component):
@@ -35,33 +30,7 @@ class AttitudeOutput(wiring.Component):
     (`gateware.attitude.system.attitude_frame`).
 
     **Latency** 1 cycle from ``updated`` to a frame's first byte; then 4 cycles per byte of a word,
-    5 with ``read_cycles`` 2, or what the line needs.
-
-    Parameters
-    ----------
-    read_cycles : 1 or 2
-        Of the results.
-
-    Members
-    -------
-    updated : In(1)
-        A new update is complete.
-    last_output : In(4)
-        Number of its last output word, taken with it.
-    on : In(1)
-        Whether updates are sent; taken with each update.
-    record : In(1)
-        Frames of kind SENSED; taken with each update.
-    divider : In(10)
-        Every ``divider``-th update, from the next one sent on; 0 counts as 1.
-    flags : In(8)
-        Upper byte of the header, taken with each update.
-    port : Out(ResultPort(word=32))
-        The results.
-    o : Out(stream of {data: 8, last: 1})
-        Bodies of frames.
-    events : Out
-        One-cycle pulses, by `EVENTS`.
+    5 with ``read_cycles`` 2 (of the results), or what the line needs.
     """
 
     #: Meaning of the bits of ``events``: an update is sent; one that was due is not.
@@ -71,14 +40,14 @@ class AttitudeOutput(wiring.Component):
         self.read_cycles = read_cycles
         super().__init__(
             {
-                "updated": In(1),
-                "last_output": In(4),
-                "on": In(1),
-                "record": In(1),
-                "divider": In(10),
-                "flags": In(8),
+                "updated": In(1),  # a new update is complete; with it the next three are taken
+                "last_output": In(4),  # number of its last output word
+                "on": In(1),  # updates are sent
+                "record": In(1),  # ... in frames of kind SENSED
+                "divider": In(10),  # from the next update sent on; 0 counts as 1
+                "flags": In(8),  # upper byte of the header, taken with the update
                 "port": Out(ResultPort(word=32)),
-                "o": Out(stream.Signature(body_layout)),
+                "o": Out(stream.Signature(body_layout)),  # bodies of frames
                 "events": Out(len(self.EVENTS)),
             }
         )

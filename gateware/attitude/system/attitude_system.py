@@ -10,9 +10,8 @@ from amaranth.lib import wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.csr import packed
-from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
+from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import Adis16385
 from boresight.gateware.attitude.sensors.adis16385_device import SETTINGS, TEST_BITS
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
@@ -53,38 +52,9 @@ class AttitudeSystem(wiring.Component):
 
     **Latency** `latency_cycles`: data-ready edge at the pin to new results.
 
-    Parameters
-    ----------
-    core : Core
-        Core of `gateware.attitude.system.programs.system_core`.
-    clock_hz : float
-        Clock, Hz.
-    host_baud : float
-        Line to the host.
-    wishbone : bool
-        Whether to add a Wishbone slave, for a processor.
-    inertial : Adis16385, optional
-    compass : Hmr3300, optional
-        The readers, if not the default ones.
-
-    Members
-    -------
-    adis_cs_n, adis_sclk, adis_mosi, adis_reset_n : Out(1), adis_miso, adis_data_ready : In(1)
-        The inertial sensor.
-    hmr_rx : In(1), hmr_tx : Out(1)
-        The compass: from it, to it.
-    host_rx : In(1), host_tx : Out(1)
-        The host: from it, to it.
-    led_running : Out(1)
-        Blinks as long as updates come, about once a second; else stands still.
-    led_fault : Out(1)
-        A sensor has a fault.
-    interrupt : Out(1)
-        One cycle: new results. Only with Wishbone.
-    wb : In(WishboneSignature())
-        Only with Wishbone.
-    probe_* : Out
-        For simulation; unconnected on a board.
+    ``core`` is one of `gateware.attitude.system.programs.system_core`; ``wishbone`` adds a slave
+    for a processor; ``inertial`` and ``compass`` are other readers than the default ones. The pins
+    are `_LINES`; ``probe_*`` are for simulation, unconnected on a board.
     """
 
     def __init__(
@@ -126,7 +96,7 @@ class AttitudeSystem(wiring.Component):
             build=self.build,
             feed=bool(self.plan.feed.registers),
         )
-        ports = {"wb": In(WishboneSignature()), "interrupt": Out(1)}
+        ports = {"wb": In(WishboneSignature()), "interrupt": Out(1)}  # one cycle: new results
         super().__init__(
             {
                 **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},

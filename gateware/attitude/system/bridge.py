@@ -32,28 +32,9 @@ class Bridge(wiring.Component):
 
     **Latency** 9 cycles from the end of a frame's last byte to the begin of its answer for a
     register that does not wait, while nothing is being pushed.
-
-    Parameters
-    ----------
-    clock_hz : float
-        Frequency of the clock, Hz.
-    baud : float
-        Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
-
-    Members
-    -------
-    rx : In(1), tx : Out(1)
-        Serial line.
-    bus : Out(BusSignature(word=32, address=12)), request : Out(1), grant : In(1)
-        An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
-    i : In(stream of {data: 8, last: 1})
-        Bodies to push.
-    events : Out
-        One-cycle pulses, by `EVENTS`.
     """
 
-    #: Meaning of the bits of ``events``: a byte without stop bit; a frame that was damaged,
-    #: unknown or one too many.
+    #: Bits of ``events``: a byte without stop bit; a frame damaged, unknown or one too many.
     EVENTS = ("line_error", "bad_frame")
 
     def __init__(self, *, clock_hz: float, baud: float = 921_600, read_cycles: int = 1) -> None:
@@ -64,10 +45,11 @@ class Bridge(wiring.Component):
             {
                 "rx": In(1, init=1),
                 "tx": Out(1, init=1),
+                # An initiator of `gateware.attitude.bus.wishbone.BusArbiter`.
                 "bus": Out(BusSignature(word=32, address=12)),
                 "request": Out(1),
                 "grant": In(1, init=1),
-                "i": In(stream.Signature(body_layout)),
+                "i": In(stream.Signature(body_layout)),  # bodies to push
                 "events": Out(len(self.EVENTS)),
             }
         )

@@ -55,55 +55,6 @@ class Conductor(wiring.Component):
     the core's parameters or a new set of input registers, each of which can add a few. The first
     update of a filter after a reset loads its states, in `Image.restarts` cycles more; the states
     of program 0 are loaded at the reset.
-
-    Parameters
-    ----------
-    core : Core
-        Core of `gateware.attitude.system.programs.system_core`.
-
-    Members
-    -------
-    time : In(32)
-        Running count of clock cycles, for the watchdog.
-    sample : In(1)
-        A complete sample with its ``stamp``; both must be stable for 500 cycles.
-    stamp : In(32)
-        Clock cycle of that sample.
-    index : Out(3), word : In(16 + FRACTION)
-        Which word of it (gyro x, y, z, accelerometer x, y, z); the word, in the same cycle.
-    line : In(1), is_counts : In(1), values : In(3 * 16)
-        A line of the compass has come; magnetometer counts, or heading, pitch and roll.
-    filter : In
-        Number of the filter; unused numbers are ignored.
-    source : In(2)
-        Lines that are used: 0 none, 1 counts, 2 headings, 3 any. After a change between the two
-        ``restart`` is advisable, since the strength of the field differs.
-    run : In(1)
-        Samples are used.
-    restart : In(1)
-        The next update restarts the filter.
-    load_states : In(1)
-        The update after the next restarts it from its initial states, if it is of the same filter.
-    choice : Out
-        Number of the program that the core is told to run.
-    updated : Out(1)
-        New results can be taken in this cycle.
-    number : Out(16)
-        Number of the update that was begun last.
-    from_initial, beyond : Out(1)
-        The update of ``updated`` began from the filter's initial states; an input word of it was
-        beyond its declared range.
-    last_output : Out(4)
-        Number of the last output word of the update of ``updated``.
-    ports : In(ResultPort(word=W)) array
-        Readers of the results (`gateware.attitude.system.interface.Place`).
-    events : Out
-        One-cycle pulses, by `EVENTS`.
-    feed_en : In(1), feed_index : In(5), feed_data : In(W), feed_take : In(1), feed_busy : Out(1)
-        Input registers; only if an estimator has some.
-    bus : In(BusSignature(word=W))
-        The core's registers: parameters and status. The program is not chosen here. Writes take
-        2 cycles more than those of a core, whose acknowledgement comes late in a cycle.
     """
 
     #: Meaning of the bits of ``events``.
@@ -127,27 +78,35 @@ class Conductor(wiring.Component):
         feed |= {"feed_take": In(1), "feed_busy": Out(1)}
         super().__init__(
             {
-                "time": In(32),
+                "time": In(32),  # running count of clock cycles, for the watchdog
+                # A complete sample with the clock cycle of its edge: stable for 500 cycles.
                 "sample": In(1),
                 "stamp": In(32),
+                # Which word of it, gyro and accelerometer x, y, z; the word, in the same cycle.
                 "index": Out(3),
                 "word": In(16 + FRACTION),
+                # A line of the compass has come: magnetometer counts, or heading, pitch and roll.
                 "line": In(1),
                 "is_counts": In(1),
                 "values": In(data.ArrayLayout(16, 3)),
-                "filter": In(range(plan.filters)),
+                "filter": In(range(plan.filters)),  # unused numbers are ignored
+                # Lines that are used: 0 none, 1 counts, 2 headings, 3 any. After a change between
+                # the two ``restart`` is advisable, since the strength of the field differs.
                 "source": In(2),
-                "run": In(1),
-                "restart": In(1),
+                "run": In(1),  # samples are used
+                "restart": In(1),  # the next update restarts the filter
+                # The update after the next begins from its initial states, if of the same filter.
                 "load_states": In(1),
-                "choice": Out(range(len(plan.names)), init=plan.inertial),
-                "updated": Out(1),
-                "number": Out(16),
-                "from_initial": Out(1),
-                "beyond": Out(1),
-                "last_output": Out(4),
-                "ports": In(ResultPort(word=word)).array(2),
+                "choice": Out(range(len(plan.names)), init=plan.inertial),  # told to the core
+                "updated": Out(1),  # new results can be taken in this cycle
+                "number": Out(16),  # of the update that was begun last
+                "from_initial": Out(1),  # the update of ``updated`` began from initial states
+                "beyond": Out(1),  # an input word of it was beyond its declared range
+                "last_output": Out(4),  # number of its last output word
+                "ports": In(ResultPort(word=word)).array(2),  # by `interface.Place`
                 "events": Out(len(self.EVENTS)),
+                # The core's registers: parameters and status. The program is not chosen here.
+                # Writes take 2 cycles more than those of a core, to be acknowledged early.
                 "bus": In(BusSignature(word=word)),
                 **(feed if plan.feed.registers else {}),
             }

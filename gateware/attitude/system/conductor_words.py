@@ -29,30 +29,19 @@ from boresight.gateware.engine.bitwise import Bitwise, multiplex
 class State(Enum):
     """State within a job; unused codes count as FLUSH."""
 
-    IDLE = 0
-    FEED = 1
-    COLLECT = 2
-    FINISH = 3
-    FLUSH = 4
-    TURN = 5
+    IDLE, FEED, COLLECT, FINISH, FLUSH, TURN = range(6)
 
 
 class Job(Enum):
     """Job of the core."""
 
-    INERTIAL = 0
-    FILTER = 1
-    HEADING = 2
-    COUNTS = 3
+    INERTIAL, FILTER, HEADING, COUNTS = range(4)
 
 
 class Source(Enum):
     """Source of a word for the core."""
 
-    WAITING = 0
-    STAMP = 1
-    SAMPLE = 2
-    LINE = 3
+    WAITING, STAMP, SAMPLE, LINE = range(4)
 
 
 class Step:
@@ -274,19 +263,7 @@ def _put(offered: Any, collected: Any, header: Any, s0: Any, s1: Any) -> Any:
 class StreamBuffer(wiring.Component):
     """A buffer of two words: every output is a register, and a word can pass in each cycle.
 
-    **Latency** 1 cycle.
-
-    Parameters
-    ----------
-    layout : Layout
-        Of a word.
-
-    Members
-    -------
-    i : In(stream), o : Out(stream)
-        Words.
-    empty : Out(1)
-        No word is inside.
+    **Latency** 1 cycle. ``empty``: no word is inside.
     """
 
     def __init__(self, *, layout: Layout) -> None:

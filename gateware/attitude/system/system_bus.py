@@ -40,38 +40,8 @@ class SystemBus(wiring.Component):
     Other addresses read 0, writes there are acknowledged and do nothing, and both are an event, as
     of the counters' own ``bad_address``. Reads of what can only be written read 0.
 
-    **Latency** ``read_cycles`` for reading; 1 for writing, but for the core's parameters, for which
-    it waits.
-
-    Parameters
-    ----------
-    registers : sequence of Register
-        Of the block at 0x400.
-    events : int
-        Kinds of events from outside; ``bad_address`` is counted after them.
-    feed : int
-        Input registers.
-    read_cycles : 1 or 2
-        Cycles to read, here and of the results; 2: with a register behind the memories.
-
-    Members
-    -------
-    bus : In(BusSignature(word=32, address=12))
-        The bus.
-    read : In(1)
-        The initiator reads in this cycle; used for bad addresses only.
-    core : Out(BusSignature(word=32))
-        The core's registers.
-    results : Out(ResultPort(word=32))
-        The results, whose last place has to be 0; ``take`` is to be driven by the parent.
-    events : In(events)
-        Events to count.
-    clear : In(1)
-        Clear the counters.
-    feed_en : Out(1), feed_index : Out(5), feed_data : Out(32), feed_busy : In(1)
-        A write of an input register. Only with such.
-    others
-        The ports of the registers, as `Csr` says.
+    **Latency** ``read_cycles`` for reading, here and of the results, with 2 through a register
+    behind the memories; 1 for writing, but for the core's parameters, for which it waits.
     """
 
     def __init__(
@@ -85,11 +55,12 @@ class SystemBus(wiring.Component):
         super().__init__(
             {
                 "bus": In(BusSignature(word=32, address=ADDRESS_BITS)),
-                "read": In(1),
+                "read": In(1),  # the initiator reads in this cycle; used for bad addresses only
                 "core": Out(BusSignature(word=32)),
+                # Their last place has to be 0; ``take`` is to be driven by the parent.
                 "results": Out(ResultPort(word=32)),
-                "events": In(events),
-                "clear": In(1),
+                "events": In(events),  # to count; ``bad_address`` is counted after them
+                "clear": In(1),  # the counters
                 **self.csr.ports,
                 **(ports if feed else {}),
             }

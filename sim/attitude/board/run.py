@@ -251,11 +251,8 @@ def judge(
     slot of the compass's line. The cycle of a line decides its update: the one after the next that
     is complete.
     """
-    trace, n, names = (
-        run.trace,
-        len(run.trace.updates),
-        board.core.parts[filter].program.output_names,
-    )
+    names = board.core.parts[filter].program.output_names
+    trace, n = run.trace, len(run.trace.updates)
     frames = run.frames if len(run.frames) else np.zeros((0, 2 + len(names)), dtype=np.int64)
     if n == 0 or len(trace.samples) < n:
         raise ValueError(f"run must have updates, not {n} of {len(trace.samples)} samples")

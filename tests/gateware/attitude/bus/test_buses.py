@@ -7,9 +7,8 @@ import pytest
 from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
 
-from boresight.gateware.attitude.bus.arbiter import BusArbiter
 from boresight.gateware.attitude.bus.results import Results
-from boresight.gateware.attitude.bus.wishbone import WishboneSlave
+from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSlave
 from boresight.gateware.attitude.system.system_bus import SystemBus
 from boresight.gateware.registers.model import Access, Register
 from tests.support.bench import run_bench
