@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -40,8 +41,11 @@ from boresight.folder import made_of
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.project import write_project
 from boresight.gateware.boards.top import records_design
+from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
+from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.blocks import check_memory
+from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.routed import Mapped, Routed, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
@@ -139,8 +143,8 @@ def compile(
     besides = {e.name: v for e, v in zip(front, chosen[len(names) :], strict=True) if v}
     chosen = chosen[: len(names)]
     target = _target(target, board)
-    make = partial(Build, *estimators, word=word, params=chosen)
-    build, choice = build_for(lambda name: make(config=name), config, target)
+    make = partial(Build, *estimators, params=chosen)
+    build, choice = build_for(lambda name: make(config=name, word=word), config, target)
     _check_project(board, top)
     _check_route(target, board, route=route or bool(open_router(board)), seeds=seeds, clock=clock)
     expected = core_files(own, target)
@@ -152,7 +156,7 @@ def compile(
             say(str(choice))
         core = build.core
         if target in TARGETS:
-            check_memory(core.machine, core.image, TARGETS[target])
+            _check_memory(build, partial(make, config=build.config), TARGETS[target])
         part = TARGETS.get(target, TARGETS[TARGET_NAMES[0]])
         area: Mapped | Routed | None = None
         if route or synth:
@@ -290,6 +294,26 @@ def _check_route(
             found="no --route",
             fix="add --route and a target such as ecp5-25k, or --board ulx3s",
         )
+
+
+def _check_memory(build: Build, make: Callable[..., Build], target: Target) -> None:
+    """Raise InputError if a part has too little memory, with the widest word that does fit."""
+
+    def check(core: Core) -> None:
+        check_memory(core.machine, core.image, target)
+
+    def fits(word: int) -> bool:
+        with suppress(InputError, ScheduleError):
+            check(make(word=word).core)
+            return True
+        return False
+
+    try:
+        check(build.core)
+    except InputError as error:
+        word = next(filter(fits, range(build.word - 1, 17, -1)), None)
+        fix = error.parts["fix"] + (f", or --word {word}" if word else "")
+        raise InputError.at(**{**error.parts, "fix": fix}) from None
 
 
 def _check_project(board: str | None, top: str) -> None:

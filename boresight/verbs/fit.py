@@ -13,7 +13,6 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,11 +21,9 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from boresight import options
-from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require, require_whole
 from boresight.model.estimator import Estimator
-from boresight.model.lowering.profile import Profile
 from boresight.model.resolve import call_of, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
@@ -147,7 +144,6 @@ def fit(
     ]
     wasted = wasted_ranges(fit_result, word)
     formats, trace = len(fit_result.profile.ranges), fit_result.trace
-    cycles = _cycles(found, None, word), _cycles(found, choice.profile, word)
     count = sum(1 for e in trace.needed if e.args and e.number in fit_result.intervals)
     runs = ", ".join(f"{name} ({updates} updates)" for name, (updates, _) in made_from.items())
     lines = [
@@ -166,10 +162,6 @@ def fit(
         )
     lines += [f"{x['line']}: held in [{x['low']:.3g}, {x['high']:.3g}]" for x in limits]
     lines += map(str, wasted[:NAMED])
-    if cycles[1] is not None:
-        names = ("latency", "interval")
-        small = zip(names, cycles[0] or ("-", "-"), cycles[1], strict=True)
-        lines.append("small: " + ", ".join(f"{n} {a} cycles, with it {b}" for n, a, b in small))
     data = {
         "estimator": found.name,
         "profile": place,
@@ -183,7 +175,6 @@ def fit(
         "saturated_updates": after.saturated_updates,
         "negative_updates": negative,
         "word": word,
-        "cycles": cycles,
         "wasted": wasted,
     }
     beyond = [e["output"] for e in errors if "BEYOND" in e["verdict"]]
@@ -196,25 +187,15 @@ def fit(
 
 def _failures(saturated: int, before: int | None, after: int) -> list[str]:
     """Why the profile is not written; empty where it is."""
-    text, without = "", "" if before is None else f", {before} without it"
+    without = "" if before is None else f", {before} without it"
     if saturated:
-        text = (
-            f"{saturated} updates SATURATED in the records; boresight check names the first value"
-        )
+        why = f"{saturated} updates SATURATED in the records; boresight check names the first value"
     elif after > (before or 0):
-        text = f"a variance is NEGATIVE after {after} hostile updates{without}: declare the ranges "
-        text += "of the covariance's values with ops.bounded"
-    return [f"not written: {text}"] if text else []
-
-
-def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[int, int] | None:
-    """Latency and interval on `small` with a profile; None where nothing compiles, or fits it."""
-    variant = copy.copy(estimator)
-    variant.profile = profile
-    with suppress(InputError, ScheduleError):
-        plan = Build(variant, word=word).core.schedule
-        return plan.latency, plan.interval
-    return None
+        why = f"a variance is NEGATIVE after {after} hostile updates{without}: declare the ranges "
+        why += "of the covariance's values with ops.bounded"
+    else:
+        return []
+    return [f"not written: {why}"]
 
 
 def _inputs(estimator: Estimator, log: Log) -> Iterator[tuple[FloatArray, bool]]:

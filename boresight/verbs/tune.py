@@ -64,7 +64,7 @@ def tune(
     weights : mapping, optional
         Weight of the error of an output, or of an angle of an attitude; by default 1; repeatable.
     rounds : int
-        Largest number of rounds of the search; 0 gives the sensitivities alone.
+        Largest number of rounds of the search.
     params : mapping, optional
         Initial values, and values of parameters that are not tuned.
     output : path, optional
@@ -73,7 +73,7 @@ def tune(
     Returns
     -------
     Result
-        ``parameters``, ``error`` before and after, ``sensitivity``, ``cross_validation``.
+        ``parameters``, ``error`` before and after, ``cross_validation``.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def tune(
     axes = axes_of(made, values, names)
     check_word(word)
     require_whole("folds", folds, 1)
-    require_whole("rounds", rounds, 0)
+    require_whole("rounds", rounds, 1)
     require_whole("jobs", jobs, 1)
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, inputs=files)
@@ -99,7 +99,7 @@ def tune(
     units = {name: unit for trial in trials for name, unit in trial.units.items()}
     given = numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
     counted = weights_of(units, given)
-    tests = folds_of(len(trials), folds if rounds else 1)
+    tests = folds_of(len(trials), folds)
     members = [trial.feeds[made.name] for trial in trials]
     if len({tuple(member.rates_hz.values()) for member, _ in members}) > 1:
         wanted, fix = f"one rate, as {made.name} is made for a rate", "tune on logs of one rate"

@@ -54,5 +54,5 @@ def check_memory(machine: Machine, image: Image, target: Target) -> None:
         found=f"{total:g} ({total - room:g} too many)",
         fix=f"{len(image.rom):,} microwords of {machine.word_bits} bits take {microcode:g}, "
         f"{machine.register_words:,} registers and the tables {data:g}: "
-        f"choose {fits or 'another family or a narrower --word, or compile less'}",
+        f"choose {fits or 'another family, or compile less'}",
     )

@@ -24,14 +24,7 @@ def unique(
 ) -> list[str]:
     """Apply ``make`` to each name; repeated results get the suffixes ``_2``, ``_3``, ...
 
-    Parameters
-    ----------
-    names : iterable of str
-        Names in order.
-    reserved : iterable of str
-        Identifiers already in use.
-    fold : bool
-        Whether names that differ only in case count as equal.
+    ``reserved`` are in use already; ``fold``: names that differ only in case count as equal.
     """
 
     def key(x: str) -> str:

@@ -31,13 +31,7 @@ _trimmed: set[Path] = set()
 
 
 class Cache:
-    """The user's build cache, or one in another folder.
-
-    Parameters
-    ----------
-    root : Path, optional
-        Its folder; ``boresight/builds`` in the user's cache folder by default.
-    """
+    """The build cache in a folder, by default ``boresight/builds`` in the user's cache folder."""
 
     def __init__(self, root: Path | None = None) -> None:
         self.root = cache_folder("boresight") / "builds" if root is None else Path(root)
@@ -45,22 +39,10 @@ class Cache:
     def get(self, name: str, identity: str, make: Callable[[Path], None]) -> Path:
         """Return the folder of the entry with this identity; make the entry if it is absent.
 
-        If several processes or threads need the same entry, one makes it and the others wait.
-
-        Parameters
-        ----------
-        name : str
-            Readable name with which the entry's folder begins.
-        identity : str
-            Everything that the result depends on.
-        make : callable
-            Writes the entry's files into the empty folder that is its argument. The folder is
-            renamed afterwards.
-
-        Raises
-        ------
-        OSError
-            The cache cannot be written.
+        ``identity`` is everything that the result depends on, ``name`` that with which the entry's
+        folder begins; ``make`` writes files into an empty folder, which is renamed afterwards. If
+        several processes or threads need the same entry, one makes it and the others wait. Raises
+        OSError if the cache cannot be written.
         """
         key = hashlib.sha256(identity.encode()).hexdigest()[:32]
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:40] or "entry"

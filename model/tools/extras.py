@@ -23,13 +23,7 @@ _EXTRAS = {
 
 
 def optional(name: str) -> ModuleType:
-    """Import a module of an optional library.
-
-    Raises
-    ------
-    ToolMissing
-        The library is not installed.
-    """
+    """Import a module of an optional library; ToolMissing if that is not installed."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

@@ -26,13 +26,7 @@ class ToolFailed(RuntimeError):
 
 
 def last_words(output: str) -> str:
-    """Line of a tool's output with the cause of its failure: the first error, else the last line.
-
-    Parameters
-    ----------
-    output : str
-        Standard output and error.
-    """
+    """The line of a tool's output with the cause of its failure: the first error, or the last."""
     lines = [" ".join(line.split()) for line in output.splitlines() if line.strip()]
     messages = [line for line in lines if not _ECHO.match(line)]
     complaints = [line for line in messages if _COMPLAINT.search(line)]
@@ -40,15 +34,7 @@ def last_words(output: str) -> str:
 
 
 def failure(subject: str, output: str) -> str:
-    """Return ``<subject>: <why> (log: <file>)`` and store the output in that file.
-
-    Parameters
-    ----------
-    subject : str
-        What went wrong, e.g. "verilator build of core failed".
-    output : str
-        Complete output of the tool.
-    """
+    """Return ``<subject>: <why> (log: <file>)`` and store the complete output in that file."""
     log = _keep(subject, output) if output.strip() else None
     where = f" (log: {log})" if log else ""
     return f"{subject}: {last_words(output)}{where}"

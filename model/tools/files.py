@@ -49,21 +49,9 @@ def overwriting(allowed: bool = True) -> Iterator[None]:
 class OutputFile:
     """A single output file: checked now, written later, once or repeatedly.
 
-    A symbolic link is followed. A device or a pipe, such as ``/dev/stdout``, is written directly.
-
-    Parameters
-    ----------
-    path : path
-        The file; missing folders are made when it is written.
-    inputs : iterable of paths
-        Files that are read and must not be overwritten.
-    option : str
-        Command-line option that names the path, for messages.
-
-    Raises
-    ------
-    InputError
-        The path cannot be written, is an input, or holds a file that Boresight did not write.
+    A symbolic link is followed. A device or a pipe, such as ``/dev/stdout``, is written directly;
+    missing folders are made. Messages name the ``option`` of the command line. InputError: the path
+    cannot be written, is one of the ``inputs``, or holds a file that Boresight did not write.
     """
 
     def __init__(
@@ -73,7 +61,7 @@ class OutputFile:
         self._path = Path(path)
         with _refusing(path, option):
             _require_name(path, option)
-            refuse_inputs(path, inputs, option)
+            _refuse_inputs(path, inputs, option)
             if not self._direct:
                 self._path = Path(os.path.realpath(path))
                 known = _listed(self._path.parent)
@@ -87,19 +75,13 @@ class OutputFile:
         return other or os.path.abspath(self._path).startswith("/dev/")
 
     def write(self, content: str | bytes) -> None:
-        """Write the whole file; raises as `opened`."""
+        """Write the whole file; see `opened`."""
         with self.opened() as file:
             file.write(content.encode("utf-8") if isinstance(content, str) else content)
 
     @contextmanager
     def opened(self) -> Iterator[BinaryIO]:
-        """Open the file for the block; if the block succeeds, it replaces the earlier file.
-
-        Raises
-        ------
-        InputError
-            The path cannot be written any more, or now holds a file that Boresight did not write.
-        """
+        """Open the file for the block; if the block succeeds, it replaces the earlier file."""
         path, option = self._path, self._option
         with ExitStack() as stack:
             with _refusing(path, option):
@@ -121,24 +103,9 @@ def output_folder(
 ) -> Iterator[Path]:
     """Give an empty folder to write into; if the block succeeds, its files move to ``path``.
 
-    Files that an earlier run of the same verb wrote there, and this one did not, are removed.
-
-    Parameters
-    ----------
-    path : path
-        The output folder; made if it is missing.
-    by : str
-        The verb, for the list of files.
-    files : iterable of str
-        Relative paths that will be written, as far as known: checked before the work.
-    inputs
-        See `OutputFile`.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written, or holds a file that would be overwritten and that Boresight
-        did not write.
+    Files that an earlier run of the same verb, ``by``, wrote there, and this one did not, are
+    removed. ``files`` are relative paths that will be written, as far as known: InputError before
+    the work if one cannot be, is one of the ``inputs``, or is not of Boresight.
     """
     option = "-o"
     with ExitStack() as stack:
@@ -150,7 +117,7 @@ def output_folder(
                 raise InputError.at(option, wanted="a folder", found=str(path), fix=fix)
             known = _listed(folder)
             for name in files:
-                refuse_inputs(folder / name, inputs, option)
+                _refuse_inputs(folder / name, inputs, option)
                 _require_ours(folder / name, known.get(name), option)
                 _existing_parent((folder / name).parent)
             staging = stack.enter_context(_staged(folder))
@@ -159,14 +126,8 @@ def output_folder(
             _commit(staging, folder, option, by=by)
 
 
-def refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
-    """Refuse an output that is one of the input files.
-
-    Raises
-    ------
-    InputError
-        The output is one of the inputs.
-    """
+def _refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
+    """Refuse an output that is one of the input files."""
     for source in inputs:
         if os.path.isfile(path) and os.path.exists(source) and os.path.samefile(path, source):
             raise InputError.at(
@@ -178,13 +139,7 @@ def refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None
 
 
 def require_distinct(**outputs: StrPath | None) -> None:
-    """Refuse two outputs that are one file; the keywords are their options.
-
-    Raises
-    ------
-    InputError
-        Two paths lead to the same file.
-    """
+    """Refuse two outputs that are one file; the keywords are their options."""
     options: dict[str, str] = {}
     for option, path in outputs.items():
         if path is None:

@@ -17,15 +17,7 @@ class Within(NamedTuple):
 
 
 class Malformed(ValueError):
-    """Data that do not match a type.
-
-    Attributes
-    ----------
-    place : str
-        Location in the data: ``", registers[1], width"``.
-    value : object
-        Value at that location; None if it is missing.
-    """
+    """Data that do not match a type: where, as ``", registers[1], width"``, and the value there."""
 
     def __init__(self, location: str, value: object) -> None:
         super().__init__(f"{location.removeprefix(', ') or 'the whole'} is {value!r}")
@@ -35,12 +27,8 @@ class Malformed(ValueError):
 def typed(hint: Any, data: Any, location: str = "") -> Any:
     """Convert ``data`` to the type ``hint``: dataclass, enumeration, tuple, union, number, text.
 
-    Unknown keys of a dataclass are ignored; fields with a default may be missing.
-
-    Raises
-    ------
-    Malformed
-        The data are of another type, or a number is outside its limits.
+    Unknown keys of a dataclass are ignored; fields with a default may be missing. Raises Malformed
+    for data of another type, or a number outside its limits.
     """
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Annotated:

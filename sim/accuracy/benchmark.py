@@ -178,9 +178,8 @@ def _row(name: str, scores: Sequence[tuple[Trial, Scores]]) -> dict[str, Any]:
 
 def _apart(difference: Difference) -> float:
     """Largest difference; of words how many differ."""
-    if difference.unit == "words":
-        return float(round(difference.rms**2 * difference.samples))
-    return float(difference.largest)
+    decided = difference.decided
+    return float(difference.largest if decided is None else decided.differing)
 
 
 def _near(several: Sequence[Difference]) -> dict[str, Any]:

@@ -258,33 +258,15 @@ class Tuning:
             )
         return {"folds": folds, "mean_test_error": means(every)} if folds else None
 
-    def sensitivity(self, values: Mapping[str, float]) -> list[dict[str, Any]]:
-        """Errors with each parameter moved down and up, the others as they are, over all logs.
-
-        A positive parameter moves by a factor of 2, another one by log(2) tenths of its range.
-        """
-        rows: list[dict[str, Any]] = []
-        for axis in self.axes:
-            name = axis.param.name
-            here = Axis(axis.param, values[name])
-            row: dict[str, Any] = {"parameter": name, "value": values[name]}
-            for end, place in (("low", -math.log(2.0)), ("high", math.log(2.0))):
-                scores = self.scores({**values, name: here.value(place)})
-                row |= {end: here.value(place), f"at_{end}": self.figure(scores)}
-                row |= {f"errors_at_{end}": means(scores)}
-            rows.append(row)
-        return rows
-
     def result(
         self, names: Sequence[str], units: Mapping[str, str], tests: Sequence[tuple[int, ...]]
     ) -> Result:
-        """Tune, cross-validate on ``tests`` (`folds_of`), vary the result; units of the errors."""
+        """Tune, and cross-validate on ``tests`` (`folds_of`); units of the errors."""
         name = self.runs.estimator.name
         tuned = self.search(range(len(names)), "all logs")
         cross = self.cross_validation(tests, names)
         scores = self.scores({}), self.scores(tuned.values)
         before, after = map(means, scores)
-        sensitivity = self.sensitivity(tuned.values)
         parameters = {**self.start, **tuned.values}
         words = [fixed for fixed, *_ in self.runs.run(parameters)]
         updates = sum(fixed.saturated or 0 for fixed in words)
@@ -305,10 +287,8 @@ class Tuning:
                 "before": self.start[axis.param.name],
                 "tuned": tuned.values[axis.param.name],
                 "unit": axis.param.unit,
-                "figure below": row["at_low"],
-                "figure above": row["at_high"],
             }
-            for axis, row in zip(self.axes, sensitivity, strict=True)
+            for axis in self.axes
         ]
         data = {
             "estimator": name,
@@ -323,7 +303,6 @@ class Tuning:
             ],
             "tuned_parameters": moved,
             "search": {"evaluations": tuned.evaluations, "history": tuned.history},
-            "sensitivity": sensitivity,
             "cross_validation": cross,
             "saturated_updates": updates,
             "saturations": values,
@@ -332,9 +311,6 @@ class Tuning:
             f"{name}: {tuned.history[0]:.4g} to {tuned.history[-1]:.4g} in "
             f"{tuned.evaluations} evaluations over {len(names)} logs"
         )
-        tables = {
-            "error, mean over the logs": errors,
-            "parameters; figure with each divided and multiplied by 2": moved,
-        }
+        tables = {"error, mean over the logs": errors, "parameters": moved}
         notes = [f"tuned, {saturated_text(updates, values)}"] if updates else []
         return Result(data, tables, summary, notes)

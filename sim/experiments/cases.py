@@ -43,48 +43,26 @@ class CasesExperiment(Experiment):
     ``NAME_interval_cycles_CONFIG``; the targets are those of ``targets.csv`` beside the class's
     file; the page ``NAME.html`` has the targets, a row for each case, and plots of the first run
     of some.
-
-    Attributes
-    ----------
-    world, estimator : class
-        A batched world, called with ``seeds`` and a case's options, and the estimator in it.
-    configs : tuple of str
-        Machines whose cycles count.
-    cases : mapping of str to Case
-        In the order of the page's rows; the details of the result are their meanings.
-    most_runs : mapping of str to int
-        Most runs of some cases.
-    at_once : int
-        Runs of one task.
-    intro : str
-        Paragraphs of the page; may hold {runs}, {seed} and {last}, the last seed.
-    columns : mapping of str to str
-        Head of a column to the figure in it.
-    shown : tuple of str
-        Cases whose first run is plotted: its `Runs.shown` are the ``panels`` of `histories`.
-    shown_text : str
-        Description of the plots.
-    step_s : float
-        Time between two records.
-    log : bool
-        Whether the plots have logarithmic axes.
-    counts : mapping of str to float
-        What targets need besides runs (`targets_of`).
     """
 
+    #: A batched world, called with ``seeds`` and a case's options, and the estimator in it.
     world: ClassVar[Callable[..., Any]]
     estimator: ClassVar[type[Estimator]]
+    #: Machines whose cycles count.
     configs: ClassVar[Sequence[str]] = ("small", "fast")
+    #: In the order of the page's rows; the details of the result are their meanings.
     cases: ClassVar[Mapping[str, Case]]
-    most_runs: ClassVar[Mapping[str, int]] = {}
-    at_once: ClassVar[int] = 25
+    most_runs: ClassVar[Mapping[str, int]] = {}  #: most runs of some cases.
+    at_once: ClassVar[int] = 25  #: runs of one task.
+    #: Paragraphs of the page; may hold {runs}, {seed} and {last}, the last seed.
     intro: ClassVar[str]
-    columns: ClassVar[Mapping[str, str]]
+    columns: ClassVar[Mapping[str, str]]  #: head of a column to the figure in it.
+    #: Cases whose first run is plotted: its `Runs.shown` are the ``panels`` of `histories`.
     shown: ClassVar[Sequence[str]]
-    shown_text: ClassVar[str]
-    step_s: ClassVar[float]
-    log: ClassVar[bool] = False
-    counts: Mapping[str, float] = {}
+    shown_text: ClassVar[str]  #: description of the plots.
+    step_s: ClassVar[float]  #: time between two records.
+    log: ClassVar[bool] = False  #: whether the plots have logarithmic axes.
+    counts: Mapping[str, float] = {}  #: what targets need besides runs (`targets_of`).
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -113,13 +91,13 @@ class CasesExperiment(Experiment):
 
     def run_case(self, name: str, seeds: range) -> Runs:
         """Run a case with these seeds; ``saturated_sum`` is among its figures."""
-        case, estimator = self.cases[name], self.estimator(**self.cases[name].options)
-        world, build = (
+        case = self.cases[name]
+        estimator, world = (
+            self.estimator(**case.options),
             type(self).world(seeds=seeds, **case.world),
-            Build(estimator, params=[case.params]),
         )
-        keep = [o.name for o in estimator.outputs]
-        loop = close_loop(world, make_level("c", build, runs=world.runs), keep=keep)
+        level = make_level("c", Build(estimator, params=[case.params]), runs=world.runs)
+        loop = close_loop(world, level, keep=[o.name for o in estimator.outputs])
         ((reference,),) = run_forms(
             estimator, [loop.inputs[:, 0]], params=case.params, levels=("float",)
         )

@@ -91,10 +91,9 @@ def accuracy_section(checks: Sequence[CheckResult], warn: Callable[[str], None])
     """Figures of each check's record in ``logs``, with its curves; above them the worst of all.
 
     ``verdict`` has the differences to float64 by output, above all the largest of any record,
-    which is on ``dataset`` for the worst output; ``parted`` where the first of them leaves its
-    tolerance; ``truth`` those of both to the record's truths. ``rmse_deg`` is taken against the
-    record's attitude, which is the truth or a comparison (``reference``): null for what is no
-    attitude.
+    which is on ``dataset`` for the worst output; ``truth`` those of both to the record's truths.
+    ``rmse_deg`` is taken against the record's attitude, which is the truth or a comparison
+    (``reference``): null for what is no attitude.
     """
     if not checks:
         warn("accuracy: no log was run")
@@ -145,7 +144,6 @@ def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> d
         "reference": None if not rows.references else "truth" if truth else "comparison",
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
-        "parted": _divergence(check, rows.times),
         **rows.rmse(),
     }
     if QUATERNION[0] in check.fixed.outputs and not rows.references:
@@ -270,21 +268,6 @@ class _Rows:
 
 #: Parts of an attitude's error whose curves are shown.
 _ANGLE_CURVES = ("heading", "inclination")
-
-
-def _divergence(check: CheckResult, times: Mapping[int, float]) -> dict[str, Any] | None:
-    """The first sample in which an output is beyond its tolerance, and the first wrong value."""
-    beyond = [(d.first_beyond, d.output) for d in check.accuracy.differences if not d.good]
-    steps = [first for first, _ in beyond if first is not None]
-    if not steps:
-        return None
-    step = min(steps)
-    return {
-        "sample": step,
-        "t": _number(times[step]),
-        "outputs": [output for first, output in beyond if first == step],
-        "culprit": check.accuracy.culprit,
-    }
 
 
 def _truths(check: CheckResult, columns: Feed) -> dict[str, FloatArray]:

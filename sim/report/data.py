@@ -10,21 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.family import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.words.program import Kind, Program
 from boresight.sim.baseline import Figure
-from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.results import CheckResult, LevelResult
 from boresight.sim.compare.twin import authors_name
 from boresight.sim.report.accuracy import accuracy_section
-from boresight.sim.report.numerics import numerics_section
-from boresight.sim.report.observed import Observed
+from boresight.sim.report.numerics import Observed, numerics_section
 from boresight.sim.report.schedule import schedule_section
-from boresight.sim.report.timing import CLOCK_MHZ, timing_section
 
+#: Clock of the target, MHz.
+CLOCK_MHZ = 100.0
 _AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp"}
 
 #: Figures of a report, by their place, that are judged against an earlier one; see `JUDGED`.
@@ -104,7 +103,7 @@ def report_data(
         "verdict": _verdict(checks),
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": CLOCK_MHZ},
         "verification": _verification(checks, warn),
-        "timing": timing_section(core, area, levels, grade, warn, _rate(checks)),
+        "timing": _timing(core, area, levels, grade, warn, _rate(checks)),
         "resources": _resources(area, device),
         "schedule": schedule_section(core, {} if observed is None else observed.lines),
         "numerics": numerics_section(program, observed),
@@ -113,6 +112,70 @@ def report_data(
         "firmware": _firmware(program),
         "observed": None if observed is None else observed.summary,
         "warnings": warnings,
+    }
+
+
+def _timing(
+    core: Core,
+    area: Mapped | Routed | None,
+    levels: Sequence[LevelResult],
+    grade: int,
+    warn: Warn,
+    rate_hz: float | None,
+) -> dict[str, Any]:
+    """Predicted and counted cycles, the clock, and records a second."""
+    s = core.schedule
+    update_us = s.latency / CLOCK_MHZ
+    completed = [x for x in levels if not x.error]
+    smallest = min((x.cycles_min for x in completed if x.cycles_min is not None), default=None)
+    largest = max((x.cycles_max for x in completed if x.cycles_max is not None), default=None)
+    if smallest is None:
+        warn("cycles: predicted by the schedule, not counted in a simulation")
+    elif (smallest, largest) != (s.latency, s.latency):
+        warn(f"cycles: predicted {s.latency}, counted {smallest} to {largest}")
+    if rate_hz is not None and rate_hz * s.interval > CLOCK_MHZ * 1e6:
+        warn(
+            f"interval: {s.interval} cycles at {CLOCK_MHZ:g} MHz are longer than a record's at "
+            f"{rate_hz:g} Hz"
+        )
+    return {
+        "latency_cycles": {"predicted": s.latency, "min": smallest, "max": largest},
+        "latency_cycles_by_output": dict(zip(s.program.output_names, s.latencies, strict=True)),
+        "interval_cycles": s.interval,
+        "update_us": round(update_us, 4),
+        "updates_per_s": round(CLOCK_MHZ * 1e6 / s.interval, 1),
+        "rate_hz": None if rate_hz is None else float(f"{rate_hz:.6g}"),
+        "busy_percent": None
+        if rate_hz is None
+        else float(f"{rate_hz * s.interval / (CLOCK_MHZ * 1e4):.3g}"),
+        **_clock(area, s.latency, grade, warn),
+        "source": "cycles: the schedule"
+        + (", and counted in simulation" if smallest is not None else "")
+        + (f"; clock: {area.source}" if area is not None else ""),
+    }
+
+
+def _clock(area: Mapped | Routed | None, latency: int, grade: int, warn: Warn) -> dict[str, Any]:
+    """Clocks, and the time to the urgent outputs at each."""
+    clocks: dict[str, float] = {}
+    seeds: dict[str, Any] = {}
+    if isinstance(area, Routed):
+        seeds = {"seeds": {str(run.seed): run.clock_mhz for run in area.runs}}
+        clocks = {} if area.clock_mhz is None else {"routed": area.clock_mhz}
+    elif area is not None and area.clock is not None:
+        clocks = area.clock.by_nets
+    if not clocks:
+        return {"fmax_mhz": None, "update_us_at_fmax": None}
+    for nets, mhz in clocks.items():
+        if mhz < CLOCK_MHZ and nets != "routed":
+            warn(
+                f"clock: the estimate at speed {grade}, {nets} nets, is {mhz:g} MHz, below the "
+                f"{CLOCK_MHZ:g} MHz of the target"
+            )
+    return {
+        "fmax_mhz": {f"-{grade}": clocks},
+        "update_us_at_fmax": {f"-{grade}": {k: round(latency / f, 3) for k, f in clocks.items()}},
+        **seeds,
     }
 
 
@@ -166,12 +229,9 @@ def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:
             for key, n in counts.items()
         },
         "available": {key: device.capacity(name) for key, name in names.items()},
-        "units": {key: device.unit(name) for key, name in names.items()},
-        "more": {key: n for key, n in usage.items() if key not in names.values()},
         "source": f"estimate: cells of the netlist by {tool_of(mapped)}, before packing"
         if mapped is not None
         else None,
-        "command": mapped.command if mapped is not None else None,
     }
 
 
@@ -182,17 +242,8 @@ def tool_of(mapped: Mapped) -> str:
 
 
 def _firmware(program: Program) -> dict[str, Any]:
-    """Size of the emitted C."""
-    files = {
-        name: {"lines": len(text.splitlines()), "bytes": len(text.encode())}
-        for name, text in emit_c(program).items()
-    }
+    """Memory of the emitted C."""
     n_words = len(program.of_kind(Kind.PARAM)) + len(program.states)
     uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
-    return {
-        "files": files,
-        "lines": sum(f["lines"] for f in files.values()),
-        "bytes": sum(f["bytes"] for f in files.values()),
-        "ram_bytes": 4 * n_words,
-        "table_bytes": 4 * len(program.table_memory) if uses_table else 0,
-    }
+    table_bytes = 4 * len(program.table_memory) if uses_table else 0
+    return {"ram_bytes": 4 * n_words, "table_bytes": table_bytes}

@@ -11,19 +11,13 @@ from typing import Any
 from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.pages import UNKNOWN, page
 from boresight.sim.report.accuracy import worst_output
-from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
 from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
-from boresight.sim.report.schedule import KINDS
+from boresight.sim.report.schedule import CHART_COLOURS, schedule_chart
 
 #: Cycles whose chart is unfolded, at most.
 _MAX_CYCLES = 640
 #: Rows of the table of advice, at most.
 _MAX_ADVICE = 12
-
-
-def net_name(text: str) -> str:
-    """A name out of the netlist; those that synthesis made up say nothing."""
-    return "(made by synthesis)" if text.startswith("$") else text
 
 
 def _linker(links: Mapping[str, str]) -> Callable[[str], str]:
@@ -106,11 +100,9 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         linked=_linker(links or {}),
         advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
         most_advice=_MAX_ADVICE,
-        net_name=net_name,
         unknown=UNKNOWN,
         chart=schedule_chart(data["schedule"]),
         colours=CHART_COLOURS,
-        kinds=KINDS,
         plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
         tables=[
             ("Inputs, parameters, states, outputs, and what needs attention", True, prominent),

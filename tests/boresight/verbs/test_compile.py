@@ -13,6 +13,7 @@ from boresight.gateware.synthesis.family import Step
 from boresight.gateware.synthesis.nextpnr import Run
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.errors import InputError
 from boresight.verbs import compile as module
 
 BOTH = ["ekf_quaternion", "ekf_bias"]
@@ -35,6 +36,11 @@ def test_all_files(here: Path, data, said) -> None:
     assert [line.split() for line in text.splitlines() if " pos " in line] == [
         ["mine", "pos", str(report["timing"]["latency_cycles_by_output"]["pos"])]
     ]
+
+
+def test_a_part_that_is_too_small_names_a_word_that_fits(here: Path) -> None:
+    with pytest.raises(InputError, match=r"30 SB_RAM40_4K.*, found 31 .*, or --word 24$"):
+        boresight.compile("mekf", target="ice40-up5k", word=26)
 
 
 def test_a_target_without_primitives(here: Path, data) -> None:
