@@ -97,10 +97,9 @@ class Array(CasesExperiment):
     columns = {
         **{f"{a}, {kind}": f"{a}_{kind}" for a in ANGLES for kind in ("rms", "max")},
         **{"heading after the rest": "heading_rested_rms"},
-        **{f"heading later, {kind}": f"heading_later_{kind}" for kind in ("rms", "max")},
-        **{"scale of the up gyro, ppm": "scale_up_ppm"},
+        **{"heading later, max": "heading_later_max", "scale of the up gyro, ppm": "scale_up_ppm"},
         **{"indices used": "used_sum", "refused": "refused_sum"},
-        **{f"less float64, {kind}": f"fixed_float_{kind}" for kind in ("rms", "max")},
+        "less float64, max": "fixed_float_max",
     }
     shown = ("a_index", "a_none", "b_index", "b_none")
     shown_text = "Errors of the first run; those of the first turns are beyond the axes."
