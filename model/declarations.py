@@ -8,8 +8,10 @@ word read as an unsigned number; ``flags`` and ``bits`` are words whose bits are
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from numbers import Real
+from numbers import Integral, Real
+from types import NoneType
 from typing import Any, Protocol
 
 import numpy as np
@@ -35,6 +37,18 @@ PERIODS = {"ht": 2.0, "turn": 1.0}
 #: Shares of a word from which on a range takes all of it, and of the largest of the shortest words.
 _ALL, _BELOW = 0.999, 1.0 - 2.0**-17
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
+#: Kinds of values by their annotations, and what messages call them.
+_KINDS: dict[str, tuple[type | tuple[type, ...], str]] = {
+    "str": (str, "a text"),
+    "bool": ((bool, np.bool_), "True or False"),
+    "int": (Integral, "a whole number"),
+    "float": (Real, "a number"),
+    "None": (NoneType, "None"),
+    "tuple": ((tuple, list), "a tuple"),
+    "Mapping": (Mapping, "a dictionary"),
+}
+#: Largest magnitude of a range.
+_LARGEST = 2.0**400
 #: A millionth of `GRAVITY`, rounded once.
 MICRO_G = float(f"{GRAVITY}e-6")
 
@@ -94,7 +108,6 @@ class Input:
     def __post_init__(self) -> None:
         where = _checked(self, "input")
         _check_range(where, self.low, self.high)
-        check_flag(where, "clamp", self.clamp)
         if isinstance(self.missing, str):
             wanted, fix = ('missing=NUMBER or missing="hold"', "choose one for missing samples")
             require(self.missing == "hold", where, wanted, self.missing, fix)
@@ -252,8 +265,6 @@ class Output:
 
     def __post_init__(self) -> None:
         where = _checked(self, "output")
-        for name in ("tolerance", "share", "longest", "truth"):
-            _check_number(where, name, getattr(self, name) or 0.0)
         exact = self.unit in EXACT_UNITS and bool(self.tolerance)
         wanted = f"no tolerance of {self.unit}, which are compared bit by bit"
         fix = "leave it out, or give share and longest, how many may differ"
@@ -280,37 +291,38 @@ def _checked(declaration: Any, kind: str) -> str:
 
     Numpy's numbers become Python's, and whole numbers of real quantities floats.
     """
+    where = placed(declaration.line, f"{kind} {declaration.name}")
     for part in fields(declaration):
         value = getattr(declaration, part.name)
         if isinstance(value, np.generic):
             value = value.item()
-        if type(value) is int and "float" in str(part.type) and abs(value) < 2**1000:
-            value = float(value)
+        if type(value) is int and "float" in str(part.type):
+            value = float(value) if abs(value) < _LARGEST else math.inf if value > 0 else -math.inf
         object.__setattr__(declaration, part.name, value)
-    where = placed(declaration.line, f"{kind} {declaration.name}")
+        if part.name not in ("name", "low", "high"):  # see `_check_range`
+            check_kind(where, part.name, value, str(part.type))
     check_unit(where, declaration.unit)
     return where
 
 
-def _check_number(where: str, subject: str, value: Any) -> None:
-    fix = "write it without quotes" if isinstance(value, str) else "correct it"
-    require(isinstance(value, Real), where, f"{subject}: a number", value, fix)
-
-
-def check_flag(where: str, subject: str, value: object) -> None:
-    """Refuse a text and the like where True or False is wanted: it would count as True."""
-    require(isinstance(value, bool | np.bool_), where, f"{subject}: True or False", value)
+def check_kind(where: str, subject: str, value: object, annotation: str) -> None:
+    """Refuse a value of another kind than its annotation; those not in `_KINDS` allow any."""
+    kinds = [_KINDS.get(part.partition("[")[0], (object, "")) for part in annotation.split(" | ")]
+    wanted = f"{subject}: {' or '.join(words for _, words in kinds)}"
+    text = isinstance(value, str) and wanted.endswith("a number")
+    fix = "write it without quotes" if text else "correct it"
+    fix = f"write {subject} = (...,)" if wanted.endswith("a tuple") else fix
+    require(any(isinstance(value, kind) for kind, _ in kinds), where, wanted, value, fix)
 
 
 def _check_range(where: str, low: float, high: float) -> None:
     forms = 'write it as Input("z", -1.0, 1.0, "m"), State likewise, Param("gain", 0.2, 0.0, 1.0)'
     for limit in (low, high):
         require(isinstance(limit, Real), where, "a name, then numbers for its range", limit, forms)
-    finite = math.isfinite(low) and math.isfinite(high) and low < high
+    finite = -_LARGEST < low < high < _LARGEST
     require(finite, where, "a finite range with low < high", (low, high))
 
 
 def _check_inside(where: str, subject: str, value: float, low: float, high: float) -> None:
-    _check_number(where, subject, value)
     fix = f"correct the {subject} or the range"
     require(low <= value <= high, where, f"{subject} in [{low:g}, {high:g}]", value, fix)

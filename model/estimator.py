@@ -6,6 +6,7 @@ reference); `Estimator.compile` runs it once on tracing scalars and gives the `P
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,7 +19,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
-from boresight.model.declarations import Input, Output, Param, State
+from boresight.model.declarations import Input, Output, Param, State, check_kind
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower, watched
@@ -283,9 +284,9 @@ class Estimator:
         """
         check_word(word)
         fix = "choose a wider word: its covariance does not stay positive in this one"
+        trace = self.record()
         wide, wanted = word >= self.least_word, f"a word of {self.least_word} bits or more"
         require(wide, f"estimator {self.name}", wanted, word, fix)
-        trace = self.record()
         profile = self.profile and self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), profile)
         raw = (n for n, i in zip(program.inputs, self.inputs, strict=True) if not i.clamp)
@@ -362,6 +363,13 @@ class Estimator:
         return checked(self.name, self.step, (x, u, p), self.states, self.outputs, arrays=arrays)
 
 
+def check_attributes(estimator: Estimator, cls: type[Estimator]) -> None:
+    """Refuse attributes that are not of the kind which the annotations of ``cls`` say."""
+    where = placed(estimator._line, f"estimator {estimator.name}")
+    for name, annotation in inspect.get_annotations(cls).items():
+        check_kind(where, name, getattr(estimator, name), annotation)
+
+
 _KINDS = (
     ("input", "inputs", Input),
     ("parameter", "params", Param),
@@ -392,6 +400,7 @@ def _check_interface(estimator: Estimator) -> None:
             _check_name(place, noun, d.name)
             require(d.name not in names, place, f"each {noun} once", d.name, "rename one")
             names.add(d.name)
+    check_attributes(estimator, Estimator)
     inputs, outputs, rates = estimator.inputs, estimator.outputs, estimator.rates_hz
     taken = {i.name for i in inputs} | {s.name for s in estimator.states}
     for p in estimator.params:

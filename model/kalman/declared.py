@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 
 from boresight.model import declarations, ops
-from boresight.model.declarations import Named, check_flag
+from boresight.model.declarations import Named, check_kind
 from boresight.model.errors import require, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
@@ -21,6 +21,8 @@ from boresight.model.units import is_square, same_unit
 AXES = ("xyz", "enu", "ned")
 #: What `spread` spreads that is one number for each component.
 NEXT = "next values"
+#: Least standard deviation, whose square is a number.
+_LEAST = 2.0**-200
 #: Largest standard deviation by default, as a multiple of the initial one.
 _LARGEST = 1.2
 _D = TypeVar("_D")
@@ -54,6 +56,7 @@ class State(declarations.State):
     def __post_init__(self) -> None:
         super().__post_init__()
         where = placed(self.line, f"state {self.name}")
+        check_kind(where, "name", self.name, "str")
         _check_sd(where, (self.sd,), (self.largest_sd,))
 
     @property
@@ -87,10 +90,12 @@ class Attitude:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"attitude {self.name}")
+        check_kind(where, "name", self.name, "str")
         for name, n in (("sd", 3), ("sd_max", 3), ("initial", 4)):
             given = getattr(self, name)
             numbers = [*given] if np.iterable(given) else [given] * 3
             good = len(numbers) == n and all(isinstance(number, Real) for number in numbers)
+            good = good and not any(abs(number) > 1.0 / _LEAST for number in numbers)
             good = good or (given is None and name == "sd_max")
             require(good, where, f"{name} of {'1 or ' * (n == 3)}{n} numbers", given)
         _check_sd(where, self.sds, self.largest_sds)
@@ -166,17 +171,19 @@ class Measurement:
 
     def __post_init__(self) -> None:
         where = placed(self.line, "measurement")
-        check_flag(where, "wrap", self.wrap)
+        for part in fields(self):
+            check_kind(where, part.name, getattr(self, part.name), str(part.type))
         gate = self.gate is None or 0.0 < self.gate <= 32.0
         wanted, fix = "a gate above 0 and at most 32 standard deviations", "3 to 5 is usual"
         require(gate, where, wanted, self.gate, fix)
         positive = self.sd_max is None or 0.0 < self.sd_max < math.inf
         fix = "leave it out, and it follows from the intervals"
         require(positive, where, "sd_max above 0", self.sd_max, fix)
-        late = isinstance(self.delay, Real) and 0.0 <= self.delay < math.inf
+        late = 0.0 <= self.delay < math.inf
         fix = "a prediction needs no measurement"
         require(late, f"{where}, delay", "seconds, 0 or more", self.delay, fix)
         for name, slope in self.slope_max.items():
+            check_kind(where, f"slope_max of {name}", slope, "float")
             power = 0.0 < slope < math.inf and math.frexp(slope)[0] == 0.5
             wanted = f"a power of two as slope_max of {name}"
             require(power, where, wanted, slope, "state the next larger one")
@@ -224,12 +231,16 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
     InputError
         No measurements, different gates, wraps or delays, or an error of `check_units`.
     """
+    where = placed(author_line(), "in_turn")
+    several = isinstance(measurements, tuple | list) and bool(measurements)
+    good = several and all(isinstance(m, Measurement) for m in measurements)
+    require(good, where, "a list of Measurement(z, h, r)", measurements)
     for m in measurements:
         check_units(m)
     said = [(m.gate, m.wrap, m.delay) for m in measurements]
     wanted = "measurements with the same gate, wrap and delay"
     fix = "return those that differ one by one, each valid in its turn"
-    require(len({*said}) == 1, placed(author_line(), "in_turn"), wanted, said, fix)
+    require(len({*said}) == 1, where, wanted, said, fix)
     last = measurements[-1]
     z, h, r, valid = last.z, last.h, last.r, last.valid
     conditional = any(m.valid is not None for m in measurements)
@@ -254,8 +265,10 @@ def vector(
     ``vector(Input, "a", "xyz", -50.0, 50.0, "m/s^2")`` declares ``ax``, ``ay`` and ``az``; a
     filter's methods see them also as the vector ``a``.
     """
-    require_choice(placed(author_line(), f"vector {name}"), axes, AXES)
     line = author_line()
+    where, wanted = placed(line, f"vector {name}"), 'vector(Input, "a", "xyz", LOW, HIGH, UNIT)'
+    require(isinstance(kind, type) and isinstance(name, str), where, wanted, (kind, name))
+    require_choice(where, axes, AXES)
     return tuple(kind(name + a, *given, line=line, **options) for a in axes)
 
 
@@ -316,7 +329,7 @@ def spread(
 
 
 def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
-    return (float(value),) * 3 if isinstance(value, int | float) else tuple(value)
+    return tuple(value) if np.iterable(value) else (float(value),) * 3
 
 
 def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:
@@ -327,4 +340,4 @@ def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None
         fix += "boresight.State, in memory"
         wanted = "a standard deviation sd above 0, and none above sd_max"
         found = "no sd" if math.isnan(sd) else f"sd {sd:g}, sd_max {bound:g}"
-        require(0.0 < sd <= bound < math.inf, where, wanted, found, fix)
+        require(_LEAST < sd <= bound < 1.0 / _LEAST, where, wanted, found, fix)

@@ -13,9 +13,9 @@ import numpy as np
 
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import Output, check_flag
+from boresight.model.declarations import Output
 from boresight.model.errors import require
-from boresight.model.estimator import Estimator, SecondForm
+from boresight.model.estimator import Estimator, SecondForm, check_attributes
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
 from boresight.model.kalman.update import DITHER, Update, errors_of
@@ -76,6 +76,7 @@ class Kalman(Estimator):
     dither: bool = False
 
     def __init__(self) -> None:
+        check_attributes(self, Kalman)
         #: States as declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
@@ -121,8 +122,6 @@ class Kalman(Estimator):
             for name, (i, j) in self.covariance_states.items()
         }
         where = placed(self._line, f"initial_covariance of {self.name}")
-        by_name = isinstance(self.initial_covariance, Mapping)
-        require(by_name, where, "a dictionary by pairs of names", self.initial_covariance)
         start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}
         for pair, value in self.initial_covariance.items():
             i, j = sorted(map(self.errors.index, errors_of(self, pair, where)))
@@ -166,11 +165,8 @@ class Kalman(Estimator):
             require(isinstance(s, State | Attitude), place, wanted, found, fix)
         fix = 'declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)'
         require(bool(self.estimated), where, "states to be estimated", self.estimated, fix)
-        share = isinstance(self.floor, int | float) and 0.0 <= self.floor < 1.0
         fix = "leave it out, and it is a last bit of a word of 32"
-        require(share, f"{where}, floor", "a share from 0 to 1", self.floor, fix)
-        for name in ("prior", "dither"):
-            check_flag(where, name, getattr(self, name))
+        require(0.0 <= self.floor < 1.0, f"{where}, floor", "a share from 0 to 1", self.floor, fix)
 
     # -- what the author writes -----------------------------------------------------------------
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from boresight.model.algebra.quaternion_filter import sum_of
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import Input, Output
-from boresight.model.errors import require
+from boresight.model.declarations import Input, Output, check_kind
+from boresight.model.errors import InputError, require
 from boresight.model.kalman.declared import Measurement, State
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.places import author_line, placed
@@ -108,6 +108,7 @@ def linear(
         A continuous system, matrices that do not fit together, a missing or unsuitable covariance.
     """
     where = placed(author_line(), "kalman.linear")
+    check_kind(where, "name", name, "str")
     a, b, c, d = _matrices(system, where)
     n, m, k = len(a), len(c), b.shape[1]
     q, r, p = (
@@ -166,15 +167,26 @@ def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
     for name, plain in (("alpha", 1.0), ("M", 0.0)) if hasattr(system, "F") else ():
         given, fix = getattr(system, name, plain), "write such a filter by its equations"
         require(bool(np.all(given == plain)), f"{where}, {name}", f"{plain:g}", given, fix)
-    a, c = (np.atleast_2d(np.asarray(part, dtype=np.float64)) for part in (parts[0], parts[2]))
-    b = np.zeros((len(a), 0)) if parts[1] is None else np.asarray(parts[1], dtype=np.float64)
-    b = b.reshape(len(a), -1) if b.size % len(a) == 0 else b
-    d = np.zeros((len(c), b.shape[1])) if parts[3] is None else np.atleast_2d(parts[3])
+    a, c = (np.atleast_2d(_numbers(where, "A, C", part)) for part in (parts[0], parts[2]))
+    b = np.zeros((len(a), 0)) if parts[1] is None else _numbers(where, "B", parts[1])
+    b = b.reshape(len(a), -1) if b.size % max(len(a), 1) == 0 else np.atleast_2d(b)
+    d = np.zeros((len(c), b.shape[1]))
+    d = d if parts[3] is None else np.atleast_2d(_numbers(where, "D", parts[3]))
     shapes = [part.shape for part in (a, b, c, d)]
     n, m = len(a), len(c)
     fits = shapes == [(n, n), (n, b.shape[-1]), (m, n), (m, b.shape[-1])]
     require(fits, where, "A (n, n), B (n, k), C (m, n), D (m, k)", shapes)
-    return a, b, c, np.asarray(d, dtype=np.float64)
+    return a, b, c, d
+
+
+def _numbers(where: str, name: str, given: Any) -> FloatArray:
+    """An array of numbers."""
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError.at(
+            f"{where}, {name}", wanted="numbers", found=repr(given), fix="correct it"
+        ) from None
 
 
 def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
@@ -182,8 +194,9 @@ def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
     wanted = f"a symmetric positive matrix ({n}, {n}) or its diagonal"
     place = f"{where}, {name}"
     require(given is not None, place, wanted, given, f"give {name}=")
-    matrix = np.asarray(given, dtype=np.float64)
-    matrix = np.diag(np.broadcast_to(matrix, (n,))) if matrix.ndim < 2 else matrix
+    matrix = _numbers(where, name, given)
+    if matrix.ndim < 2 and matrix.size in (1, n):
+        matrix = np.diag(np.broadcast_to(matrix, (n,)))
     good = matrix.shape == (n, n) and np.allclose(matrix, matrix.T)
     good = good and np.linalg.eigvalsh(matrix)[0] >= -1e-12 * np.abs(matrix).max()
     require(bool(good), place, wanted, given)
@@ -212,13 +225,15 @@ def _sizes(
 ) -> dict[str, float]:
     """Largest magnitudes by name."""
     if isinstance(given, Mapping):
-        sizes = {str(key): float(value) for key, value in given.items()}
+        values = _numbers(where, name, [*given.values()])
+        sizes = dict(zip(map(str, given), values.ravel().tolist(), strict=False))
     else:
-        values = [given] * n if isinstance(given, int | float) else [*given]
+        values = _numbers(where, name, given)
+        values = np.full(n, values) if values.ndim == 0 else values
         good = labels is not None and len(labels) == n and all(map(str.isidentifier, labels))
         # Labels that name nothing: x[0], u[0].
         names = labels if good and labels is not None else [f"{name}{k}" for k in range(n)]
-        sizes = dict(zip(names, map(float, values), strict=False)) if len(values) == n else {}
+        sizes = dict(zip(names, values.tolist(), strict=True)) if values.shape == (n,) else {}
     fits = len(sizes) == n and all(0.0 < v < math.inf for v in sizes.values())
     require(fits, f"{where}, {name}", f"{n} largest magnitudes above 0", given)
     return sizes

@@ -53,6 +53,13 @@ def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) 
         (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
         (lambda: Input("z", 0.0, 1.0, clamp="no"), "input z: wanted clamp: True or False"),
         (lambda: Input("z", 0.0, 1.0, "m", missing="last"), "input z: wanted missing=NUMBER"),
+        (
+            lambda: Input("new", 0.0, 1.0, valid_of=3),
+            "input new: wanted valid_of: a text or a tuple",
+        ),
+        (lambda: State("x", -(10**400), 1, "m"), "state x: wanted a finite range"),
+        (lambda: State("x", -1.0, 1.0, "m", "0"), "state x: wanted initial: a number, found '0'"),
+        (lambda: Output("y", "m", share=None), "output y: wanted share: a number, found none"),
         (lambda: Output("y", "m", tolerance=-1.0), "output y: wanted a tolerance of 0 or more"),
         (
             lambda: Output("y", "flags", tolerance=0.1),
