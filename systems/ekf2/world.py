@@ -105,7 +105,6 @@ class Flight(BatchedWorld):
             [np.cos(climb) * np.cos(heading), np.cos(climb) * np.sin(heading), -np.sin(climb)],
             axis=1,
         )
-        v = air + wind
         # not where the filter begins: the whole flight is turned a little
         start = rotation_vector_to_quaternion(draw.normal(0.0, START_RAD))
         q = quaternion_multiply(start, quaternions_of(np.stack([roll, climb, heading], axis=1)))

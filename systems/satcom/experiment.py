@@ -19,11 +19,10 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.satcom import interface
-from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
 from boresight.systems.satcom.receiver import Link
-from boresight.systems.satcom.world import SensorErrors, Vehicles
+from boresight.systems.satcom.world import OnTheMove, SensorErrors
 
 SETTLED_S = 30.0  #: time before which nothing is judged.
 ANGLES = ("roll", "pitch", "heading")
@@ -78,11 +77,6 @@ WHAT_IF = {
 }
 
 
-def fleet(seeds: range, on: str = "specification", rate_hz: float = 50.0, **world: Any) -> Vehicles:
-    """Vehicles on one of `DRIVES`, one for each seed; ``world``: further options of `Vehicles`."""
-    return Vehicles(drive(on, rate_hz), seeds, **world)
-
-
 class Satcom(CasesExperiment):
     """Satcom on the move: adaptive R and heading from tracking, patent CN104880189 (2015)."""
 
@@ -112,7 +106,7 @@ class Satcom(CasesExperiment):
         """Fly a case; figures after half a minute, in degrees and degrees per second."""
         case = self.cases[name]
         vehicles, build = (
-            fleet(seeds, **case.world),
+            OnTheMove(seeds=seeds, **case.world),
             Build(Filter(**case.options), params=[case.params]),
         )
         keep = (*ANGLES, "heading_pi", *BIASES, "status")

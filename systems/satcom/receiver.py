@@ -88,11 +88,8 @@ class Receiver:
         up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
         """
         s = self.squint
-        across, along = np.array((right,) * 4), np.array((up,) * 4)
-        across[0] -= s
-        across[1] += s
-        along[2] -= s
-        along[3] += s
+        across = right + s * np.array([[-1.0], [1.0], [0.0], [0.0]])
+        along = up + s * np.array([[0.0], [0.0], [-1.0], [1.0]])
         sine = np.where(ahead > 0.0, np.hypot(across, along), 1.0)
         amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
         noise = math.sqrt(0.5) * noise

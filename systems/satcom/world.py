@@ -2,18 +2,17 @@
 
 The antenna is turned to where the satellite ought to be by the last attitude, led on with the last
 rate; the receiver finds how far off the beam is, and whether there is a signal at all; that goes
-into the next record. `Vehicles` runs many draws at once, `OnTheMove` one of them on any level.
+into the next record.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from boresight import World
 from boresight.model.algebra.quaternion import matrix, multiply, turn
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
@@ -23,12 +22,14 @@ from boresight.sim.rotations.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.systems.satcom.drive import Drive, drive
+from boresight.sim.worlds.world import BatchedWorld
+from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.pointing import direction
 from boresight.systems.satcom.receiver import Link, Receiver
 
 _DEG = math.pi / 180.0
 _TRUTHS = tuple(f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz"))
+LINK = Link()
 BEAMS = ("heading", "heading_pi")  #: outputs that the antenna can be pointed with.
 
 
@@ -43,53 +44,63 @@ class SensorErrors:
     acc_noise: float = 0.05
 
 
-@dataclass
-class Vehicles(World):
-    """Many vehicles on one drive, each with errors and noise of its own.
+class OnTheMove(BatchedWorld):
+    """Vehicles on one drive, each with noise of its own, ``OnTheMove("city", seeds=(3,))``.
 
     Parameters
     ----------
-    drive : Drive
+    on : str
+        One of `DRIVES`.
     seeds : sequence of int
-        One for each run.
+        Of the noise; a run for each.
     tracking_hz : float
         Rate of the tracking error, up to that of the records; 0: the receiver is off.
     beam : str
         Output that the antenna is pointed with: heading or heading_pi.
+    rate_hz : float
+        Records a second.
     start_deg : float
         Error of the heading 0 that the estimator starts with.
+    errors : SensorErrors
+    link : Link
     place : (latitude, longitude, satellite)
         [deg]
 
-    `InputError`: unknown rate or output; no place on earth; the satellite is below the horizon.
+    `InputError`: no such drive, rate or output; no place on earth; the satellite is below the
+    horizon.
     """
 
-    drive: Drive
-    seeds: Sequence[int]
-    tracking_hz: float = 5.0
-    beam: str = BEAMS[0]
-    start_deg: float = 2.0
-    errors: SensorErrors = SensorErrors()
-    link: Link = Link()
-    place: tuple[float, float, float] = (34.2, 108.9, 110.5)
-    losses_db: list[FloatArray] = field(default_factory=list)
+    name = "on_the_move"
 
-    def __post_init__(self) -> None:
-        self.runs = len(self.seeds)
-        rate = self.drive.ride.rate_hz
-        latitude, longitude, satellite = (angle / 180.0 for angle in self.place)
+    def __init__(
+        self,
+        on: str = "specification",
+        seeds: Sequence[int] = (1,),
+        tracking_hz: float = 5.0,
+        beam: str = BEAMS[0],
+        rate_hz: float = 50.0,
+        *,
+        start_deg: float = 2.0,
+        errors: SensorErrors = SensorErrors(),
+        link: Link = LINK,
+        place: tuple[float, float, float] = (34.2, 108.9, 110.5),
+    ) -> None:
+        super().__init__(seeds)
+        self.drive, self.tracking_hz, self.beam = drive(on, rate_hz), tracking_hz, beam
+        self.start_deg, self.errors, self.link, self.place = start_deg, errors, link, place
+        latitude, longitude, satellite = (angle / 180.0 for angle in place)
         toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])
         self._up = toward / np.linalg.norm(toward)
         elevation = -math.degrees(math.asin(self._up[2]))
         inside = abs(latitude) <= 0.5 and abs(longitude) <= 1.0 and abs(satellite) <= 1.0
         for valid, where, wanted, found in (
-            (0.0 <= self.tracking_hz <= rate, "tracking_hz", f"0 to {rate:g} Hz", self.tracking_hz),
-            (self.beam in BEAMS, "beam", " or ".join(BEAMS), self.beam),
-            (inside, "place", "up to 90 deg of latitude, 180 of both longitudes", self.place),
+            (0.0 <= tracking_hz <= rate_hz, "tracking_hz", f"0 to {rate_hz:g} Hz", tracking_hz),
+            (beam in BEAMS, "beam", " or ".join(BEAMS), beam),
+            (inside, "place", "up to 90 deg of latitude, 180 of both longitudes", place),
             (elevation > 0.0, "place", "a satellite above the horizon", f"{elevation:.1f} deg"),
         ):
-            require(valid, f"satcom, {where}", wanted, found)
-        self.receiver = Receiver(self.link, rate / self.tracking_hz if self.tracking_hz else 1.0)
+            require(valid, f"on_the_move, {where}", wanted, found)
+        self.receiver = Receiver(link, rate_hz / tracking_hz if tracking_hz else 1.0)
         self.start()
 
     def start(self) -> None:
@@ -114,7 +125,7 @@ class Vehicles(World):
         self._truths = np.concatenate([(angles + 1.0) % 2.0 - 1.0, self.truth], axis=1)[:, :, None]
         # The satellite in body axes, which are the antenna's but for what the estimator believes.
         self._toward = rotate(quaternion_conjugate(self.truth), self._up)
-        self.losses_db.clear()
+        self.losses_db: list[FloatArray] = []
         self.receiver.reset()
         self._level = np.repeat([[1.0], *3 * [[0.0]]], len(self.seeds), axis=1)
         self._k = 0
@@ -160,19 +171,3 @@ class Vehicles(World):
         half = np.sqrt(x * x + y * y + z * z)
         share = np.sinc(half / math.pi)
         return np.stack(multiply(q, [np.cos(half), x * share, y * share, z * share]))
-
-
-class OnTheMove(Vehicles):
-    """One vehicle, ``OnTheMove("city", seed=3, tracking_hz=1.0)``: see `drive` and `Vehicles`."""
-
-    name = "on_the_move"
-
-    def __init__(
-        self,
-        on: str = "specification",
-        seed: int = 1,
-        tracking_hz: float = 5.0,
-        beam: str = BEAMS[0],
-        rate_hz: float = 50.0,
-    ) -> None:
-        super().__init__(drive(on, rate_hz), (seed,), tracking_hz, beam)

@@ -33,9 +33,9 @@ from boresight.systems.mls.phases import ArrayPhases
 from boresight.systems.mls.world import Landing
 from boresight.systems.radar.estimator import Registration
 from boresight.systems.radar.world import TwoRadars
-from boresight.systems.satcom.drive import drive, specification_drive
+from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.world import Vehicles
+from boresight.systems.satcom.world import OnTheMove
 from tests.support import exact_sensors
 from tests.support.estimators import ALL
 from tests.support.exact_sensors import apart, at_rest, bits, sphere
@@ -117,7 +117,6 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("hours", 0.0, "hours: wanted above 0, to 100"),
         ("errors", -1.0, "errors: wanted 0 or more"),
         ("noise", -1.0, "noise: wanted 0 or more"),
-        ("nods_arcsec", -1.0, "nods_arcsec: wanted 0 or more"),
         ("tilt_deg", 21.0, "tilt_deg: wanted 0 to 20"),
         ("counts_bits", 12, "counts_bits: wanted 16 to 48"),
     ],
@@ -131,7 +130,7 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("rate_hz", 0.0, "found 0.0"),
         ("rate_hz", NAN, "found nan"),
     ],
-    (lambda **options: Vehicles(specification_drive(), (1,), **options), "satcom, "): [
+    (OnTheMove, "on_the_move, "): [
         ("tracking_hz", 60.0, "tracking_hz: wanted 0 to 50 Hz, found 60.0"),
         ("tracking_hz", NAN, "tracking_hz: wanted 0 to 50 Hz, found nan"),
         ("beam", "roll", "beam: wanted heading or heading_pi, found 'roll'"),

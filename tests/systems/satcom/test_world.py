@@ -13,7 +13,7 @@ from boresight.sim.worlds.loop import close_loop
 from boresight.systems.satcom.drive import specification_drive
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.receiver import Link
-from boresight.systems.satcom.world import OnTheMove, SensorErrors, Vehicles
+from boresight.systems.satcom.world import OnTheMove, SensorErrors
 
 # -- the closed loop: what the core points at decides what is measured next -----------------------
 
@@ -21,7 +21,7 @@ QUIET = SensorErrors((0.0, 0.0, 0.0), 0.0, 0.0, (0.0, 0.0, 0.0), 0.0)
 DRIVE = specification_drive()
 
 
-def answers(fleet: Vehicles, k: int, heading_off: float = 0.0, roll_off: float = 0.0):
+def answers(fleet: OnTheMove, k: int, heading_off: float = 0.0, roll_off: float = 0.0):
     """Outputs of an estimator that knows the attitude but for an error [rad]."""
     half = heading_off / 2.0
     w, x, y, z = fleet.truth[k]
@@ -37,7 +37,7 @@ def answers(fleet: Vehicles, k: int, heading_off: float = 0.0, roll_off: float =
     return out | {"heading": np.array([heading]), "heading_pi": np.array([heading + 0.004])}
 
 
-def told(fleet: Vehicles, steps: int, **off: float):
+def told(fleet: OnTheMove, steps: int, **off: float):
     """Tracking errors [rad] that such an estimator is told."""
     results, outputs = [], None
     for k in range(steps):
@@ -50,7 +50,7 @@ def told(fleet: Vehicles, steps: int, **off: float):
 
 @pytest.mark.parametrize("off", [0.006, -0.01])
 def test_tracking_error_is_estimate_less_truth(off: float) -> None:
-    fleet = Vehicles(DRIVE, (3,), errors=QUIET)
+    fleet = OnTheMove(seeds=(3,), errors=QUIET)
     error = told(fleet, 1200, heading_off=off)
     assert np.isnan(np.delete(error, np.arange(9, 1200, 10))).all()  # 5 Hz
     assert np.nanmean(error[20:]) == pytest.approx(off, rel=0.1)
@@ -59,14 +59,14 @@ def test_tracking_error_is_estimate_less_truth(off: float) -> None:
 
 
 def test_a_perfect_estimator_stays_on_the_satellite() -> None:
-    fleet = Vehicles(DRIVE, (3,), errors=QUIET)
+    fleet = OnTheMove(seeds=(3,), errors=QUIET)
     told(fleet, 1500)
     assert max(v[0] for v in fleet.losses_db[2:]) < 1e-4
 
 
 def test_sensors() -> None:
     errors = SensorErrors((0.3, -0.4, 0.5), 0.05, 0.01, (0.1, 0.0, -0.1), 0.05)
-    fleet = Vehicles(DRIVE, (1, 2), errors=errors)
+    fleet = OnTheMove(seeds=(1, 2), errors=errors)
     rows = [fleet.record(None) for _ in range(2000)]
     gyro = np.degrees([[r[f"g{a}"] for a in "xyz"] for r in rows])
     acc = np.array([[r[f"a{a}"] for a in "xyz"] for r in rows])
@@ -86,7 +86,7 @@ def test_sensors() -> None:
 
 def test_a_start_aslant_finds_the_satellite() -> None:
     """A tilt far from level is corrected in steps: no heading, no acceleration is made of it."""
-    world = OnTheMove("rough", seed=2)
+    world = OnTheMove("rough", seeds=(2,))
     loop = close_loop(world, make_level("c", Build(Satcom())), steps=150)
     heading = 180.0 * (loop.outputs["heading"] - loop.truth["heading"])[1:]
     assert np.abs(heading).max() < 2.5 and np.abs(heading[-50:]).max() < 1.5
