@@ -35,7 +35,7 @@ from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
-from boresight.systems.array import alignment, index, interface
+from boresight.systems.array import alignment, interface
 from boresight.systems.array import error_filter as errors
 from boresight.systems.array.interface import KINDS, UNITS
 
@@ -200,8 +200,10 @@ class ArrayAttitude(Estimator):
         prior = kept(prior, lambda i, j: keep_force if {i, j} & {*errors.FORCE} else running)
 
         full = x.p66 >= errors.LIMITS["heading"]
-        off = index.offset(u, now.sample, now.seen)
-        at_index = index.change(x, p, off, turned) if self.literal else index.fix(p, now.seen, off)
+        off = errors.offset(u, now.sample, now.seen)
+        at_index = (
+            errors.change(x, p, off, turned) if self.literal else errors.fix(p, now.seen, off)
+        )
         measured = _measured(p, now, x.count, at_index, accepted, full)
         gate = ops.where(accepted & ~full, p.index_gate, 2.0 * MOVE_LIMIT)
         update = updated(prior, measured, gate)
@@ -227,7 +229,7 @@ class ArrayAttitude(Estimator):
         }
         if self.literal:
             before = ops.where(used, off, x.last_off)
-            states["last_off"] = index.corrected(before, now.seen, update)
+            states["last_off"] = errors.corrected(before, now.seen, update)
         flags = {
             0: u.phase < 0.5,
             1: erecting,
@@ -267,7 +269,7 @@ def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, full
     row = {k: ops.where(used, 0.0, turn) for k, turn in enumerate(turns)}
     zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
     cut = full & (count > 2.5) & ~used
-    row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}
+    row |= {k: ops.where(cut, h, 0.0) for k, h in errors.heading_row(now.seen).items()}
     row |= {k: ops.where(used, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
     zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd
     return Measured(

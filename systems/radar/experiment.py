@@ -23,10 +23,9 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.pages import Section
 from boresight.sim.plotting import histories
 from boresight.sim.worlds.loop import close_loop
-from boresight.systems.radar.bound import covariances, deviations, information
 from boresight.systems.radar.estimator import Registration
 from boresight.systems.radar.interface import AXES, BIASES
-from boresight.systems.radar.world import NOISE, TwoRadars
+from boresight.systems.radar.world import NOISE, TwoRadars, covariances, deviations, information
 
 UNITS = np.array([1.0, math.pi / 180.0, math.pi / 180.0] * 2)  #: m and rad of m and deg.
 FREE = (1e4, 15.0)  #: P0 of the noise-free reading [m, deg].

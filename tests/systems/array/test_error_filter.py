@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.algebra.strapdown import Angles, angles
 from boresight.systems.array import error_filter as errors
-from boresight.systems.array import index
 from boresight.systems.array.error_filter import PHI
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.interface import KINDS, UNITS
@@ -110,7 +109,7 @@ def heading(c: Rotation) -> float:
 
 def test_the_row_is_the_derivative() -> None:
     """heading of C less heading of (1 + phi x) C, times the cosine of the pitch."""
-    row = index.heading_row(seen_of(C))
+    row = errors.heading_row(seen_of(C))
     result = np.array([row[k] for k in PHI]) * UNITS["heading"] / SHARE
     assert np.linalg.norm(result) == pytest.approx(1.0)
     for k in range(3):
@@ -126,6 +125,6 @@ def test_the_heading_is_that_of_the_index(at: float) -> None:
     then = C * Rotation.from_rotvec(-(1.0 - at) * turn)
     sample: Any = SimpleNamespace(turn=turn)
     azimuth = heading(then) / np.pi - 0.3
-    off = index.offset(SimpleNamespace(index_time=at, azimuth=azimuth), sample, seen_of(C))
+    off = errors.offset(SimpleNamespace(index_time=at, azimuth=azimuth), sample, seen_of(C))
     # within the square of the turn
     assert off == pytest.approx(0.3, abs=1e-4 * (1.0 - at) + 1e-12)

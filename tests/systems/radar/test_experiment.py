@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from boresight.systems.radar.bound import covariances, deviations, jacobian
 from boresight.systems.radar.experiment import UNITS, predicted
-from boresight.systems.radar.world import NOISE, TwoRadars, placed, seen_from
+from boresight.systems.radar.world import (
+    NOISE,
+    TwoRadars,
+    covariances,
+    deviations,
+    jacobian,
+    placed,
+    seen_from,
+)
 
 # -- one run and its theory: errors against the world's truth, spreads against draws --------------
 
