@@ -86,7 +86,7 @@ def build_in(folder: Path) -> Build:
     if (today := build.core.identity) != report["identity"]:
         raise InputError.at(
             str(folder),
-            wanted=f"the core {today}, which its estimators give",
+            wanted=f"the core {today} of its estimators",
             found=report["identity"],
             fix="an estimator or Boresight has changed: compile again",
         )

@@ -131,7 +131,7 @@ class LogRows(Group):
     gaps: Annotated[
         str | None,
         Parameter(
-            help="Refuse or restart at steps of more than three medians; by default one step."
+            help="Refuse or restart at gaps of three median steps; by default a gap is one step."
         ),
     ] = None
     map: Annotated[

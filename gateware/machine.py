@@ -270,7 +270,7 @@ def machine_named(config: str) -> Machine:
         *suffixes, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
         raise InputError.at(
             "config",
-            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(suffixes)} or {last} "
+            wanted=f"one of {', '.join(ALL_CONFIGS)}, followed by {', '.join(suffixes)} or {last} "
             "for another depth",
             found=repr(config),
             fix="choose one of these",

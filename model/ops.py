@@ -138,7 +138,7 @@ def _is_traced(condition: Any) -> bool:
     """Whether a condition is recorded; raises for a number, such as ~ of a Python bool."""
     if isinstance(condition, Scalar) or (type(condition) is int and condition not in (0, 1)):
         fix = "compare it with something; ~ of a Python bool is a number: write not for it"
-        require(False, author_line, "a condition, as x > 0.5", condition, fix)
+        require(False, author_line, "a condition such as x > 0.5", condition, fix)
     return isinstance(condition, Condition)
 
 
@@ -414,8 +414,8 @@ def _unit_vector(y: Any, x: Any) -> tuple[Any, Any, Any]:
     """(sine, cosine) of the vector's angle, and its inverse length in half turns."""
     square = y * y + x * x
     weight, far = rsqrt(square), _interval(square)[0] > 0.0
-    near = "" if far else "the vector is of a few last bits"
-    sine, cosine = (bounded(c * weight, -1.0, 1.0, "of a unit vector", unless=near) for c in (y, x))
+    near = "" if far else "the vector is a few LSB long"
+    sine, cosine = (bounded(c * weight, -1.0, 1.0, "unit vector", unless=near) for c in (y, x))
     if far:
         return sine, cosine, weight * (1.0 / math.pi)
     # A scale without an end is no value of its own, but a factor of what limits the derivative.
@@ -535,7 +535,7 @@ def _remainder(x: Any, period: Any) -> Any:
     """``x`` modulo a number above 0: the fraction of a turn, which ends in the middle."""
     number = isinstance(period, int | float | np.number)
     fix = "give a number"
-    require(number and bool(period > 0.0), author_line, "a number above 0 behind %", period, fix)
+    require(number and bool(period > 0.0), author_line, "a number above 0 after %", period, fix)
     return period * (wrap_turns(x * (1.0 / period) - 0.5) + 0.5)
 
 

@@ -195,7 +195,7 @@ def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
             return loaded
         found = (loaded if isinstance(loaded, type) else type(loaded)).__name__
     except Exception as error:
-        wanted, cause = f"an entry point that imports ({point.value})", error
+        wanted, cause = f"an importable entry point ({point.value})", error
         found = f"{type(error).__name__}: {error}"
     fix = "correct or remove the package that offers it"
     raise InputError.at(where, wanted=wanted, found=found, fix=fix) from cause
@@ -249,7 +249,7 @@ def _module(path: Path, kind: str) -> ModuleType:
             line, text = _error_line(error, file, path), _error_text(error)
             of_kalman = re.search(r"State\.__init__\(\) .* '(sd|sd_max)'$", text)
             fix = "take State from boresight.kalman, which has it" if of_kalman else "correct it"
-            raise InputError.at(line, wanted="a file that imports", found=text, fix=fix) from error
+            raise InputError.at(line, wanted="an importable file", found=text, fix=fix) from error
     return module
 
 
@@ -351,7 +351,7 @@ def _constructed(cls: type[T], source: str, args: tuple[Any, ...], options: dict
         file = Path(last.filename).name
         raise InputError.at(
             f"{source if source == file else f'{source}, {file}'}, line {last.lineno}",
-            wanted="a constructor that returns",
+            wanted="a constructor without an error",
             found=_error_text(error),
             fix="correct it, or the arguments",
         ) from error

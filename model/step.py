@@ -151,7 +151,7 @@ def _explained(name: str, step: Callable[..., Any], where: str, error: BaseExcep
     )
     return InputError.at(
         line or where,
-        wanted=f"a step of {name} that computes",
+        wanted=f"a step of {name} without an error",
         found=next(named, text),
         fix=remedy or "use + - * /, comparisons and boresight.ops",
     )

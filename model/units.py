@@ -59,7 +59,7 @@ def check_unit(where: str, unit: object) -> None:
                 _parsed(name)
             except UnitError:
                 is_valid = False
-    require(is_valid, where, "a unit as m/s^2, deg/s or uT", unit, "correct it, or leave it empty")
+    require(is_valid, where, "a unit such as m/s^2 or uT", unit, "correct it, or leave it empty")
 
 
 @cache

@@ -148,7 +148,7 @@ def fit(
     runs = ", ".join(f"{name} ({updates} updates)" for name, (updates, _) in made_from.items())
     lines = [
         f"{place}: {formats} formats of {count} values, from {runs} and "
-        f"{fit_result.hostile_updates} hostile updates"
+        f"{fit_result.hostile_updates} stress-test updates"
     ]
     if isinstance(before, str):
         lines.append(f"without it: {before}")
@@ -191,8 +191,8 @@ def _failures(saturated: int, before: int | None, after: int) -> list[str]:
     if saturated:
         why = f"{saturated} updates SATURATED in the records; boresight check names the first value"
     elif after > (before or 0):
-        why = f"a variance is NEGATIVE after {after} hostile updates{without}: declare the ranges "
-        why += "of the covariance's values with ops.bounded"
+        why = f"a variance is NEGATIVE after {after} stress-test updates{without}: declare "
+        why += "the ranges of the covariance's values with ops.bounded"
     else:
         return []
     return [f"not written: {why}"]

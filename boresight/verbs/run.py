@@ -170,7 +170,7 @@ def _copied(log: Any, output: str | Path | None) -> Result:
     if output is None or not str(output).lower().endswith(tuple(FORMATS)):
         raise InputError.at(
             "--output",
-            wanted=f"a file of a suffix that says its kind: {', '.join(FORMATS)}",
+            wanted=f"a file name that ends with {', '.join(FORMATS)}",
             found="none" if output is None else str(output),
             fix="name it",
         )

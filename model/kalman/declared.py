@@ -336,8 +336,8 @@ def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None
     for sd, bound in zip(sds, bounds, strict=True):
         check_number(f"{where}, sd", sd)
         check_number(f"{where}, sd_max", bound)
-        fix = "say how far the start may be off, as sd=0.5; what is not estimated is "
-        fix += "boresight.State, in memory"
+        fix = "give the deviation at the start, such as sd=0.5; declare what is not estimated as "
+        fix += "boresight.State in memory"
         wanted = "a standard deviation sd above 0, and none above sd_max"
         found = "no sd" if math.isnan(sd) else f"sd {sd:g}, sd_max {bound:g}"
         require(_LEAST < sd <= bound < 1.0 / _LEAST, where, wanted, found, fix)

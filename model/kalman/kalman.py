@@ -165,7 +165,7 @@ class Kalman(Estimator):
             require(isinstance(s, State | Attitude), place, wanted, found, fix)
         fix = 'declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)'
         require(bool(self.estimated), where, "states to be estimated", self.estimated, fix)
-        fix = "leave it out, and it is a last bit of a word of 32"
+        fix = "leave it out: the default is one LSB of a 32-bit word"
         require(0.0 <= self.floor < 1.0, f"{where}, floor", "a share from 0 to 1", self.floor, fix)
 
     # -- what the author writes -----------------------------------------------------------------

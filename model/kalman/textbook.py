@@ -251,7 +251,7 @@ class Textbook:
         if not noise.any():
             texts.append(
                 f"{k.name}: no state has process noise; the gains go to zero, and the filter stops "
-                "to follow its measurements"
+                "following its measurements"
             )
         for n, (declared, added) in enumerate(zip(noise, k.noise_floor, strict=True)):
             subject = f"{placed(k.places[n], 'state')}: {k.errors[n]}"

@@ -644,7 +644,7 @@ def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
             check_number(placed(m.line, f"measurement, {part}"), getattr(m, part))
         condition = m.valid is None or isinstance(m.valid, Condition | bool | np.bool_)
         where, fix = placed(m.line, "measurement, valid"), "compare it with something"
-        require(condition, where, "a condition, as x > 0.5", m.valid, fix)
+        require(condition, where, "a condition such as x > 0.5", m.valid, fix)
         check_units(m)
     return [replace(m, wrap=m.wrap or _is_angle(m)) for m in map(_in_half_turns, result)]
 

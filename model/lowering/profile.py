@@ -136,7 +136,7 @@ def read_profile(path: str | Path) -> Profile:
     InputError
         There is no such file, or it holds something else.
     """
-    found = "no JSON of boresight fit"
+    found = "another kind of file"
     try:
         data = json.loads(Path(path).read_bytes())
         values, limits = (

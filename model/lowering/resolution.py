@@ -82,8 +82,8 @@ class _Walk:
                 line = self._line(value)
                 raise InputError.at(
                     placed(line, f"{self.program.name}, {self._named(value)}"),
-                    wanted=f"a last bit of at most {limit / share:.3g}, for {reason}",
-                    found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
+                    wanted=f"an LSB of at most {limit / share:.3g}, for {reason}",
+                    found=f"{last:.3g}, for the range [{span.low:.4g}, {span.high:.4g}]",
                     fix=self._remedy(value),
                 )
 

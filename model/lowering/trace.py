@@ -43,10 +43,10 @@ NO_NUMBER: Refused = {
         "// or divmod of a traced value, or % by one",
         "x - x % c is a multiple of a number c",
     ),
-    "rpow": ("a traced value as a power", "write ops.exp(x * log_a) for a**x, log_a a number"),
+    "rpow": ("a traced value as an exponent", "write ops.exp(x * log_a) for a**x, log_a a number"),
     "and rand or ror invert xor rxor": (
         "& | ^ ~ of a traced value",
-        "compare it: these combine conditions, as (x < 1.0) & (y > 0.0)",
+        "compare it: these combine conditions such as (x < 1.0) & (y > 0.0)",
     ),
 }
 _ARITHMETIC = "add sub mul truediv pow mod floordiv divmod matmul lshift rshift"
@@ -401,7 +401,7 @@ class Tracer:
         """
         fix = "write ops.sqrt(x) for x**0.5, ops.exp(n * ops.log(x)) for others"
         whole = not isinstance(n, Scalar) and int(n) == n
-        require(whole, author_line, "a whole number as power", n, fix)
+        require(whole, author_line, "a whole number as exponent", n, fix)
         if n < 0:
             return self.power(self.div(self.const(1.0), a), -n)
         if n < 2:
@@ -471,7 +471,7 @@ def _conditional(x: Any) -> Condition:
     if not isinstance(x, Condition):
         raise InputError.at(
             author_line(),
-            wanted="conditions, as x < 1.0",
+            wanted="conditions such as x < 1.0",
             found=f"{x!r} in a condition",
             fix="compare it; brackets around each comparison that & | ^ == or != combines",
         )

@@ -225,7 +225,7 @@ def _require_ours(path: Path, known: dict[str, str] | None, option: str) -> None
     if known is None or not path.exists() or digest(path) != known["sha256"]:
         raise InputError.at(
             _shown(path),
-            wanted="a new file, or one that boresight wrote and nobody edited",
+            wanted="a new file, or an unedited one of boresight",
             found="a file not written by boresight" if known is None else "an edited file",
             fix=f"move it away, choose another path with {option}, or overwrite it with --force",
         )

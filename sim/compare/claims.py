@@ -46,14 +46,14 @@ class ClaimResult:
         """What is wrong, where the search or float64 breaks the claim; else empty."""
         if self.status == "broken" and self.folded:
             return (
-                f"{self.line}: {self._reached:.6g} in float64 is BEYOND the claim [{self.low:g}, "
-                f"{self.high:g}], {self.reason}, with which comparisons are decided: widen it"
+                f"{self.line}: {self._reached:.6g} in float64 is BEYOND the stated range "
+                f"[{self.low:g}, {self.high:g}], {self.reason}, which decides comparisons: widen it"
             )
         if self.status != "broken" or self.witness is None:
             return ""
         return (
-            f"claim {self.text}, [{self.low:g}, {self.high:g}], is BROKEN: {self._reached:.6g} in "
-            f"{self.witness}; widen the range, limit the value, or name the exception with unless"
+            f"stated range [{self.low:g}, {self.high:g}], {self.text}, is BROKEN: "
+            f"{self._reached:.6g} in {self.witness}; widen it, limit the value, or use unless"
         )
 
     @property
@@ -66,7 +66,7 @@ class ClaimResult:
     def note(self) -> str:
         """A state that legal inputs take out of its range, which is no fault on this log."""
         return (
-            f"some legal inputs take {self.state} out of its range ({self.line}): to "
+            f"inputs within their ranges can take {self.state} out of its range ({self.line}): to "
             f"{self._reached:.4g}, beyond [{self.low:g}, {self.high:g}]; widen it, or limit "
             f"{self.state} in the step"
         )
@@ -145,18 +145,18 @@ def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
     if not claims:
         return lines
     counts = Counter(r.status for r in claims)
-    text = f"claims: {counts['proven']} of {len(claims)} proven by intervals"
+    text = f"stated ranges: {counts['proven']} of {len(claims)} proven by interval arithmetic"
     checked = [r for r in claims if r.status == "checked"]
     if checked:
         nearest = max(checked, key=lambda r: r.share)
         share = min(nearest.share, 1.0)
-        text += f"; {len(checked)} checked, nearest {share:.0%} of {nearest.text}"
+        text += f"; {len(checked)} checked, the closest at {share:.0%} of its limit: {nearest.text}"
     excepted = dict[tuple[str, str], list[str]]()
     for r in claims:
         if r.status == "excepted":
             excepted.setdefault((r.reason, r.unless), []).append(r.line)
     for (reason, unless), places in excepted.items():
         more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        text += f"; {len(places)} not judged, since legal inputs reach the exception: "
+        text += f"; {len(places)} not judged, since some inputs reach the exception: "
         text += f"{reason} ({places[0]}{more}), unless {unless}"
     return [text, *lines]

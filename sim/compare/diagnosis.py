@@ -221,8 +221,8 @@ def near_floor(of: Traced, ranges: WordRanges, reached: Mapping[int, Range]) -> 
             nearest = share
             text = (
                 f"{part.line}: the argument of a {_NORMALISED[part.kind]}, {size:.3g} in step "
-                f"{int(at[held])}, is only {share:.2g} times the least that {arithmetic.word} bits "
-                f"normalise; {_more_bits(part, of.estimator.remedies)}"
+                f"{int(at[held])}, is only {share:.2g} times the smallest that "
+                f"{arithmetic.word} bits can normalise; {_more_bits(part, of.estimator.remedies)}"
             )
     return text
 
@@ -230,10 +230,10 @@ def near_floor(of: Traced, ranges: WordRanges, reached: Mapping[int, Range]) -> 
 def _more_bits(node: Node, remedies: Mapping[str, str]) -> str:
     """What gives the argument of a root or reciprocal more bits."""
     arg = node.args[0]
-    limits = f"than [{arg.low:.3g}, {arg.high:.3g}]"
+    limits = f"[{arg.low:.3g}, {arg.high:.3g}]"
     if node.kind == "rsqrt" and node.line in remedies:
-        return f"for a narrower range of {SPREAD} {limits} {remedies[node.line]}"
-    return f"scale {_argument(arg)} up, or declare a narrower range {limits}"
+        return f"to narrow the range {limits} of {SPREAD}, {remedies[node.line]}"
+    return f"scale {_argument(arg)} up, or declare a narrower range than {limits}"
 
 
 @dataclass(frozen=True)
@@ -357,7 +357,7 @@ def rounding_text(
     ``changes`` (n_states,) is the largest change of each state in an update, last bits.
     """
     estimator, program, nodes = of.estimator, of.program, of.nodes
-    text = "no operation leaves its float twin: rounding adds up; "
+    text = "no single operation is wrong: rounding adds up; "
     fitted = any(node.fit is not None for node in nodes.values())
     by_hand = not estimator.covariance_elements and has_covariance(estimator)
     if by_hand and fitted:  # parts of products of matrices have no line of their own
@@ -386,7 +386,7 @@ def rounding_text(
         cure = _cure(of, None, state, reached, low, high)
         narrow = f"{cure}, " if cure else ""
     return (
-        f"{text}{name}{where} changes by at most {change} of its last bits in an update and leaves "
+        f"{text}{name}{where} changes by at most {change} LSB in an update and leaves "
         f"{unused} bits unused: {narrow}{wider}carry the remainder in a second state "
         "(model.algebra.carried)"
     )

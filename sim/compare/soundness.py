@@ -88,8 +88,8 @@ def _check_moving(
                 said, line = program.values[lost], nodes[lost].line if lost in nodes else ""
                 raise InputError.at(
                     placed(line, f"{program.name}, value {said.name}"),
-                    wanted=f"a last bit that holds what it moves by, for {of}",
-                    found=f"{program.format(lost).lsb:.3g}, for an interval {nodes[lost].range}",
+                    wanted=f"an LSB that resolves its changes, for {of}",
+                    found=f"{program.format(lost).lsb:.3g}, for the range {nodes[lost].range}",
                     fix="limit what it is made of with ops.bounded or ops.clip",
                 )
 

@@ -269,7 +269,7 @@ class Judge:
             cure = RAISE if claim.unless == CLAIMED else "widen it, or limit the value"
             lines.append(
                 f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
-                f"claim [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"
+                f"stated range [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"
             )
         return tuple(lines)
 

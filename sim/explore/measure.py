@@ -78,7 +78,7 @@ class Case:
         if not isinstance(name, str):
             raise InputError.at(
                 "estimator",
-                wanted="a name, as FILE.py:CLASS, with arguments of the constructor",
+                wanted="a name such as FILE.py:CLASS, with arguments of the constructor",
                 found="an object of Python",
                 fix="give its name, or leave the arguments out",
             )

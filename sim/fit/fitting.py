@@ -201,7 +201,7 @@ def fitted(
     for start in starts:
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
         for name, stimulus in stimuli.items():
-            say(f"float64 on hostile inputs, {name}")
+            say(f"float64, stress test, {name}")
             provoked = joined(provoked, reached(stimulus, overrides | dict(start)))
             updates += len(stimulus)
     profile, bounds = profile_of(trace, estimator, seen, provoked, [*records])

@@ -175,7 +175,7 @@ def check_written(path: str | os.PathLike[str]) -> None:
     if suffix in _FOREIGN:
         raise InputError.at(
             str(path),
-            wanted=f"a suffix of a log, {', '.join(FORMATS)}",
+            wanted=f"a suffix of logs, {', '.join(FORMATS)}",
             found=suffix,
             fix="choose one; without a known suffix CSV is written",
         )

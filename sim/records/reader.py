@@ -176,7 +176,7 @@ class InputReader:
         return "if it is a gap, " + (
             "--gaps restart restarts the filter there"
             if restart
-            else "run the rows before and behind it by --to and --from; clamp=True would clamp dt"
+            else "run the rows before and after it by --to and --from; clamp=True would clamp dt"
         )
 
     def _refuse_infinite(self, name: str, column: FloatArray) -> None:

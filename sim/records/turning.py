@@ -250,7 +250,7 @@ def contradictions(
             turned = _axes(short, other(attitude.values), attitude.new)
             found = _finding(attitude.names, short, turned, False)
             if found is not None and found.fits and found.cause is None:
-                line = f"{attitude.names}: turn otherwise than the rates {rates.names} say: {text}"
+                line = f"{attitude.names}: do not turn as the rates {rates.names} say: {text}"
                 others = [*_rate_lines(rates.names, [f for f in findings if f is not own])]
                 return others or [line], agree
     if lines or force is None:
@@ -276,7 +276,7 @@ def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
         return []
     seconds = windows.block_s * windows.blocks
     return [
-        f"{attitude.names}: turn {_AWAY_DEG:.0f} deg or more otherwise than {rates.names} within "
+        f"{attitude.names}: turn {_AWAY_DEG:.0f} deg or more away from {rates.names} within "
         f"{seconds:.2g} s, in {away / len(some):.0%} of the log: the estimate diverges there "
         "(Euler angles past the vertical, gains, a range); compare another filter"
     ]
@@ -449,7 +449,7 @@ def _rate_lines(rates: str, found: Sequence[_Finding | None]) -> Iterator[str]:
         what, other = (names, rates) if is_vector else (rates, names)
         yield f"{what}: {abs(cause.late_s):.2g} s {how} beside {other}: correct the times of one"
     elif cause.about == "axes" and agree:
-        yield f"{names}: turn otherwise than the rates {rates} say: wrong axes or signs"
+        yield f"{names}: do not turn as the rates {rates} say: wrong axes or signs"
     elif len(findings) > 1 and len(wrong) > 1:
         yield f"{rates}: contradict how {names} turn: {cause.text}"
     else:

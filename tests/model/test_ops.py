@@ -386,7 +386,7 @@ def test_a_number_is_no_condition() -> None:
     x = Tracer("unit").leaf("input", "x", -1.0, 1.0)
     assert (ops.where(1, 2.0, 3.0), ops.where(0, 2.0, 3.0)) == (2.0, 3.0)
     for wrong, found in ((x, "a traced leaf; compare"), (-2, "-2; compare")):
-        with pytest.raises(InputError, match=f"wanted a condition, as x > 0.5, found {found}"):
+        with pytest.raises(InputError, match=f"wanted a condition such as x > 0.5, found {found}"):
             ops.where(wrong, 2.0, 3.0)
 
 

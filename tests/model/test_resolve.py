@@ -176,18 +176,18 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
         (ONE, ":Mine(", "'f.py:Mine(': wanted file.py:Class or file.py:Class(NAME=VALUE), found "),
         (ONE, ":os.path(1)", "'f.py:os.path(1)': wanted file.py:Class or file.py:Class(NAME=VALUE"),
         (ONE, ":Mine(k=1)", "f.py:Mine(k=1): wanted arguments that Mine takes, found TypeError: "),
-        (ONE, ":Mine(-1)", "f.py:Mine(-1), f.py, line 9: wanted a constructor that returns, found "
-         "ValueError: n is negative; correct it, or the arguments"),
-        (ONE.replace("n=1", "n=-1"), "", "f.py, line 9: wanted a constructor that returns, found "),
+        (ONE, ":Mine(-1)", "f.py:Mine(-1), f.py, line 9: wanted a constructor without an error, "
+         "found ValueError: n is negative; correct it, or the arguments"),
+        (ONE.replace("n=1", "n=-1"), "", "f.py, line 9: wanted a constructor without an error, "),
         (ONE, ":Mine(name='a b')", "f.py, line 4, estimator a b: wanted estimator names of "),
-        ("x = (\n", "", "f.py, line 1: wanted a file that imports, found SyntaxError: "),
-        ("import os\n\n1 / 0\n", "", "f.py, line 3: wanted a file that imports, found "
+        ("x = (\n", "", "f.py, line 1: wanted an importable file, found SyntaxError: "),
+        ("import os\n\n1 / 0\n", "", "f.py, line 3: wanted an importable file, found "
          "ZeroDivisionError: "),
-        ("import no_such_thing\n", "", "f.py, line 1: wanted a file that imports, found "
+        ("import no_such_thing\n", "", "f.py, line 1: wanted an importable file, found "
          "ModuleNotFoundError: "),
-        ("raise SystemExit(3)\n", "", "f.py, line 1: wanted a file that imports, found SystemExit"),
-        ("def f():\n    import json\n    json.loads('')\n\n\nf()\n", "", "f.py, line 3: wanted a "
-         "file that imports, found JSONDecodeError: "),
+        ("raise SystemExit(3)\n", "", "f.py, line 1: wanted an importable file, "),
+        ("def f():\n    import json\n    json.loads('')\n\n\nf()\n", "", "f.py, line 3: wanted an "
+         "importable file, found JSONDecodeError: "),
         (HEAD + "Output('y', tolerance=-1)\n", "", "f.py, line 4, output y: wanted a tolerance "),
         (HEAD + "class Empty(Estimator):\n    pass\n", "", "f.py, line 4, estimator empty: "),
     ],
@@ -200,14 +200,14 @@ def test_files_that_are_refused(write: Write, text: str, call: str, message: str
 def test_a_fault_in_a_module_beside_the_file_is_not_put_on_the_files_line(write: Write) -> None:
     write("\n\n\n\nx = (\n", "broken_of_mine.py")
     result = refused(write("import os\nimport broken_of_mine\n"))
-    assert result.startswith("f.py, line 2: wanted a file that imports, found SyntaxError: ")
+    assert result.startswith("f.py, line 2: wanted an importable file, found SyntaxError: ")
     assert result.endswith(" (broken_of_mine.py, line 5); correct it")
 
 
 def test_a_file_that_failed_is_tried_again(write: Write) -> None:
     flag = Path("ready")
     path = write(f"import pathlib\nassert pathlib.Path({str(flag)!r}).exists()\n{ONE}")
-    assert refused(path).startswith("f.py, line 2: wanted a file that imports, found AssertionErr")
+    assert refused(path).startswith("f.py, line 2: wanted an importable file, found AssertionErr")
     flag.touch()
     assert estimator_of(path).name == "mine"
 
@@ -274,7 +274,7 @@ def test_entry_points(installed: None) -> None:
         "broken", "mekf", "number", "theirs", "world"
     ]  # fmt: skip
     assert refused("broken") == (
-        "estimator broken: wanted an entry point that imports (package:broken), found "
+        "estimator broken: wanted an importable entry point (package:broken), found "
         "ImportError: no numpy; correct or remove the package that offers it"
     )
     for name, entry in (("number", "int"), ("world", "World")):

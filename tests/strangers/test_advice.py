@@ -134,7 +134,7 @@ class Follower:
             advice = [
                 x
                 for x in text.splitlines()
-                if re.search("first wrong: |error: |BEYOND the claim", x)
+                if re.search("first wrong: |error: |BEYOND the stated range", x)
             ]
             self.trail += advice
             if not advice or not self.follow(advice[0]):
@@ -146,7 +146,7 @@ class Follower:
         beyond = re.search(r"(\S+) does not fit its range \[(\S+), (\S+)\]; widen the", advice)
         if beyond:
             return self.widen(advice, *map(float, beyond.groups()))
-        broken = re.search(r"(\S+) in step \d+ is BEYOND the claim \[(\S+), (\S+)\]", advice)
+        broken = re.search(r"(\S+) in step \d+ is BEYOND the stated range \[(\S+), (\S+)\]", advice)
         if broken:
             return self.widen(advice, *map(float, broken.groups()))
         if "boresight fit" in advice and not self.profile.exists():

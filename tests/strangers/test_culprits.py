@@ -99,7 +99,7 @@ class Spread(kalman.Kalman):
 def test_an_argument_near_its_floor_is_a_warning() -> None:
     (result,) = boresight.check(Near, {"a": 0.5 ** _K[:22]}, levels=("fixed",))["results"]
     (text,) = result.to_json()["warnings"]
-    assert result.good and "the least" in text and f"  warning: {text}" in result.lines()
+    assert result.good and "the smallest" in text and f"  warning: {text}" in result.lines()
     (result,) = boresight.check(Near, {"a": 0.5 ** _K[:10]}, levels=("fixed",))["results"]
     assert result.good and not any("warning: " in x for x in result.lines())
 

@@ -36,7 +36,7 @@ def _norm_and_dip(field: Vector) -> tuple[Any, Any, Any]:
     flat = ops.bounded(flat_sq * flat_inverse, 0.0, FIELD_MOST, "magnitude")
     norm = ops.bounded(norm_sq * inverse, 0.0, FIELD_MOST, "magnitude")
     dip = ops.bounded(
-        unit_angle_ht(-up, flat, inverse), -0.5, 0.5, "dip", unless="the field is some last bits"
+        unit_angle_ht(-up, flat, inverse), -0.5, 0.5, "dip", unless="the field is a few LSB"
     )
     return norm, dip, unit_angle_ht(east, north, flat_inverse)
 

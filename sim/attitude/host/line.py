@@ -344,7 +344,7 @@ class BoardLine:
         except OSError as error:
             raise InputError.at(
                 self.source,
-                wanted="a line that stays",
+                wanted="a port that stays connected",
                 found=str(error),
                 fix="plug the board in again",
             ) from error

@@ -166,7 +166,7 @@ def test_a_log_as_another_kind_of_file(here: Path, data, refused) -> None:
     assert data("run mine.csv -o copy.npz --to 1s")["rows"] < 60
     copy, log = read_record("copy.npz"), read_record("mine.csv")
     assert copy.columns["z"].values[0] == log.columns["z"].values[0]
-    assert "wanted a file of a suffix" in refused("run mine.csv -o copy.doc")
+    assert "wanted a file name that ends with" in refused("run mine.csv -o copy.doc")
     assert "wanted an estimator and a log" in refused("run mine.py")
 
 
@@ -174,7 +174,7 @@ REFUSED = {
     "run mine.py mine.csv --levels fast": "levels: wanted one of",
     "run mine.py mine.csv --levels c,rtl": "levels: wanted a world, found a log",
     "run mine.py mine.csv --steps 0": "steps: wanted 1 or more",
-    "run mine.py mine.csv -o out.xlsx": "out.xlsx: wanted a suffix of a log",
+    "run mine.py mine.csv -o out.xlsx": "out.xlsx: wanted a suffix of logs",
     "run mine.py mine.csv -o mine.csv": "mine.csv",
     "run mine.py nosuch.csv": "nosuch.csv: wanted a log file",
     "run mine.py board(speed=2)": "board: wanted one of",

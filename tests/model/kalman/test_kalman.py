@@ -525,7 +525,7 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, valid=u.there)]},
-            "measurement, valid: wanted a condition, as x > 0.5, found a traced",
+            "measurement, valid: wanted a condition such as x > 0.5, found a traced",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, wrap=True)]},

@@ -46,7 +46,7 @@ def test_a_word_that_is_just_too_coarse(function: object, share: float) -> None:
     """The input's last bit is 2^-11, whatever the result's is."""
     t = Traced(function, [(-(2.0**20), 2.0**19)])  # type: ignore[arg-type]
     check_resolution(judged(t, share * 2.0**-11 * 1.001), {})
-    with pytest.raises(InputError, match=r"a last bit of at most 0\.00048\d, for the tolerance of"):
+    with pytest.raises(InputError, match=r"an LSB of at most 0\.00048\d, for the tolerance of"):
         check_resolution(judged(t, share * 2.0**-11 * 0.999), {})
 
 
@@ -61,12 +61,12 @@ def test_a_constant_that_is_too_small_for_a_sum(small: float, exact: bool) -> No
 
     t = Traced(function, [(-1.0, 1.0)])
     nodes = lower(t.trace, t.program.arithmetic)[1]
-    with pytest.raises(InputError, match="a last bit of at most"):
+    with pytest.raises(InputError, match="an LSB of at most"):
         check_resolution(judged(t, 2.0**-12), {})  # what they can sum up to is not known
     if exact:
         check_resolution(judged(t, 2.0**-12), nodes)
     else:
-        with pytest.raises(InputError, match="a last bit of at most"):
+        with pytest.raises(InputError, match="an LSB of at most"):
             check_resolution(judged(t, 2.0**-12), nodes)
 
 
@@ -136,8 +136,8 @@ def test_what_is_too_coarse_for_a_state_or_a_tolerance(
         assert not message
         return
     assert re.match(rf"{place}test, value {value}: ", message)
-    assert f"wanted a last bit of at most {wanted}" in message
-    assert f"found {found:.3g}, for an interval [" in message and f"; {fix}" in message
+    assert f"wanted an LSB of at most {wanted}" in message
+    assert f"found {found:.3g}, for the range [" in message and f"; {fix}" in message
     assert "boresight fit" not in said(step, size, tolerance, True)
 
 

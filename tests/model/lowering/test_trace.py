@@ -77,7 +77,7 @@ def test_functions_of_numpy_are_those_of_ops(x: Any, y: Any) -> None:
     assert x % 2.0 is np.mod(x, 2.0) is 2.0 * (ops.wrap_turns(x * 0.5 - 0.5) + 0.5)
     assert list(a % 2.0) == [y % 2.0, x % 2.0] and x % np.float64(2.0) is x % 2.0
     for period in (0.0, -1.0, y):
-        with pytest.raises(InputError, match="wanted a number above 0 behind %, found"):
+        with pytest.raises(InputError, match="wanted a number above 0 after %, found"):
             _ = x % period
     with pytest.raises(InputError, match="found // or divmod of a traced value, or % by one"):
         _ = 2.0 % x
@@ -103,7 +103,9 @@ def test_misuse_is_refused(x: Any) -> None:
     same = x
     assert x == same and (x != same) is np.False_
     for combine in (operator.and_, operator.xor):
-        with pytest.raises(InputError, match="wanted conditions, as x < 1.0, found 1 in a condit"):
+        with pytest.raises(
+            InputError, match="wanted conditions such as x < 1.0, found 1 in a condit"
+        ):
             combine(x < 1.0, 1)
 
 

@@ -298,5 +298,5 @@ def test_what_no_core_holds_is_said_without_rtl(kind):
 def test_an_attitude_that_leaves_its_rates_is_told(name: str, share: str) -> None:
     """Its angles go past the vertical, where Euler angles end."""
     (result,) = Check(Build(estimator(name)), levels=("c",)).run(Log.of(bundled("ximu_walk")))
-    told = [text for text in result.given.warnings if "otherwise than gx gy gz" in text]
+    told = [text for text in result.given.warnings if "away from gx gy gz" in text]
     assert result.good and len(told) == bool(share) and share in "".join(told)

@@ -53,12 +53,12 @@ def refusal(estimator: Estimator, word: int = 32, inputs: Any = None, params: An
 
 def test_intervals_far_beyond_the_range() -> None:
     """Two gains are held in the state's format, six are not; whatever the output makes of it."""
-    with pytest.raises(InputError, match="value x_next: wanted a last bit"):
+    with pytest.raises(InputError, match="value x_next: wanted an LSB"):
         boresight.compile(Chain(6), output="build")
     assert refusal(Chain(2)) == ""
     said = refusal(Chain(6))
-    assert said.startswith("test_soundness.py, line ") and "value x_next: wanted a last bit" in said
-    assert "of at most 0.001, for the tolerance of output y, found 0.25, for an interval" in said
+    assert said.startswith("test_soundness.py, line ") and "value x_next: wanted an LSB" in said
+    assert "of at most 0.001, for the tolerance of output y, found 0.25, for the range" in said
     forms = {
         "tolerance of output y": [
             lambda x, u, after, d: 0.5 - after,
@@ -89,12 +89,10 @@ def test_words_that_stand_still() -> None:
     assert refusal(Gated(2, 1e-4)) == ""
     for inputs in (None, np.linspace(-1.0, 1.0, 50)[:, None]):
         said = refusal(Gated(6, 1e-4), inputs=inputs)
-        assert (
-            "a last bit that holds what it moves by, for the tolerance of output y, found" in said
-        )
+        assert "an LSB that resolves its changes, for the tolerance of output y, found" in said
         assert (
             said.startswith("test_soundness.py, line ")
-            and "found 0.5, for an interval [-8e+08, 8e+08]" in said
+            and "found 0.5, for the range [-8e+08, 8e+08]" in said
         )
     assert refusal(Gated(6, 1e-4), inputs=np.zeros((50, 1))) == ""  # it may stand still there
     assert refusal(Gated(3, 1e-4)) == ""  # it moves, though not as it should

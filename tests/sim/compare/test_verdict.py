@@ -65,7 +65,7 @@ def test_what_an_output_beyond_its_tolerance_comes_from() -> None:
     """Though nothing saturates."""
     made = judge(NegativeRoot(), [1.0, 0.5, -2.0])
     assert not made.saturated_updates
-    assert "-2 in step 2 is BEYOND the claim" in made.beyond_range[0]
+    assert "-2 in step 2 is BEYOND the stated range" in made.beyond_range[0]
     assert re.match(rf"step 2, a bounded value in y_out {HERE}: -2 does not fit", made.culprit)
 
 
@@ -118,7 +118,7 @@ class Two(Slow):
         return {"fast": x.fast + 0.5 * (u.u - x.fast), "still": 0.5, **states}, outputs
 
 
-SAID = "no operation leaves its float twin: rounding adds up; "
+SAID = "no single operation is wrong: rounding adds up; "
 
 
 class Wide(Stateless):

@@ -155,7 +155,7 @@ def test_the_check_that_follows_has_the_same_settings(here, jobs, capsys) -> Non
     given = ("--tolerance", "m=1e-9V", "--every", "2", "--jobs", jobs)
     assert main(["explore", "smooth.py:Smooth", "log.csv", *WORDS, *given, "--json"]) == 0
     narrow, row, *_ = json.loads(capsys.readouterr().out)["rows"]
-    assert "wanted a last bit of at most 1e-09, for the tolerance of output m" in narrow["reason"]
+    assert "wanted an LSB of at most 1e-09, for the tolerance of output m" in narrow["reason"]
     thin = [(k * 7 % 11) / 11 - 0.4 for k in range(1, 30, 2)]
     assert row["m"] == run(given={"a": thin}, words=(32,), output="b")["rows"][0]["m"]
     assert row["tolerance"] == pytest.approx(row["m"] / 1e-9) and row["good"]

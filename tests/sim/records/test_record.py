@@ -319,8 +319,8 @@ SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
         ({"g": -1.0}, "gx gy gz: contradict .*: the sign is wrong"),
         ({"g": [-1.0, 1.0, 1.0]}, "gx gy gz: contradict .*fit as -x, y, z"),
         ({"g": 2.0}, "gx gy gz and mx my mz contradict .*: the rates are 2 times as large"),
-        ({"a": SWAP}, "ax ay az: turn otherwise than the rates gx gy gz say"),
-        ({"m": [1.0, -1.0, -1.0]}, "mx my mz: turn otherwise than the rates gx gy gz say"),
+        ({"a": SWAP}, "ax ay az: do not turn as the rates gx gy gz say"),
+        ({"m": [1.0, -1.0, -1.0]}, "mx my mz: do not turn as the rates gx gy gz say"),
     ],
 )
 def test_rates_that_contradict_how_the_vectors_turn(change: dict[str, Any], text: str) -> None:
@@ -384,9 +384,9 @@ CARELESS = [
     (scaled(FORCE, 0.8), False, f"{FORCE}: a mean of 7.8 m/s\\^2 over 1 s, too little"),
     (scaled(RATES, -1.0), False, f"{RATES}: contradict .*: the sign is wrong"),
     (scaled("gy", -1.0), False, f"{RATES}: contradict .* x, -y, z"),
-    (scaled("ay", -1.0), False, f"{FORCE}: turn otherwise"),
-    (scaled("mz", -1.0), False, f"{FIELD}: turn otherwise"),
-    (lambda c: {"ax": c["ay"], "ay": c["ax"]}, False, f"{FORCE}: turn otherwise"),
+    (scaled("ay", -1.0), False, f"{FORCE}: do not turn"),
+    (scaled("mz", -1.0), False, f"{FIELD}: do not turn"),
+    (lambda c: {"ax": c["ay"], "ay": c["ax"]}, False, f"{FORCE}: do not turn"),
     (scaled(FORCE, -1.0), True, f"{FORCE}: point down by {ATTITUDE}"),
     (scaled(FORCE, -1.0), False, f"{FIELD}: point 42 deg up by {FORCE}"),
     (scaled(FIELD, -1.0), True, f"{FIELD}: point south by {ATTITUDE}"),
@@ -409,11 +409,11 @@ CARELESS = [
     (repeated(FIELD, 12624), True, f"{FIELD}: do not turn as the rates"),
     (repeated(FORCE, 20000), True, f"{FORCE}: do not turn as the rates"),
     (clipped, True, f"{FORCE}: 213 samples are at an end"),
-    (scaled("qx qy qz", -1.0), True, f"{ATTITUDE}: turn otherwise .* its conjugate fits"),
+    (scaled("qx qy qz", -1.0), True, f"{ATTITUDE}: do not turn .* its conjugate fits"),
     (
         lambda c: {"qw": c["qx"], "qx": c["qy"], "qy": c["qz"], "qz": c["qw"]},
         True,
-        f"{ATTITUDE}: turn otherwise .* it fits as x, y, z, w",
+        f"{ATTITUDE}: do not turn .* it fits as x, y, z, w",
     ),
     (
         lambda c: {

@@ -106,7 +106,7 @@ def test_what_cannot_be_recorded(recorded: Path, tmp_path: Path, capsys) -> None
         ([], "--log: wanted the register map of the complete system, found none"),
         (["--map", str(other)], "--log: wanted the register map of the complete system"),
         (["--map", str(registers)], "found 0 of 9 updates with counts, none of them from initial"),
-        (["--map", str(registers), "--log", "a.json"], "wanted a suffix of a log"),
+        (["--map", str(registers), "--log", "a.json"], "wanted a suffix of logs"),
     ):
         log = ["--log", str(tmp_path / "no.csv")] if "--log" not in options else []
         assert main(["monitor", str(capture), *options, *log]) == 2
