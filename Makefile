@@ -25,8 +25,9 @@ main: setup            ## Set up, then Verilog, check on recorded data, area, cl
 	$(BIN)/boresight compile $(FILTERS) --board mimas --synth -o $(OUT)/core
 	$(BIN)/boresight check mekf $(DATA)/ximu_walk.csv --steps 400 -o $(OUT)/report
 	$(BIN)/boresight run mekf board -o $(OUT)/board
-	@echo "$(OUT)/core/README.md: the core and its files"
-	@echo "$(OUT)/report/report.html, $(OUT)/board/board.html: open these in a browser"
+	@echo "$(OUT)/core: Verilog, C and test bench of four filters, described in README.md there"
+	@echo "Open $(OUT)/report/report.html and $(OUT)/board/board.html in a browser."
+	@echo "Next: source $(BIN)/activate; boresight new my_filter (docs/learn/first.md)"
 
 # Python starts hundreds of times: compiled modules are kept, whatever the environment says.
 main test: export PYTHONDONTWRITEBYTECODE :=

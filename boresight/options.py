@@ -75,7 +75,7 @@ Config: TypeAlias = Annotated[
 Word: TypeAlias = Annotated[int, Parameter(help="Word width in bits, 18 to 32.")]
 Level: TypeAlias = Annotated[Sequence[str], _plain(_split, name="--levels", metavar="LEVEL,...")]
 Steps: TypeAlias = Annotated[
-    int | None, Parameter(help="Use at most so many samples of each source.")
+    int | None, Parameter(help="Use at most this many samples of each source.")
 ]
 Jobs: TypeAlias = Annotated[
     int | None, Parameter(help="Number of processes; by default one for each processor.")
@@ -86,7 +86,7 @@ OutputFolder: TypeAlias = Annotated[
 ]
 OptionalFolder: TypeAlias = Annotated[
     str | Path | None,
-    Parameter(name=["--output", "-o"], help="Folder for a page and its JSON.", metavar="DIR"),
+    Parameter(name=["--output", "-o"], help="Folder for the page and its JSON.", metavar="DIR"),
 ]
 OptionalFile: TypeAlias = Annotated[
     str | Path | None, Parameter(name=["--output", "-o"], metavar="FILE")
@@ -122,7 +122,7 @@ class LogRows(Group):
 
     start: Annotated[
         str | None,
-        Parameter(name="--from", help="Begin of the slice of each log, for example 10s."),
+        Parameter(name="--from", help="Start of the slice of each log, for example 10s."),
     ] = None
     stop: Annotated[str | None, Parameter(name="--to", help="End of the slice of each log.")] = None
     every: Annotated[
@@ -131,7 +131,7 @@ class LogRows(Group):
     gaps: Annotated[
         str | None,
         Parameter(
-            help="Refuse or restart at gaps of three median steps; by default a gap is one step."
+            help="refuse or restart, at gaps of three median steps; by default a gap is one step."
         ),
     ] = None
     map: Annotated[
@@ -201,7 +201,7 @@ class Baseline(Group):
         Parameter(
             name="--baseline",
             metavar="FILE",
-            help="An earlier result, from --json: fails where a figure is worse than accepted.",
+            help="An earlier result, from --json: fail if a figure is worse than accepted.",
         ),
     ] = None
 

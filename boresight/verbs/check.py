@@ -90,7 +90,7 @@ def check(
     params : mapping, optional
         Parameter values; for several estimators a mapping of each by its name.
     rtl_rows : int, optional
-        Simulate only so many rows of each log in RTL: 16 slices spread over the log, each from
+        Simulate only this many rows of each log in RTL: 16 slices spread over the log, each from
         the states of the integer model. By default all rows.
     output : path, optional
         Folder for report.html and report.json, with area and clock; for one estimator.

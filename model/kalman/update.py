@@ -388,9 +388,9 @@ class Update:
                 placed(m.line, "measurement"),
                 wanted=f"a derivative by {endless[0]} with a finite range",
                 found="an infinite one",
-                fix="bound what h divides by or takes a root of: ops.clip, ops.maximum; x or y "
-                "of an arc tangent needs a range without 0; or give this Measurement "
-                f"slope_max={{{limits}}}, the largest derivatives",
+                fix="limit what h divides by or takes a root of, by ops.maximum or ops.clip; leave "
+                "0 out of the range of x or y of an arc tangent; or give this Measurement its "
+                f"largest derivatives, such as slope_max={{{limits}}}",
             )
         own, name = _is_unit(row), self.kalman.errors[next(iter(row))]
         where = placed(m.line, "measurement, sd_max")

@@ -517,7 +517,7 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(0.5, np.arctan2(x.pos, x.vel), 1.0)]},
-            "x or y of an arc tangent needs a range without 0",
+            "0 out of the range of x or y of an arc tangent",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, -0.1)]},
