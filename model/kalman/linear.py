@@ -161,7 +161,7 @@ def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
             getattr(system, letter, None) for letter in "ABCD"
         ]  # fmt: skip
     parts += [None] * (4 - len(parts))
-    fix = "SYSTEM.to_ss() of scipy, or control.ss(SYSTEM)"
+    fix = "convert it: SYSTEM.to_ss() of scipy, or control.ss(SYSTEM)"
     whole = parts[0] is not None and parts[2] is not None
     require(whole, where, "matrices A, B, C, D", type(system).__name__, fix)
     for name, plain in (("alpha", 1.0), ("M", 0.0)) if hasattr(system, "F") else ():

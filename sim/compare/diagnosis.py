@@ -139,7 +139,7 @@ def _first_leaving(
         why, cure = "no number in float64", "keep its arguments in their domain"
     else:
         why = f"float64 has {exact:.6g} where the word has {held:.6g}"
-        cure = "see its operands in the report"
+        cure = f"{'use a wider word, or ' * (arithmetic.word < _WIDEST)}see the report"
     return _named(twin, value, step, why, cure)
 
 

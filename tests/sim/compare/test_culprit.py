@@ -95,7 +95,7 @@ def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
     exact, seen = twin.computed(nodes[y])[1], twin.real(y)[1]
     assert re.fullmatch(
         rf"step 41, value \w+, {kind} \(test_culprit\.py, line \d+\): float64 has {exact:.6g} "
-        rf"where the word has {seen:.6g}; see its operands in the report",
+        rf"where the word has {seen:.6g}; see the report",
         str(_first_leaving(twin, None, {})),
     ), str(_first_leaving(twin, None, {}))
 
