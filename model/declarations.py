@@ -75,16 +75,16 @@ class Input:
     unit : str
         Unit of the values; a log's column may have another one of the same dimension.
     missing : float or "hold", optional
-        Value read where a log has no new sample, or "hold" for the last one. By default a
+        Value that is read if a log has no new sample, or "hold" for the last one. By default a
         missing sample is refused.
     valid_of : str or tuple of str
-        Inputs whose validity this one flags: 1 where they have a new sample, else 0; no column.
+        Inputs whose validity this one flags: 1 if they have a new sample, else 0; no column.
     clamp : bool
         Whether values beyond the full scale are clamped, by the program itself in every form; by
         default a log with such a value is refused.
     source_format : SourceFormat, optional
-        Format of the words read, if it is not the finest one that holds the range. Set by
-        a board for its sensors, not by authors.
+        Format of the words read, if it is not the finest that holds the range. Boards set it for
+        their sensors.
     meaning : str
         Description, for the texts about a core.
 
@@ -121,7 +121,7 @@ class Input:
 
     @property
     def span(self) -> tuple[float, float]:
-        """What its words may hold: the range, or of an input that is clamped all of a word."""
+        """Range of its words: the declared range, or the whole word of a clamped input."""
         if self.source_format is not None:
             return self.source_format.low, self.source_format.high
         share, exponent = math.frexp(max(-self.low, self.high))
@@ -231,7 +231,7 @@ class Output:
     Parameters
     ----------
     name : str
-        True values in a log stand in the column ``NAME_true``.
+        The true values in a log are the column ``NAME_true``.
     unit : str
         Unit of the values.
     tolerance : float, optional
@@ -241,8 +241,8 @@ class Output:
     meaning : str
         Description, for register maps and pages.
     share, longest : float, int
-        Of words of `EXACT_UNITS`, which are decisions: largest accepted share of updates in which
-        they differ from those of float64, and most such updates in a row.
+        For words of `EXACT_UNITS`, which are decisions: largest accepted share of updates that
+        differ from float64, and most such updates in a row.
     truth : float, optional
         Largest accepted root mean square error against a log's true values, in ``unit``: `check`
         fails beyond it. By default the error is shown and not judged.

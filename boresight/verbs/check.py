@@ -79,7 +79,7 @@ def check(
         Logs, folders of logs, or worlds, whose loop with the float64 form is the log; with several
         estimators NAME=LOG gives each its own.
     steps : int, optional
-        Use at most so many samples of each log.
+        Use at most this many samples of each log.
     levels : sequence of str
         Forms to compare: fixed, c, rtl.
     simulator : str, optional

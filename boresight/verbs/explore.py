@@ -101,12 +101,12 @@ def explore(
         Limits with commas, for example attitude<0.01deg, dsp<=1, us<5. docs/learn/explore.md lists
         the figures; the name of an output stands for its largest error from float64.
     least : str
-        Figure that decides among the rows within all limits: the least is chosen. By default the
-        figure of the first limit.
+        Figure that is minimised among the rows within all limits; by default that of the first
+        limit.
     clock : float
         Clock in MHz, for the figures us and rate.
     steps : int, optional
-        Use at most so many samples of each log.
+        Use at most this many samples of each log.
     params : mapping, optional
         Parameter values.
     jobs : int, optional
@@ -127,7 +127,7 @@ def explore(
     Raises
     ------
     InputError
-        Unknown names, bad logs, a demand on a figure that does not exist.
+        Unknown names, bad logs, a limit of an unknown figure.
     ToolMissing
         yosys is missing with ``synth``, a router with ``route``, or the C compiler.
     """

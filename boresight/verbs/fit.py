@@ -57,14 +57,13 @@ def fit(
 ) -> Result:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
 
-    Every value is observed in float64 on the sources and in a stress test (hostile updates), with
-    states in their declared ranges. Its format is the finest with `sim.fit.fitting.MARGIN_BITS`
-    above what was seen, and half of the bits that are left to its interval, at most
-    `sim.fit.fitting.MOST_BITS`. Inputs, parameters, states and next states, angles that wrap,
-    divisors and arguments of roots keep the formats of their declarations or intervals. None
-    is kept if they would make an output less exact; see `sim.fit.fitting.select_ranges`. Nothing
-    is written if a word saturates on the sources, or if more variances are negative than without
-    the profile.
+    Every value is observed in float64 on the sources and in a stress test, with states in their
+    declared ranges. Its format keeps `sim.fit.fitting.MARGIN_BITS` above the largest value, and
+    half of the bits up to its computed range, at most `sim.fit.fitting.MOST_BITS`. Inputs,
+    parameters, states and next states, angles that wrap, divisors and arguments of roots keep
+    their formats. The profile is empty if it would make an output less exact
+    (`sim.fit.fitting.select_ranges`). Nothing is written if a word saturates on the sources, or if
+    more variances are negative than without the profile.
 
     Parameters
     ----------
@@ -92,7 +91,7 @@ def fit(
     Raises
     ------
     InputError
-        Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
+        Unknown names, bad logs, no source, a divisor that has both signs.
     """
     if isinstance(estimator, str) and estimator.partition("(")[0] == "board":
         for name, value in (("params", params), ("steps", steps)):

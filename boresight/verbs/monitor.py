@@ -44,7 +44,7 @@ def monitor(
     """Listen to a board; first write, then read registers.
 
     With ``reads`` or ``writes`` and without ``steps``, ``output`` and ``log`` it then ends.
-    Otherwise it listens until ``steps`` attitudes have come, or until Ctrl-C.
+    Otherwise it ends after ``steps`` attitudes, or at Ctrl-C.
 
     Parameters
     ----------

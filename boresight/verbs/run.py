@@ -96,7 +96,7 @@ def run(
         model, the default), c or rtl. In a loop one or several, c by default; each further form is
         compared with the first.
     steps : int, optional
-        Use at most so many samples of the source.
+        Use at most this many samples of the source.
     seed : int, optional
         Seed of the world's draw, as in montecarlo; by default the world as it is.
     output : path, optional

@@ -36,13 +36,12 @@ class State(declarations.State):
     Parameters
     ----------
     name, low, high, unit, initial
-        As of `boresight.State`. Of unit ``ht`` it is an angle: its error is the shorter way round.
+        As of `boresight.State`. A state in ``ht`` is an angle, which wraps.
     sd : float
         Standard deviation at the start, in ``unit``.
     sd_max : float, optional
-        Largest standard deviation, by default 1.2 ``sd``. A variance above three quarters of its
-        square grows no more until a measurement reduces it. P takes its words from it: a small one
-        leaves more bits.
+        Largest standard deviation, by default 1.2 ``sd``. It determines the formats of P. A
+        variance above three quarters of its square is held until a measurement reduces it.
 
     Raises
     ------
@@ -67,11 +66,11 @@ class State(declarations.State):
 
 @dataclass(frozen=True)
 class Attitude:
-    """A unit quaternion, body to navigation, whose error is a small turn of three components.
+    """A unit quaternion, body to navigation, whose error is a small rotation of three components.
 
-    True and estimated attitude differ by a turn e in navigation axes, C_true = (1 + [e x]) C. A
-    filter's methods get it as an `AttitudeView`. Its states are ``qw, qx, qy, qz`` for the name
-    ``q``; its errors, in P and in messages, ``q_e, q_n, q_u``.
+    True and estimated attitude differ by a rotation e in navigation axes, C_true = (1 + [e x]) C.
+    The methods of a filter read it as an `AttitudeView`. For the name ``q`` its states are ``qw,
+    qx, qy, qz``; its errors, in P and in messages, ``q_e, q_n, q_u``.
 
     Parameters
     ----------
@@ -140,22 +139,21 @@ class Measurement:
     valid : condition, optional
         Whether there is a measurement in this update; by default always.
     gate : float, optional
-        Largest innovation in standard deviations; beyond it the measurement is left out.
+        Largest innovation in standard deviations; beyond it the measurement is rejected.
     wrap : bool
-        z and h are angles in half turns. So they are, too, where a declared unit ``ht``,
-        `ops.wrap_ht` or `ops.atan2_ht` says so. An h that is pi or 180 times such an angle, as
-        ``np.arctan2`` is, wraps too: z, r and the largest values are converted.
+        Whether z and h are angles in half turns; implied by the unit ``ht``, `ops.wrap_ht` and
+        `ops.atan2_ht`. If h is pi or 180 times such an angle, such as ``np.arctan2``, z, r and the
+        largest values are converted.
     sd_max : float, optional
         Largest standard deviation of h. By default it follows from those of the states and the
-        intervals of the derivatives, which are wide for a row that is one of several kinds. None
-        where h is a state itself: that has its own.
+        ranges of the derivatives. Not for an h that is a state, which has its own.
     slope_max : mapping of str to float
-        Largest derivatives of h, by the name of a state: powers of two. A larger derivative is
-        clamped to it: the measurement corrects less then.
+        Largest derivatives of h by states, powers of two. Larger derivatives are clamped: the
+        measurement then corrects less.
     delay : float
-        Seconds by which the measurement is late, by default 0: h is that of the states then. They
-        are extrapolated backwards by `f`, to the second order, with the inputs of now; attitudes
-        are those of now. The model has an input ``dt``, or `rates_hz` of it.
+        Age of the measurement, s. `f` extrapolates the states backwards to second order, with the
+        current inputs; attitudes are the current ones. The model has an input ``dt``, or
+        `rates_hz` of it.
     """
 
     z: Any
@@ -215,16 +213,14 @@ def _unit(x: Any) -> str:
 
 
 def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
-    """Measurement of several that is taken into account in this update, in turn.
-
-    One update of P instead of several, for filters that would not fit, or take too long, with all.
+    """One of several measurements, chosen by an input; it costs one update of P.
 
     Parameters
     ----------
     number : value
-        Which, from 0 on: an input.
+        Index of the measurement: an input.
     measurements : sequence of Measurement
-        Each with its own z, h, r and condition; gate, wrap and delay are those of all.
+        Each has its own z, h, r and condition; gate, wrap and delay are common.
 
     Raises
     ------
@@ -260,7 +256,7 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
 def vector(
     kind: Callable[..., _D], name: str, axes: str, *given: Any, **options: Any
 ) -> tuple[_D, ...]:
-    """Three declarations that differ in the last letter of their names.
+    """Three declarations whose names differ in the last letter.
 
     ``vector(Input, "a", "xyz", -50.0, 50.0, "m/s^2")`` declares ``ax``, ``ay`` and ``az``; a
     filter's methods see them also as the vector ``a``.

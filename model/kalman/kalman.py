@@ -40,7 +40,7 @@ class Kalman(Estimator):
     measurement, L = P h / sqrt(h^T P h + r), P - L L^T: equal to the update by all measurements at
     once, linearised at the predicted state. Ranges follow from the standard deviations alone: P_ij
     lies within sd_i sd_j of zero, L_i within sd_i. A variance near its largest is held: its row of
-    F is that of a constant then and its noise is none, so that P stays F P F^T + Q of some F.
+    F is the identity and its process noise is 0, so that P is still F P F^T + Q for some F.
 
     On the object, `states` has all states of the core: the author's (an attitude as its four
     components), those of `memory`, and P as ``p_A_B`` of two states A and B.
@@ -55,17 +55,17 @@ class Kalman(Estimator):
         Names of states, ``nis``, ``accepted`` and ``rejected`` (measurements of this update within
         and beyond their gates), or what `shown` returns; by default all states.
     prior : bool
-        Outputs, except ``nis`` and the counts, are those of the predicted state, known before any
-        measurement of the update is taken into account.
+        Whether outputs, except ``nis`` and the counts, are those of the predicted state, before
+        the measurements of the update.
     initial_covariance : mapping of (str, str) to float
         Covariances of states at the start, by pairs of names; others are 0.
     floor : float
-        Process noise that each of n states has besides its own, for the rounding of P: this share
-        of its largest variance, n times. 2^-31 is the last bit of a word of 32.
+        Process noise added to each of n states for the rounding of P: n times this share of its
+        largest variance. 2^-31 is the LSB of a 32-bit word.
     dither : bool
-        The predicted P is rounded up or down at random, so that noise and covariances that change
-        by parts of a last bit in an update are right on average: a term more in each element.
-        Float64 and words of less than 32 bits do not change.
+        Whether the predicted P is rounded at random, so that changes of less than an LSB in an
+        update are right on average, at the cost of a product for each element. Float64 and words
+        of less than 32 bits do not change.
     """
 
     states: tuple[Any, ...] = ()
@@ -173,8 +173,8 @@ class Kalman(Estimator):
     def f(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
         """Next values of the states that change, by name.
 
-        Of an attitude: the turn in this update [rad, body axes], (3,). Vectors (`vector`) by their
-        name or by component; `memory` likewise.
+        For an attitude, the rotation in this update [rad, body axes], (3,). Vectors (`vector`) by
+        their name or by component, and `memory`.
 
         Parameters
         ----------
@@ -189,8 +189,8 @@ class Kalman(Estimator):
     def noise(self, x: Any, u: Any, p: Any) -> Mapping[Any, Any]:
         """Variances of the process noise of one update, by the name of a state; others have none.
 
-        Of a vector or an attitude one for all components, or three. A pair of names: the
-        covariance of two.
+        For a vector or an attitude, one for all components, or three. A pair of names as key is
+        a covariance.
         """
         return {}
 
@@ -199,7 +199,7 @@ class Kalman(Estimator):
         raise NotImplementedError
 
     def shown(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
-        """Outputs that are no states, by name."""
+        """Further outputs, by name."""
         return {}
 
     # -- what follows ---------------------------------------------------------------------------

@@ -95,8 +95,7 @@ def linear(
         default ``z`` follows from those of states, inputs and noise.
     Q, R, P : (n, n), (m, m), (n, n)
         Covariances of w, of v, and of the state at the start. A vector is a diagonal. By default
-        those of the object. Measurements with correlated noise are taken as sums of them that are
-        independent.
+        those of the object. Measurements with correlated noise are transformed to independent ones.
     tolerance : mapping, sequence or float, optional
         Of each state, as in `Output`.
     name : str

@@ -23,7 +23,7 @@ EXPERIMENT_GROUP = "boresight.experiments"
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A figure and the band in which it is to lie.
+    """A figure and its accepted band.
 
     Attributes
     ----------
@@ -32,21 +32,21 @@ class Target:
     source : str
         Origin of the band: a table, a data sheet, a specification.
     value : float
-        The measured value; one that is not finite is never good.
+        The measured value; NaN and infinity are never good.
     low, high : float, optional
-        Least and greatest good value; None: no limit.
+        Smallest and largest good value; None: no limit.
     unit : str
         Unit of all of these.
     binding : bool
-        A miss is a fault of ours. Else it is only reported, as where a paper's sensors are unknown.
+        Whether a miss fails the experiment; otherwise it is reported.
     beside : mapping of str to float
-        Other figures for the same, by who has them.
+        Figures of others for the same quantity, by their source.
     spread : (float, float), optional
         Range of the value over the runs.
     note : str
         Limits of the measurement.
     needs : str
-        What the band takes and the run did not have, as "250 runs": it is not judged then.
+        What the run had too little of, such as "250 runs"; the target is then not judged.
     """
 
     name: str
@@ -75,12 +75,12 @@ class Target:
 
     @property
     def judged(self) -> bool:
-        """It has a limit, and the run was long enough for it; else it is shown beside."""
+        """Whether it has a limit, and the run was long enough for it."""
         return (self.low, self.high) != (None, None) and not self.needs
 
     @property
     def good(self) -> bool:
-        """The value lies in the band; not judged, it is finite."""
+        """Whether the value is in the band, or finite if it is not judged."""
         if not self.judged:
             return math.isfinite(self.value)
         low = -math.inf if self.low is None else self.low
@@ -122,7 +122,7 @@ class ExperimentResult:
     targets : tuple of Target
         The judged figures.
     details : mapping
-        Plain data besides: curves, tables.
+        Further plain data: curves, tables.
     pages : mapping of str to str
         Contents of the experiment's `Experiment.pages`.
     """
@@ -139,7 +139,7 @@ class ExperimentResult:
 
 
 class Experiment:
-    """An experiment; its class is registered, or stands in a user's file.
+    """Base class of an experiment.
 
     Attributes
     ----------
@@ -150,8 +150,8 @@ class Experiment:
     pages : tuple of str
         Names of the files that it makes besides ``NAME.json``.
     jobs : int, optional
-        Processes of those that deal out their runs (`seeds.run_cases`); by default one for each
-        processor. Figures do not depend on it.
+        Number of processes (`seeds.run_cases`); by default one for each processor. Figures do not
+        depend on it.
     """
 
     name: ClassVar[str]
@@ -179,7 +179,7 @@ class Experiment:
         runs : int, 2 or more
             Number of runs.
         say : callable
-            Told in a line what begins.
+            Called with a line of progress.
         """
         raise NotImplementedError
 

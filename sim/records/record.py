@@ -112,9 +112,9 @@ class Record:
     notes : tuple of str
         Remarks about the data.
     comparison : bool
-        Its reference is another device's estimate, not truth.
+        Whether its reference is another device's estimate, not the truth.
     faults : mapping of str to InputError
-        Of columns that are not numbers throughout; it is raised where such a column is used.
+        Errors of columns that are not all numbers, raised when such a column is used.
 
     Raises
     ------

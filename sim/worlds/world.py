@@ -19,18 +19,17 @@ WORLD_GROUP = "boresight.worlds"
 class World:
     """Base class of plant models.
 
-    A world gives records to an estimator and gets its outputs: it has `record`, or `pieces` if it
+    A subclass has `record`, which maps the last outputs to the next record, or `pieces` if it
     ignores the outputs. It is deterministic: after `start` the same outputs give the same records,
-    bit by bit, so that levels can be compared.
+    bit by bit, so that forms can be compared.
 
     Attributes
     ----------
     name : str
         By default the class's name in lower case.
     runs : int or None
-        Of a batched plant, which simulates several runs at once: how many. Its values, and the
-        outputs that it gets, are arrays (runs,) in place of numbers; a value of one element is that
-        of all runs.
+        Number of runs of a batched plant. Its values, and the outputs that it gets, are arrays
+        (runs,) in place of numbers; an array of one element holds for all runs.
     """
 
     name: str = "world"
@@ -41,7 +40,7 @@ class World:
             cls.name = cls.__name__.lower()
 
     def start(self) -> None:
-        """Begin anew: whatever the world remembers goes back to its start."""
+        """Reset the world to its start."""
 
     def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
         """The next record.
@@ -56,7 +55,7 @@ class World:
         -------
         mapping of str to float, or None
             Values by input name, in the inputs' units (NaN: no new sample), and perhaps truths
-            under ``NAME_true``; None when the world has come to its end.
+            under ``NAME_true``; None at the end.
         """
         raise NotImplementedError
 
@@ -72,10 +71,9 @@ class World:
         return None
 
     def draw(self, seed: int) -> None:
-        """Take another draw of all random values, noise and errors: each ``seed`` its own.
+        """Select the random values of the next run by ``seed``.
 
-        `start` follows, and begins the draw that was taken last: store the seed here, and make
-        generators of it there.
+        `start` follows: store the seed here, and create generators from it there.
 
         Raises
         ------
@@ -90,7 +88,7 @@ class World:
         )
 
     def bound(self) -> Mapping[str, FloatArray]:
-        """Standard deviations (records,) that no estimator can beat, by output name; of any."""
+        """Lower bounds of the standard deviation (records,), by output name."""
         return {}
 
 
