@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from boresight.gateware.description import Description
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, split_names
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.typed import Malformed
@@ -29,13 +29,8 @@ def estimator_names(*texts: Named) -> list[Named]:
     accepted: list[str] = []
     for text in names:
         name = find_estimator(text).name
-        if name in accepted:
-            raise InputError.at(
-                "estimators",
-                wanted="each name once",
-                found=f"{name} twice",
-                fix="leave one out, or rename one",
-            )
+        fix = "leave one out, or rename one"
+        require(name not in accepted, "estimators", "each name once", f"{name} twice", fix)
         accepted.append(name)
     return names
 

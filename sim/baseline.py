@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.result import Result
 
@@ -85,9 +85,8 @@ def baseline(result: Result, file: str | Path) -> Result:
     InputError
         A file that is not such a result, or a result of something else.
     """
-    if not result.judged:
-        wanted, fix = "a result of check, compile or accuracy", "compare one of these"
-        raise InputError.at("baseline", wanted=wanted, found="one of another verb", fix=fix)
+    wanted, fix = "a result of check, compile or accuracy", "compare one of these"
+    require(bool(result.judged), "baseline", wanted, "one of another verb", fix)
     earlier = read_baseline(file, result.judged)
     return compared(result.to_json(), earlier, result.judged, file=file)
 
@@ -96,13 +95,9 @@ def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
     """An earlier result; raises InputError if it cannot be read, or is not one of this kind."""
     wanted = "an earlier result, which --json prints"
     data = read_json(path, wanted)
-    if not _figures(data, judged):
-        raise InputError.at(
-            str(path),
-            wanted=f"{wanted} for the same verb",
-            found=kind_of(data) if not isinstance(data, dict) else f"one of {', '.join(data)}"[:80],
-            fix="write it with --json > FILE",
-        )
+    found = f"one of {', '.join(data)}"[:80] if isinstance(data, dict) else kind_of(data)
+    good = bool(_figures(data, judged))
+    require(good, str(path), f"{wanted} for the same verb", found, "write it with --json > FILE")
     return data
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import cycle
 from typing import Any
 
@@ -118,41 +118,6 @@ def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -
     pieces = values[: len(values) // length * length].reshape(-1, length)
     t = step * length * (np.arange(len(pieces)) + 0.5)
     axes.fill_between(t, pieces.min(axis=1), pieces.max(axis=1), **style)
-
-
-def dots(rows: Sequence[str], series: Mapping[str, Sequence[float | None]], label: str) -> str:
-    """SVG with a line for each row and a dot for each series on it, over a logarithmic axis.
-
-    Parameters
-    ----------
-    series : mapping of str to sequence of float or None
-        A value for each row; values that are None, NaN or not above zero have no dot.
-    label : str
-        Of the axis.
-    """
-    with settings():
-        figure, axes = figure_and_axes(1.2 + 0.3 * len(rows) + 0.18 * (len(series) // 5))
-        axes.grid(False, axis="y")
-        axes.spines["left"].set_visible(False)
-        axes.tick_params(axis="y", length=0)
-        for k in range(len(rows)):
-            axes.axhline(k, color="#e6e8eb", linewidth=0.8, zorder=0)
-        for number, (title, values) in enumerate(series.items()):
-            points = [(v, k) for k, v in enumerate(values) if v is not None and v > 0.0]
-            axes.plot(
-                [v for v, _ in points],
-                [k for _, k in points],
-                linestyle="none",
-                marker="osD^vPX"[number // len(PALETTE) % 7],
-                color=PALETTE[number % len(PALETTE)],
-                label=title,
-            )
-        axes.set_yticks(range(len(rows)), [row.replace("_", " ") for row in rows])
-        axes.set_ylim(len(rows) - 0.4, -0.6)
-        log_axis(axes)
-        axes.set_xlabel(label)
-        legend(axes, 5)
-        return svg(figure, "dots")
 
 
 def svg(figure: Any, salt: str) -> str:

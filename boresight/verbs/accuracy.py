@@ -2,32 +2,28 @@
 
 boresight accuracy  # the attitude filters and VQF on the bundled logs
 boresight accuracy my_filter.py log.csv  # each output in its unit
-boresight accuracy all folder -o build  # ours beside VQF
+boresight accuracy all folder --json > accuracy.json  # ours beside VQF
 boresight accuracy mekf flight.ulg --align heading  # without a constant offset of the heading
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
 
 from boresight import options
-from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.errors import require, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
-from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.runs import read_trials
-from boresight.sim.pages import Section, Verdict, page_of, section_of
-from boresight.sim.plotting import dots
 from boresight.sim.result import Result
 
 GROUPS = (options.LogRows, options.Profiles, options.Baseline)
@@ -44,7 +40,6 @@ def accuracy(
     params: options.Params = None,
     word: options.Word = 32,
     jobs: options.Jobs = None,
-    output: options.OptionalFolder = None,
     progress: options.Progress = None,
 ) -> Result:
     """Measure the error of each output against the truth of logs, and against float64.
@@ -61,8 +56,6 @@ def accuracy(
         the vertical) or full.
     params : mapping, optional
         Parameter values by estimator.
-    output : path, optional
-        Folder for accuracy.html and accuracy.json.
 
     Returns
     -------
@@ -72,7 +65,7 @@ def accuracy(
     Raises
     ------
     InputError
-        Bad logs, unknown names, illegal parameters, or a folder that cannot be written.
+        Bad logs, unknown names, or illegal parameters.
     ToolMissing
         The package of a named published filter is not installed.
     """
@@ -87,67 +80,20 @@ def accuracy(
     require_peers(peers)
     values = _params(ours, params)
     for e in [] if logs and align == "none" else ours:
-        if not gives_attitude(e):
-            fix = "name one after the estimator; the bundled ones are of attitudes"
-            raise InputError.at(
-                "--align" if logs else "logs",
-                wanted="attitudes, outputs qw qx qy qz",
-                found=f"{e.name}, which has none",
-                fix="leave --align out" if logs else fix,
-            )
+        where, fix = "logs", "name one after the estimator; the bundled ones are of attitudes"
+        where, fix = ("--align", "leave --align out") if logs else (where, fix)
+        wanted, found = "attitudes, outputs qw qx qy qz", f"{e.name}, which has none"
+        require(gives_attitude(e), where, wanted, found, fix)
     if not logs:
         say("no log named: the bundled ones")
     trials, left_out = read_trials(logs, ours, load=bool(peers))
 
-    def work() -> Result:
-        result = benchmark(
-            ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
-        )
-        notes = [f"log {log.name} has no truth: left out" for log in left_out]
-        notes += [f"{n} left out: its package vqf is missing" for n in missing]
-        return replace(result, notes=(*result.notes, *notes))
-
-    if output is None:
-        return work()
-    files = [log.path for log in (*(t.log for t in trials), *left_out) if log.path]
-    made = ("accuracy.html", "accuracy.json")
-    with output_folder(output, "accuracy", files=made, inputs=files) as folder:
-        result = work()
-        data = json.dumps(result.to_json(), indent=1)
-        (folder / "accuracy.json").write_text(data + "\n")
-        (folder / "accuracy.html").write_text(render_page(result), encoding="utf-8")
-    return replace(result, summary=f"{output}/accuracy.html")
-
-
-def render_page(result: Result) -> str:
-    """The page's text, which needs no other file."""
-    rows = [row for row in result["estimators"] if row["level"] != "float"]
-    sections = [section_of(title, table) for title, table in result.tables.items()]
-
-    def plot(title: str, label: str, series: dict[str, list[float | None]]) -> None:
-        figure = dots([log["trial"] for log in result["logs"]], series, label.rstrip())
-        sections.append(Section(title=title, figures=[("", figure)]))
-
-    errors: dict[str, str] = {name: unit for row in rows for name, unit in row["units"].items()}
-    for name, unit in errors.items():
-        series = {
-            row["estimator"]: [trial["error"].get(name) for trial in row["trials"]]
-            for row in rows
-            if name in row["units"]
-        }
-        plot(f"Error on each log: {name}", f"error: {name} {unit}", series)
-    near = {
-        f"{row['estimator']}, {d['output']} {d['unit']}".rstrip(): [
-            trial["vs_float"].get(d["output"]) for trial in row["trials"]
-        ]
-        for row in rows
-        for d in row["vs_float"]
-        if d["tolerance"] is not None
-    }
-    if near:
-        plot("Fixed point", "largest difference between fixed point and float64", near)
-    failures = [Verdict(text, good=False) for text in result.failures]
-    return page_of("Accuracy", [result["source"] + ".", *failures], sections)
+    result = benchmark(
+        ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
+    )
+    notes = [f"log {log.name} has no truth: left out" for log in left_out]
+    notes += [f"{n} left out: its package vqf is missing" for n in missing]
+    return replace(result, notes=(*result.notes, *notes))
 
 
 def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
@@ -169,13 +115,9 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
         for text in split_names(name) if isinstance(name, str) else [name]:
             members += words.get(text, [text]) if isinstance(text, str) else [text]
     duplicates = [n for k, n in enumerate(members) if isinstance(n, str) and n in members[:k]]
-    if duplicates or not members:
-        raise InputError.at(
-            "estimators",
-            wanted="at least one, each once",
-            found=f"{duplicates[0]} twice" if duplicates else "none",
-            fix=f"name some, or one of {', '.join(words)}",
-        )
+    found, fix = [f"{n} twice" for n in duplicates], f"name some, or one of {', '.join(words)}"
+    good = bool(members) and not duplicates
+    require(good, "estimators", "at least one, each once", found[0] if found else None, fix)
     published = [n for n in members if isinstance(n, str) and n in PEERS]
     return [n for n in members if n not in published], published
 
@@ -184,13 +126,8 @@ def _params(
     ours: Sequence[Estimator], params: Mapping[str, Any] | Sequence[str] | None
 ) -> dict[str, Mapping[str, float]]:
     """Parameter values by estimator: from Python by estimator, or texts of the command line."""
-    if params and not ours:
-        raise InputError.at(
-            "parameters",
-            wanted="an estimator with parameters",
-            found="published filters only",
-            fix="name an estimator, or leave the values out",
-        )
+    wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
+    require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
     if isinstance(params, Mapping) and [*params] == [e.name for e in ours]:
         params = [*params.values()][0] if len(ours) == 1 else params
     values = zip(ours, params_of_each(ours, params), strict=True)

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight import options
-from boresight.folder import build_in, changes_in, is_folder
+from boresight.builds import build_for, build_in, changes_in, is_folder
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import check_word
 from boresight.parameters import estimator_names, params_of_each
@@ -63,7 +63,6 @@ def check(
     simulator: str | None = None,
     target: str | None = None,
     params: options.Params = None,
-    rtl_rows: int | None = None,
     output: options.OptionalFolder = None,
     progress: options.Progress = None,
     rows: Annotated[int | None, options.PythonOnly] = None,
@@ -89,9 +88,6 @@ def check(
         depth of the machine as in compile, and the area on the page.
     params : mapping, optional
         Parameter values; for several estimators a mapping of each by its name.
-    rtl_rows : int, optional
-        Simulate only this many rows of each log in RTL: 16 slices spread over the log, each from
-        the states of the integer model. By default all rows.
     output : path, optional
         Folder for report.html and report.json, with area and clock; for one estimator.
     rows : int, optional
@@ -109,7 +105,6 @@ def check(
         is checked.
     """
     require_whole("steps", steps, 1)
-    require_whole("rtl_rows", rtl_rows, 1)
     machine_named(config.removesuffix("-d7"))
     check_word(word)
     levels = levels.split(",") if isinstance(levels, str) else levels
@@ -119,10 +114,8 @@ def check(
     require_choice("target", part, (*TARGETS, "generic"))
     build, choice = _build(estimator, config, word, part, params)
     estimators = build.estimators
-    if output is not None and len(estimators) > 1:
-        found = ", ".join(e.name for e in estimators)
-        fix = "leave -o out, or check each"
-        raise InputError.at("--output", wanted="one estimator", found=found, fix=fix)
+    found, fix = ", ".join(e.name for e in estimators), "leave -o out, or check each"
+    require(output is None or len(estimators) == 1, "--output", "one estimator", found, fix)
     messages: list[str] = []
     tell = progress or (lambda text: None)
     checking = Check(
@@ -131,34 +124,29 @@ def check(
         simulator=simulator,
         progress=lambda text: tell("".join((*messages, text))),
     )
-    if len(estimators) > 1 and any(map(is_world, logs)):
-        found, fix = "a world", "record it: run ESTIMATOR WORLD -o log.csv"
-        raise InputError.at("logs", wanted="logs of several estimators", found=found, fix=fix)
+    good = len(estimators) == 1 or not any(map(is_world, logs))
+    fix = "record it: run ESTIMATOR WORLD -o log.csv"
+    require(good, "logs", "logs of several estimators", "a world", fix)
     logs = tuple(recorded(log, build, steps) if is_world(log) else log for log in logs)
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
-    for name in (e.name for e in estimators if own and e.name not in own):
-        raise InputError.at(
-            "logs",
-            wanted=f"a log of {name}, since {', '.join(own)} has its own",
-            found="none",
-            fix=f"write for example {name}=log.csv",
-        )
+    for name in (e.name for e in estimators):
+        wanted = f"a log of {name}, since {', '.join(own)} has its own"
+        require(not own or name in own, "logs", wanted, None, f"write for example {name}=log.csv")
     if own:
         rounds.append([Log.of(own[e.name], steps) for e in estimators])
-    if not rounds:
-        raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
+    require(bool(rounds), "logs", "at least one log", None, "name a log file")
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        results += checking.run(*records, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows)
+        results += checking.run(*records, keep_all=False, rows=rows or ROWS)
     lines = [] if choice is None else [str(choice)]
     lines += [line for result in results for line in result.lines()]
     if output is not None:
         inputs = log_files(log for log in logs if isinstance(log, str | Path))
-        from boresight.page import write_page  # it imports the gateware, plots, synthesis
+        from boresight.sim.report.html import write_report  # it imports plots and synthesis
 
-        lines.append(write_page(Path(output), estimators[0], build, results, inputs, tell))
+        lines.append(write_report(Path(output), build, results, inputs, tell))
     good = all(r.good for r in results)
     return Result(
         {"results": results},
@@ -193,8 +181,6 @@ def _build(
         if (config, word, part, params) != ("small", 32, "xc6slx9", None):
             raise _of_folder(estimator, "one of them")
         return build_in(Path(estimator)), None
-    from boresight.depths import build_for  # it imports the gateware
-
     names = estimator_names(estimator)
     estimators = [find_estimator(n) for n in names]
     make = partial(Build, *estimators, word=word, params=params_of_each(names, params), target=part)

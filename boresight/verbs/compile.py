@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight import options
+from boresight.builds import DepthChoice, build_for, made_of
 from boresight.core_files import (
     ROUTED_CLOCK_HZ,
     SYSTEM_CLOCK_HZ,
@@ -36,8 +37,6 @@ from boresight.core_files import (
     write_system,
     write_text,
 )
-from boresight.depths import DepthChoice, build_for
-from boresight.folder import made_of
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.project import write_project
 from boresight.gateware.boards.top import records_design
@@ -49,7 +48,7 @@ from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.routed import Mapped, Routed, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
@@ -260,13 +259,8 @@ def _target(target: str | None, board: str | None) -> str:
     if target is None:
         return part
     require_choice("target", target, TARGET_NAMES)
-    if board is not None and target != part:
-        raise InputError.at(
-            "target",
-            wanted=f"{part}, the part of {board}",
-            found=target,
-            fix="leave out --board or --target",
-        )
+    good, wanted = board is None or target == part, f"{part}, the part of {board}"
+    require(good, "target", wanted, f"--target {target}", "leave out --board or --target")
     return target
 
 
@@ -287,13 +281,10 @@ def _check_route(
                 found=f"--target {target}",
                 fix="leave --clock out, or choose another target",
             )
-    if not route and (seeds > 1 or (clock is not None and board is None)):
-        raise InputError.at(
-            "seeds" if seeds > 1 else "clock",
-            wanted="a design that is routed",
-            found="no --route",
-            fix="add --route and a target such as ecp5-25k, or --board ulx3s",
-        )
+    good = route or (seeds == 1 and (clock is None or board is not None))
+    fix = "add --route and a target such as ecp5-25k, or --board ulx3s"
+    where = "seeds" if seeds > 1 else "clock"
+    require(good, where, "a design that is routed", "no --route", fix)
 
 
 def _check_memory(build: Build, make: Callable[..., Build], target: Target) -> None:

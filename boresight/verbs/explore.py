@@ -4,7 +4,7 @@ boresight explore mekf log.csv -o build  # six widths, one and two lanes
 boresight explore my_filter.py log.csv --word 18,20,24  # three widths
 boresight explore my_filter.py log.csv taps=4,8,16  # an argument of the constructor
 boresight explore mekf log.csv --want "attitude<0.01deg, dsp<=1, us<5" --least lut  # choose
-boresight explore mekf log.csv --target xc6slx9,ecp5-25k --route  # also placed and routed
+boresight explore mekf log.csv --target xc6slx9,ecp5-25k --synth  # areas of two parts
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from boresight import options
-from boresight.core_files import check_routable
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require, require_choice, require_whole
@@ -59,8 +58,6 @@ def explore(
     configs: _Configs = ("small", "fast"),
     targets: _Targets = ("xc6slx9",),
     synth: bool = False,
-    route: bool = False,
-    seeds: int = 1,
     want: str = "",
     least: str = "",
     clock: float = 100.0,
@@ -93,10 +90,6 @@ def explore(
         Parts for area and clock.
     synth : bool
         Also synthesise with yosys: area, and on Spartan-6 an estimate of the clock.
-    route : bool
-        Also place and route where an open tool has the target; takes minutes for each row.
-    seeds : int
-        Number of placements with --route; the slowest one is the result.
     want : str
         Limits with commas, for example attitude<0.01deg, dsp<=1, us<5. docs/learn/explore.md lists
         the figures; the name of an output stands for its largest error from float64.
@@ -129,7 +122,7 @@ def explore(
     InputError
         Unknown names, bad logs, a limit of an unknown figure.
     ToolMissing
-        yosys is missing with ``synth``, a router with ``route``, or the C compiler.
+        yosys is missing with ``synth``, or the C compiler.
     """
     say = progress or (lambda text: None)
     for word in words:
@@ -137,15 +130,12 @@ def explore(
         require(str(word).strip().isdigit(), "words", "whole numbers", word, fix)
         check_word(int(word))
     require(1.0 <= clock <= 10_000.0, "clock", "1 to 10,000 MHz", clock, "choose another")
-    for name, value in (("steps", steps), ("jobs", jobs), ("seeds", seeds)):
+    for name, value in (("steps", steps), ("jobs", jobs)):
         require_whole(name, value, 1)
     for config in configs:
         machine_named(config)
     for target in targets:
         require_choice("target", target, TARGETS)
-    if route:
-        check_routable(targets, "leave --route out")
-    require(route or seeds == 1, "seeds", "1 without --route", seeds, "add --route")
     sources, arguments = arguments_of(logs)
     worlds = tuple(s for s in sources if is_world(s))
     widths = [*map(int, words)]
@@ -159,9 +149,8 @@ def explore(
         decides = table.quantity_of(least, known, "least")
     asked = [demand.quantity.name for demand in demands] + [q.name for q in [decides] if q]
     for figure in table.OF_AREA:
-        fix = "add --synth, or --route"
-        good = synth or route or figure not in asked
-        require(good, "want", f"areas and clocks, for {figure}", "no --synth", fix)
+        good = synth or figure not in asked
+        require(good, "want", f"areas and clocks, for {figure}", "no --synth", "add --synth")
     read = logs_of([s for s in sources if not is_world(s)], load=True)
     if not read and not worlds:
         fix = "name a log, or a world as file.py:Class"
@@ -179,10 +168,9 @@ def explore(
         worlds,
         tuple(sorted((values or {}).items())),
         steps,
-        seeds,
         digest_of([log.first for log in read]),
     )
-    plans, tasks = planned(exploration, cases, area=synth, route=route)
+    plans, tasks = planned(exploration, cases, area=synth)
     shared = all(isinstance(x, str) for x in (estimator, *worlds))
     where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": shared}
     complete(exploration, measured, tasks, journal, say=say, batch=1, **where)

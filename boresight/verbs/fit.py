@@ -9,10 +9,9 @@ boresight fit "board(field_ut=(0, 27.9, -46.2))" logs -o calibration.json  # reg
 from __future__ import annotations
 
 import copy
-import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -33,7 +32,7 @@ from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.boards import board_system
 from boresight.sim.compare.diagnosis import NAMED
 from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
-from boresight.sim.fit.observe import Inputs, pieces_of
+from boresight.sim.fit.observe import Inputs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feeds
@@ -123,7 +122,6 @@ def fit(
         say(f"{world.name} and {found.name} in float64")
         with make_level("float", Build(found, params=[values])) as level:
             keep(world.name, close_loop(world, level, steps=steps).inputs)
-    made_from = {name: _digest(inputs) for name, inputs in records.items()}
     fit_result = fitted(
         found, records, params=values, starts=initial_covariances(found), progress=say
     )
@@ -134,7 +132,7 @@ def fit(
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
     failures = _failures(after.saturated_updates, *negative)
     if not failures:
-        target.write(_text(fit_result, made_from))
+        target.write(_text(fit_result))
     errors = _errors(before, after)
     dropped = _errors(before, choice.full) if choice.full is not after else []
     limits = [
@@ -142,9 +140,9 @@ def fit(
         for number, (low, high) in fit_result.profile.limits.items()
     ]
     wasted = wasted_ranges(fit_result, word)
-    formats, trace = len(fit_result.profile.ranges), fit_result.trace
-    count = sum(1 for e in trace.needed if e.args and e.number in fit_result.intervals)
-    runs = ", ".join(f"{name} ({updates} updates)" for name, (updates, _) in made_from.items())
+    formats, updates = len(fit_result.profile.ranges), fit_result.updates
+    count = sum(1 for e in fit_result.trace.needed if e.args)
+    runs = ", ".join(f"{name} ({n} updates)" for name, n in updates.items())
     lines = [
         f"{place}: {formats} formats of {count} values, from {runs} and "
         f"{fit_result.hostile_updates} stress-test updates"
@@ -164,7 +162,7 @@ def fit(
     data = {
         "estimator": found.name,
         "profile": place,
-        "records": {name: updates for name, (updates, _) in made_from.items()},
+        "records": updates,
         "hostile_updates": fit_result.hostile_updates,
         "values": count,
         "formats": formats,
@@ -203,15 +201,6 @@ def _inputs(estimator: Estimator, log: Log) -> Iterator[tuple[FloatArray, bool]]
         yield from part.spans(not k)
 
 
-def _digest(inputs: Inputs) -> tuple[int, str]:
-    """Updates, and the SHA-256 of their inputs."""
-    updates, digest = 0, hashlib.sha256()
-    for piece, _ in pieces_of(inputs):
-        updates += len(piece)
-        digest.update(piece.tobytes())
-    return updates, digest.hexdigest()
-
-
 def _line(fit_result: Fitted, number: int) -> str:
     return fit_result.trace.tracer.expressions[number].line
 
@@ -237,27 +226,19 @@ def _errors(before: Effect | str, after: Effect) -> list[dict[str, Any]]:
     return rows
 
 
-def _text(fit_result: Fitted, records: Mapping[str, tuple[int, str]]) -> str:
+def _text(fit_result: Fitted) -> str:
     """The profile as JSON, a line for each value."""
     profile = fit_result.profile
 
     def row(number: int, chosen: tuple[float, float]) -> str:
-        ends = {
-            "interval": fit_result.intervals[number],
-            "records": fit_result.seen.get(number),
-            "hostile": fit_result.hostile.get(number),
-        }
-        shown = {name: ends_ and [_finite(x) for x in ends_] for name, ends_ in ends.items()}
-        said = {"number": number, "line": _line(fit_result, number), **shown, "chosen": chosen}
-        return json.dumps(said)
+        seen = fit_result.seen.get(number)
+        said = {"number": number, "line": _line(fit_result, number), "records": seen}
+        return json.dumps({**said, "chosen": chosen})
 
     head = {
         "estimator": profile.estimator,
         "record": profile.record,
-        "made_from": [
-            {"log": name, "updates": updates, "sha256": digest}
-            for name, (updates, digest) in records.items()
-        ],
+        "made_from": [{"log": name, "updates": n} for name, n in fit_result.updates.items()],
         "hostile_updates": fit_result.hostile_updates,
     }
     tables = [

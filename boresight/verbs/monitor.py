@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.options import Progress, PythonOnly, Repeated
 from boresight.sim.boards import board_system
 
@@ -83,13 +83,9 @@ def monitor(
     output = [output] if isinstance(output, str | Path) else output
     tables = [path for path in output if str(path).endswith(".csv")]
     plots = [path for path in output if path not in tables]
-    if len(tables) > 1 or len(plots) > 1:
-        raise InputError.at(
-            "--output",
-            wanted="at most one table, FILE.csv, and one picture",
-            found=", ".join(map(str, output)),
-            fix="leave the others out",
-        )
+    wanted, found = "at most one table, FILE.csv, and one picture", ", ".join(map(str, output))
+    good = len(tables) <= 1 and len(plots) <= 1
+    require(good, "--output", wanted, found, "leave the others out")
     return board_system().monitor(
         source,
         baud=baud,

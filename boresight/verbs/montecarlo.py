@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight import options
-from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
@@ -133,13 +133,11 @@ def _check_nis(estimator: Estimator) -> None:
     """Raise InputError unless NIS can be computed, or is not asked for."""
     freedom, names = estimator.nis_freedom, [o.name for o in estimator.outputs]
     is_number = isinstance(freedom, Real) and 0 <= float(freedom) < math.inf
-    if not is_number or (freedom and "nis" not in names):
-        raise InputError.at(
-            f"estimator {estimator.name}, nis_freedom",
-            wanted="a number of measurements, 0 without an output nis",
-            found=f"{freedom!r}, outputs {', '.join(names)}",
-            fix='write for example nis_freedom = 1, and Output("nis") among the outputs',
-        )
+    good = is_number and (not freedom or "nis" in names)
+    found = f"{freedom!r}, outputs {', '.join(names)}"
+    fix = 'write for example nis_freedom = 1, and Output("nis") among the outputs'
+    wanted = "a number of measurements, 0 without an output nis"
+    require(good, f"estimator {estimator.name}, nis_freedom", wanted, found, fix)
 
 
 def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:

@@ -25,7 +25,7 @@ from boresight import options
 from boresight.gateware.machine import machine_named
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError, require_choice, require_whole
+from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import call_of
 from boresight.model.resolve import estimator_of as find_estimator
@@ -137,13 +137,8 @@ def run(
         if seed is not None:
             drawn(world, seed)
         return _in_loop(world, build, levels or ["c"], steps, output, progress)
-    if len(levels) > 1 or seed is not None:
-        raise InputError.at(
-            "levels" if seed is None else "seed",
-            wanted="a world",
-            found="a log",
-            fix="choose one level" if seed is None else "leave it out",
-        )
+    require(seed is None, "seed", "a world", "a log", "leave it out")
+    require(len(levels) < 2, "levels", "a world", "a log", "choose one level")
     return _on_log(build, source, levels[0] if levels else "fixed", steps, output, rows)
 
 
@@ -160,13 +155,9 @@ def typed(words: Sequence[Any], given: Mapping[str, Any], shown: Any) -> dict[st
 
 def _copied(log: Any, output: str | Path | None) -> Result:
     """A log written as another kind of file, block by block."""
-    if not isinstance(log, str | Path) or ".py" in str(log) or not Path(log).exists():
-        raise InputError.at(
-            "run",
-            wanted="an estimator and a log, a world or board",
-            found=f"{log} alone",
-            fix="name both; a log alone is written as another file",
-        )
+    is_log = isinstance(log, str | Path) and ".py" not in str(log) and Path(log).exists()
+    fix = "name both; a log alone is written as another file"
+    require(is_log, "run", "an estimator and a log, a world or board", f"{log} alone", fix)
     if output is None or not str(output).lower().endswith(tuple(FORMATS)):
         raise InputError.at(
             "--output",
@@ -209,13 +200,9 @@ def _on_board(
     values = params_of_each([estimator], params, board.programs)
     given = {find_estimator(n).name: v for n, v in zip(names, values, strict=True) if v}
     if settings.pop("faults"):
-        if given:
-            raise InputError.at(
-                "param",
-                wanted="a board without faults",
-                found=", ".join(given),
-                fix="leave it out: faults are judged with the declared parameters",
-            )
+        fix = "leave it out: faults are judged with the declared parameters"
+        found = f"values of {', '.join(given)}"
+        require(not given, "param", "a board without faults", found, fix)
         result: Result = board.simulate_faults(estimator, progress=progress)
         return result
     say = progress or (lambda text: None)
@@ -394,13 +381,9 @@ def _on_log(
     """The outputs of an estimator on a log."""
     (estimator,) = build.estimators
     inputs = [log] if isinstance(log, str | Path) else []
-    if output is not None and any(o.name == "t" for o in estimator.outputs):
-        raise InputError.at(
-            f"{estimator.name}, output t",
-            wanted="another name for what is written",
-            found="t, the column of the times",
-            fix="rename the output, or leave -o out",
-        )
+    good, wanted = all(o.name != "t" for o in estimator.outputs), "another name for what is written"
+    where, found = f"{estimator.name}, output t", "t, the column of the times"
+    require(output is None or good, where, wanted, found, "rename the output, or leave -o out")
     target = None
     if output is not None:
         check_written(output)

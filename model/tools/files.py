@@ -21,7 +21,7 @@ from typing import BinaryIO
 
 from filelock import FileLock
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.tools.folders import cache_folder
 
 #: List of the files that Boresight wrote into a folder.
@@ -129,13 +129,10 @@ def output_folder(
 def _refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
     """Refuse an output that is one of the input files."""
     for source in inputs:
-        if os.path.isfile(path) and os.path.exists(source) and os.path.samefile(path, source):
-            raise InputError.at(
-                _shown(path),
-                wanted="an output that is not an input",
-                found=f"the same file as the input {os.fspath(source)}",
-                fix=f"choose another with {option}",
-            )
+        exist = os.path.isfile(path) and os.path.exists(source)
+        wanted, fix = "an output that is not an input", f"choose another with {option}"
+        found = f"the same file as the input {os.fspath(source)}"
+        require(not exist or not os.path.samefile(path, source), _shown(path), wanted, found, fix)
 
 
 def require_distinct(**outputs: StrPath | None) -> None:
@@ -145,13 +142,9 @@ def require_distinct(**outputs: StrPath | None) -> None:
         if path is None:
             continue
         target = os.path.realpath(path)
-        if target in options and target != os.devnull:
-            raise InputError.at(
-                _shown(path),
-                wanted="a file of its own for each output",
-                found=f"the same file as --{options[target]}",
-                fix=f"choose another with --{option}",
-            )
+        found, fix = f"the same file as --{options.get(target)}", f"choose another with --{option}"
+        good = target not in options or target == os.devnull
+        require(good, _shown(path), "a file of its own for each output", found, fix)
         options[target] = option
 
 
@@ -207,13 +200,9 @@ def _manifest(known: Files) -> str:
 
 
 def _require_name(path: StrPath, option: str) -> None:
-    if os.fspath(path).strip() in ("", "-"):
-        raise InputError.at(
-            option,
-            wanted="the name of a file or folder",
-            found=repr(os.fspath(path)),
-            fix=f"write a name after {option}; standard output is /dev/stdout",
-        )
+    fix = f"write a name after {option}; standard output is /dev/stdout"
+    name = os.fspath(path).strip()
+    require(name not in ("", "-"), option, "the name of a file or folder", name, fix)
 
 
 def _require_ours(path: Path, known: dict[str, str] | None, option: str) -> None:

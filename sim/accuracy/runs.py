@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, units_of
 from boresight.sim.campaign import processes
@@ -69,9 +69,8 @@ def read_trials(
     whole logs in memory, as published filters need. Raises InputError for a bad log, a log named
     twice, or none with truth.
     """
-    if any(map(is_world, logs)):
-        fix = "record it first: boresight run ESTIMATOR WORLD -o log.csv"
-        raise InputError.at("logs", wanted="logs", found="a world", fix=fix)
+    fix = "record it first: boresight run ESTIMATOR WORLD -o log.csv"
+    require(not any(map(is_world, logs)), "logs", "logs", "a world", fix)
     trials, left_out = list[Trial](), list[Log]()
     found = logs_of(logs or [bundled(name) for name in bundled_names()], load=load)
     for log in sorted(_distinct(found), key=lambda log: log.name):
@@ -87,14 +86,9 @@ def read_trials(
             trials.append(Trial(log, feeds, units))
         else:
             left_out.append(log)
-    if not trials:
-        example = estimators[0].outputs[0].name if estimators else "qw"
-        raise InputError.at(
-            "logs",
-            wanted=f"at least one log with the truth of an output, as {example}_true",
-            found="none",
-            fix="name logs with truth",
-        )
+    example = estimators[0].outputs[0].name if estimators else "qw"
+    wanted = f"at least one log with the truth of an output, as {example}_true"
+    require(bool(trials), "logs", wanted, None, "name logs with truth")
     return trials, left_out
 
 

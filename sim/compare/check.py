@@ -13,7 +13,7 @@ import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS, Output
-from boresight.model.errors import InputError, ToolMissing, require_choice
+from boresight.model.errors import ToolMissing, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
@@ -47,8 +47,6 @@ from boresight.sim.rtl.simulators import SIMULATORS
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
 #: Rows of a log that are read at a time, and of a long one those that are kept.
 KEPT = 1 << 16
-#: Slices of a log that runs in part.
-SLICES = 16
 #: Rows that run on a level at a time.
 ROWS = 1 << 15
 
@@ -64,13 +62,8 @@ class _Attempt:
         #: Records of each estimator on which it still runs; None: on all.
         self.left: int | None = None
         self._pieces = 0
-        #: Rows on which it runs, from states that are handed in; none: on all, from a reset on.
-        self.slices: list[range] = []
-        self.slice_text = ""
-        #: First row, states before it, and records up to now of the slice at hand.
-        self._origin: tuple[int, IntArray | None, list[FloatArray]] = (0, None, [])
-        #: By estimator, of its first update that differs: states before it, and its slice.
-        self.differs: dict[int, tuple[IntArray | None, int, IntArray | None, list[FloatArray]]] = {}
+        #: By estimator, states before its first update that differs.
+        self.differs: dict[int, IntArray | None] = {}
 
     def begin(self) -> None:
         """Make the levels."""
@@ -78,7 +71,7 @@ class _Attempt:
         def make() -> list[Run]:
             self.levels = self._make()
             self.agreements = [Agreement(level) for level in self.levels]
-            self.left = None if self.slices else self.levels[0].record_limit
+            self.left = self.levels[0].record_limit
             return []
 
         self._guarded(make)
@@ -88,46 +81,17 @@ class _Attempt:
         if self.left is not None:
             records = [x[: self.left] for x in records]
             self.left -= max(map(len, records))
-        if self.error or self.slices or not any(map(len, records)):
+        if self.error or not any(map(len, records)):
             return []
         seed, self._pieces = self._pieces, self._pieces + 1
         run = partial(self.kind.run_together, self.levels, records, anew=anew, seed=seed)
         return self._guarded(run)
 
-    def compare(
-        self, k: int, runs: Sequence[Run], records: FloatArray, wanted: Run, case: _Case
-    ) -> None:
+    def compare(self, k: int, runs: Sequence[Run], wanted: Run, case: _Case) -> None:
         """Compare the next records of estimator ``k`` with the interpreter's run of them."""
         assert wanted.states is not None
-        compared = [(0, runs[k])] if runs else self._sliced(records, wanted, case)
-        for place, run in compared:
-            part = wanted.rows(place, len(records))
-            row = self.agreements[k].add(run, part, case.rows + place)
-            if row is not None:
-                row += place
-                before = wanted.states[row - 1] if row else case.before
-                first, states, own = self._origin
-                self.differs[k] = before, first, states, [*own]
-
-    def _sliced(self, records: FloatArray, wanted: Run, case: _Case) -> Iterator[tuple[int, Run]]:
-        """Runs of slices in the next records: the place of the first row, and the run."""
-        start, stop = case.rows, case.rows + len(records)
-        for part in self.slices:
-            first, end = max(part.start, start), min(part.stop, stop)
-            if first >= end or self.error:
-                continue
-            level = self.levels[0]
-            if first == part.start or (first == start and case.before is None):
-                assert wanted.states is not None
-                states = case.before if first == start else wanted.states[first - start - 1]
-                self._origin = first, states, []
-                level.reset()
-                if states is not None:
-                    level.resume(states)
-            rows = records[first - start : end - start]
-            self._origin[2].append(rows)
-            for run in self._guarded(partial(map, level.run, [rows])):
-                yield first - start, run
+        if runs and (row := self.agreements[k].add(runs[k], wanted, case.rows)) is not None:
+            self.differs[k] = wanted.states[row - 1] if row else case.before
 
     def _guarded(self, call: Callable[[], Iterable[Run]]) -> list[Run]:
         start = time.perf_counter()
@@ -150,21 +114,13 @@ class _Attempt:
         level, agreement, text = self.levels[number], self.agreements[number], ""
         if number in self.differs:
             assert agreement.first_wrong is not None
-            before, first, states, own = self.differs[number]
             step = agreement.first_wrong
             pieces = ((rows, bool(new[0])) for rows, _, new in again())
-            text = first_difference(
-                level,
-                [(rows, False) for rows in own] if own else pieces,
-                before,
-                step,
-                first=first,
-                states=states,
-            )
+            text = first_difference(level, pieces, self.differs[number], step)
             many = len(self.levels)
             rest = f"with {many} programs in turns" if many > 1 else "all values equal"
             text = text or f"{level.name}: outputs differ, step {step}, {rest}"
-        return agreement.result(self.seconds, text, self.slice_text)
+        return agreement.result(self.seconds, text)
 
 
 @dataclass(eq=False)
@@ -261,11 +217,7 @@ class Check:
         self._examined: dict[int, list[Examined]] = {}
 
     def run(
-        self,
-        *logs: Log | Record,
-        keep_all: bool = True,
-        rows: int = ROWS,
-        rtl_rows: int | None = None,
+        self, *logs: Log | Record, keep_all: bool = True, rows: int = ROWS
     ) -> list[CheckResult]:
         """Run everything, a piece of the logs after the other on every level.
 
@@ -281,9 +233,6 @@ class Check:
             Whether results have the rows of a log of more than `KEPT`.
         rows : int
             Rows of a piece.
-        rtl_rows : int, optional
-            Rows on which RTL runs, as `SLICES` slices spread over the log, each from
-            the states of the interpreter; by default all, from a reset on.
         """
         sources = [Log.of(log) for log in logs]
         build = self.build
@@ -304,8 +253,6 @@ class Check:
             if name != Interpreted.name
             for tool in LEVELS[name].tools_of_check(self.simulator)
         ]
-        if rtl_rows is not None:
-            self._slice(attempts, sources, rtl_rows)
         interpreter = _Attempt(
             Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
         )
@@ -327,29 +274,6 @@ class Check:
                 levels.insert(0, dataclasses.replace(own, reference=True))
             results.append(self._result(k, case, sources, levels, again))
         return results
-
-    def _slice(self, attempts: Sequence[_Attempt], sources: Sequence[Log], rows: int) -> None:
-        """Spread so many rows over the only log for levels that can begin with given states."""
-        if self._count > 1:
-            raise InputError.at(
-                "--rtl-rows",
-                wanted="one estimator",
-                found=f"{self._count}, which take turns on the core",
-                fix="check them one by one",
-            )
-        length = len(sources[0])
-        several = min(SLICES, rows)
-        each = rows // several
-        if each * several >= length:
-            return
-        starts = [k * (length - each) // max(several - 1, 1) for k in range(several)]
-        for attempt in attempts:
-            if attempt.kind.resumes:
-                attempt.slices = [range(start, start + each) for start in starts]
-                attempt.slice_text = (
-                    f"{several} slices of {each} rows spread over {length}, each from the states "
-                    "of the integer model"
-                )
 
     def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
         """Blocks of `KEPT` rows of each estimator's log; none of one that has ended."""
@@ -425,7 +349,7 @@ class Check:
             if len(part.given):
                 cases[k].before = None if anew else cases[k].before
                 for attempt, runs in zip((interpreter, *attempts), (fixed, *tried), strict=True):
-                    attempt.compare(k, runs, records[k], part.fixed, cases[k])
+                    attempt.compare(k, runs, part.fixed, cases[k])
                 cases[k].add(part, keep_all)
 
     def _again(
@@ -542,13 +466,10 @@ def _pieces(blocks: Sequence[Feed], rows: int, anew: bool) -> Iterator[tuple[lis
     longest = max(map(len, blocks))
     starts = {*np.flatnonzero(max(blocks, key=len).restarts).tolist()}
     for block in blocks:
-        if {*np.flatnonzero(block.restarts).tolist()} != {k for k in starts if k < len(block)}:
-            raise InputError.at(
-                "column restart",
-                wanted="the same rows for all estimators, which take turns on the core",
-                found="others",
-                fix="check them one by one",
-            )
+        own = {*np.flatnonzero(block.restarts).tolist()}
+        wanted = "the same rows for all estimators, which take turns on the core"
+        good = own == {k for k in starts if k < len(block)}
+        require(good, "column restart", wanted, "other rows", "check them one by one")
     for start, stop in pairwise([*sorted({*starts, *range(0, longest, rows)}), longest]):
         yield [block.rows(start, stop) for block in blocks], start in starts or (anew and not start)
 

@@ -32,8 +32,7 @@ class LevelResult:
     ``n_mismatch`` counts the updates, of ``n_total``, whose outputs, states or saturation flag
     differ, and ``first_wrong`` is the first of them. ``error`` says why a level did not run, or
     why its run proves nothing: then there are no counts (None). Cycles are None for levels without
-    a clock. ``slices`` says on which rows a level ran that did not run on all from a reset on.
-    ``reference`` marks the interpreter, with which the others are compared.
+    a clock. ``reference`` marks the interpreter, with which the others are compared.
     """
 
     level: str
@@ -50,7 +49,6 @@ class LevelResult:
     error: str = ""
     divergence: str = ""
     first_wrong: int | None = None
-    slices: str = ""
     reference: bool = False
 
     @property
@@ -80,8 +78,7 @@ class LevelResult:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
-        data = {**dataclasses.asdict(self), "good": self.good, "failure": self.failure}
-        return data if self.slices else {k: v for k, v in data.items() if k != "slices"}
+        return {**dataclasses.asdict(self), "good": self.good, "failure": self.failure}
 
     def line(self) -> str:
         """One line for people; what `error` says stands in the verdict, once for all levels."""
@@ -93,7 +90,6 @@ class LevelResult:
             text = f"{name} reference, {self.n_total} updates"
         if self.cycles_predicted is not None:
             text += f"   {self._counted('cycles')}; {self._counted('interval')}"
-        text += f"; {self.slices}" if self.slices else ""
         return f"{text}   {self.seconds:.1f} s" + (
             f"\n         {self.divergence}" if self.divergence else ""
         )
@@ -146,7 +142,7 @@ class Agreement:
             f"{name}_max": max(high, self._cycles.get(f"{name}_max", high)),
         }
 
-    def result(self, seconds: float = 0.0, divergence: str = "", slices: str = "") -> LevelResult:
+    def result(self, seconds: float = 0.0, divergence: str = "") -> LevelResult:
         """The verdict."""
         return LevelResult(
             self.level.name,
@@ -158,34 +154,26 @@ class Agreement:
             error=self._fault,
             divergence=divergence,
             first_wrong=self.first_wrong,
-            slices=slices,
         )
 
 
 def first_difference(
-    level: Level,
-    pieces: Iterable[tuple[FloatArray, bool]],
-    before: IntArray | None,
-    step: int,
-    *,
-    first: int = 0,
-    states: IntArray | None = None,
+    level: Level, pieces: Iterable[tuple[FloatArray, bool]], before: IntArray | None, step: int
 ) -> str:
     """Run a level up to ``step`` again, alone: the first value that differs; empty if none does.
 
-    ``pieces`` are records (n, n_inputs) in their units from update ``first`` on, and whether they
-    begin from the initial states. ``before`` are the interpreter's state words (n_states,) before
-    the step, ``states`` those before update ``first``, which the level begins with; None: the
+    ``pieces`` are records (n, n_inputs) in their units, and whether they begin from the initial
+    states; ``before`` are the interpreter's state words (n_states,) before the step; None: the
     initial ones.
     """
     of = Traced.of(level.build, level.number)
     program = level.program if level.schedule is None else level.schedule.program
-    machine, rows, earlier = Interpreter(program), step + 1 - first, list[FloatArray]()
+    machine, rows, earlier = Interpreter(program), step + 1, list[FloatArray]()
     if before is not None:
         machine.states = before[:, None]
     for piece, anew in pieces:
         if anew:
-            earlier, states = [], None
+            earlier = []
         earlier.append(piece[:rows])
         rows -= len(piece)
         if rows <= 0:
@@ -193,7 +181,7 @@ def first_difference(
     last = earlier.pop()
     machine.update(words_of(level.program, last[-1])[:, None])
     wanted = [int(w[0]) for w in machine.values_before_commit()]
-    for seen in level.words_of_update(last, earlier, states):
+    for seen in level.words_of_update(last, earlier):
         if seen.word != wanted[seen.value]:
             at = "" if seen.cycle is None else f", cycle {seen.cycle}"
             found = "X" if seen.word is None else str(seen.word)

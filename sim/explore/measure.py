@@ -1,8 +1,8 @@
 """The combinations of an exploration, and the work of each: errors, cycles, area, as plain data.
 
 Errors and the verdict are those of `sim.compare.check` with the emitted C, whose words are those of
-the core; cycles are those of the schedule; area and clock those of `gateware.synthesis`: an
-estimate for Spartan-6, routed where an open tool routes.
+the core; cycles are those of the schedule; area, and on Spartan-6 an estimate of the clock, are
+those of `gateware.synthesis`.
 
 The key of a piece of work is a digest of everything that determines its result: program, machine,
 target, tool, logs. Combinations share results that are the same for them: errors do not depend on
@@ -25,7 +25,6 @@ from typing import Any, NamedTuple
 from boresight.gateware.core import Core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.family import Target
-from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
@@ -99,15 +98,13 @@ class Exploration:
     """Settings of all combinations.
 
     Each world with the combination's estimator in float64 gives one more log. Of each log the first
-    ``steps`` samples count. ``seeds`` are the router's; ``digest`` is that of the logs when the
-    exploration began.
+    ``steps`` samples count. ``digest`` is that of the logs when the exploration began.
     """
 
     logs: tuple[str | Record, ...]
     worlds: tuple[NamedWorld, ...] = ()
     params: tuple[tuple[str, float], ...] = ()
     steps: int | None = None
-    seeds: int = 1
     digest: str = ""
 
 
@@ -180,18 +177,13 @@ def digest_of(records: Sequence[Record]) -> str:
 
 
 def planned(
-    exploration: Exploration, cases: Sequence[Case], *, area: bool, route: bool = False
+    exploration: Exploration, cases: Sequence[Case], *, area: bool
 ) -> tuple[list[Plan], dict[str, Task]]:
     """The work of every combination, and all of it by key, the quick kinds first.
 
-    Raises ToolMissing without yosys or a router, if areas or routed clocks are wanted.
+    Raises ToolMissing without yosys, if areas are wanted.
     """
-    tool = find_tool().version if area or route else ""
-    routers = {
-        case.target: find_router(family.router).version
-        for case in cases
-        if route and (family := TARGETS[case.target].family).router is not None
-    }
+    tool = find_tool().version if area else ""
     own = sources(*map(world_of, exploration.worlds))
     plans, programs = list[Plan](), dict[tuple[Any, int], Program]()
     tasks: dict[str, dict[str, Task]] = {kind: {} for kind in KINDS}
@@ -212,9 +204,6 @@ def planned(
         }
         if area:
             inputs["area"] = [*program, machine, case.target, tool]
-        if case.target in routers:
-            inputs["routed"] = [*program, machine, case.target, tool]
-            inputs["routed"] += [routers[case.target], exploration.seeds]
         keys = {kind: digest(kind, parts) for kind, parts in inputs.items()}
         plans.append(Plan(case, tuple(keys.values())))
         for kind, key in keys.items():
@@ -326,17 +315,8 @@ def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
     target = TARGETS[case.target]
     mapped = map_core(case.build(exploration).core, target)
     used = {name: mapped.used[name] for name in ("lut", "ff", "dsp")}
-    clock: dict[str, Any] = {}
-    if mapped.clock is not None:
-        clock = {"clock": mapped.clock.median_mhz, "clock_is": "estimate"}
+    clock = {} if mapped.clock is None else {"clock": mapped.clock.median_mhz}
     return {**used, "ram": mapped.used[target.device.memory], **clock}
-
-
-def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
-    """Clock of the placed and routed core at its slowest seed, MHz."""
-    core, target = case.build(exploration).core, TARGETS[case.target]
-    design = route_core(core, target, seeds=exploration.seeds)
-    return {"clock": design.clock_mhz, "clock_is": "routed"}
 
 
 #: Functions that measure, by kind, the quick ones first.
@@ -344,5 +324,4 @@ KINDS: Mapping[str, Callable[[Exploration, Case], dict[str, Any]]] = {
     "errors": _errors,
     "cycles": _cycles,
     "area": _area,
-    "routed": _routed,
 }

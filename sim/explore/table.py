@@ -38,7 +38,7 @@ FIGURES = (
     Quantity("clock", "MHz", more=True),
     Quantity("word", "bits"),
 )
-#: Figures that come from synthesis or routing.
+#: Figures that come from synthesis.
 OF_AREA = ("lut", "ff", "dsp", "ram", "clock")
 #: How far estimated clocks are off: docs/targets.md.
 ESTIMATED = (
@@ -167,7 +167,7 @@ def result_of(
         failures.append("check accepts no combination that has these figures")
     elif not any(row["good"] for row in table):
         failures.append("check accepts no combination")
-    if any(row.get("clock_is") == "estimate" for row in table):
+    if any(row.get("clock") for row in table):
         lines.append(ESTIMATED)
     data = {"rows": table, "choice": choice}
     return Result(data, {"combinations": shown}, "\n".join(lines), failures=failures)

@@ -124,8 +124,8 @@ def between(trace: Trace, elements: Collection[str]) -> set[int]:
 
 def profile_of(
     trace: Trace, estimator: Estimator, seen: Reached, provoked: Reached, logs: Sequence[str]
-) -> tuple[Profile, dict[int, Range]]:
-    """The profile for ranges seen in records and provoked by hostile inputs; all `intervals`."""
+) -> Profile:
+    """The profile for ranges seen in records and provoked by hostile inputs."""
     bounds, limits = intervals(trace, joined(seen, provoked))
     by_interval = {e.args[-1].number for e in trace.tracer.expressions if e.kind in _DIVIDING}
     by_interval |= between(trace, estimator.covariance_elements)
@@ -136,7 +136,7 @@ def profile_of(
             range_ = chosen(seen[e.number], provoked.get(e.number), bounds[e.number])
             ranges |= {} if range_ is None else {e.number: range_}
     digest = record_digest(trace, estimator.inputs)
-    return Profile(estimator.name, digest, tuple(logs), ranges, limits), bounds
+    return Profile(estimator.name, digest, tuple(logs), ranges, limits)
 
 
 #: Updates of each hostile stimulus.
@@ -155,15 +155,14 @@ _SEED = 2
 class Fitted:
     """A profile, and the runs of an estimator without one from which it was made.
 
-    By the number of an expression: its range in the records, in hostile runs, and its interval.
+    ``seen``: ranges in the records, by the number of an expression; ``updates`` by record.
     """
 
     estimator: Estimator
     trace: Trace
     seen: Reached
-    hostile: Reached
-    intervals: Mapping[int, Range]
     profile: Profile
+    updates: Mapping[str, int]
     hostile_updates: int
 
 
@@ -184,28 +183,29 @@ def fitted(
     say = progress or (lambda text: None)
     trace, overrides = estimator.record(), dict(params or {})
 
-    def reached(inputs: Inputs, values: Mapping[str, float]) -> Reached:
-        observer = Observer(trace, estimator, values)
+    def reached(inputs: Inputs, values: Mapping[str, float]) -> tuple[Reached, int]:
+        observer, updates = Observer(trace, estimator, values), 0
         for piece, anew in pieces_of(inputs):
             if anew:
                 observer.reset()
-            observer.add(piece)
-        return observer.reached
+            updates += len(observer.add(piece))
+        return observer.reached, updates
 
     seen: Reached = {}
     provoked: Reached = {}
-    updates = 0
+    updates, hostile_updates = dict[str, int](), 0
     for name, inputs in records.items():
         say(f"float64 on {name}")
-        seen = joined(seen, reached(inputs, overrides))
+        own, updates[name] = reached(inputs, overrides)
+        seen = joined(seen, own)
     for start in starts:
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
         for name, stimulus in stimuli.items():
             say(f"float64, stress test, {name}")
-            provoked = joined(provoked, reached(stimulus, overrides | dict(start)))
-            updates += len(stimulus)
-    profile, bounds = profile_of(trace, estimator, seen, provoked, [*records])
-    return Fitted(estimator, trace, seen, provoked, bounds, profile, updates)
+            own, count = reached(stimulus, overrides | dict(start))
+            provoked, hostile_updates = joined(provoked, own), hostile_updates + count
+    profile = profile_of(trace, estimator, seen, provoked, [*records])
+    return Fitted(estimator, trace, seen, profile, updates, hostile_updates)
 
 
 class Effect(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import PERIODS
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.model.resolve import Named, estimator_of
@@ -129,13 +129,9 @@ def _loop(campaign: Campaign, seed: int) -> Loop:
     """The closed loop of a draw."""
     drawn(campaign.world, seed)
     loop = close_loop(campaign.world, campaign.level, steps=campaign.steps)
-    if not loop.truth:
-        raise InputError.at(
-            f"world {campaign.world.name}",
-            wanted=f"the truth of an output of {campaign.estimator.name}",
-            found="none",
-            fix="give NAME_true with the records",
-        )
+    wanted = f"the truth of an output of {campaign.estimator.name}"
+    fix = "give NAME_true with the records"
+    require(bool(loop.truth), f"world {campaign.world.name}", wanted, None, fix)
     return loop
 
 

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Callable, Mapping
-from html import escape
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.declarations import EXACT_UNITS
+from boresight.model.tools.files import output_folder
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.explore.measure import map_core
+from boresight.sim.levels.build import Build
 from boresight.sim.pages import UNKNOWN, page
 from boresight.sim.report.accuracy import worst_output
+from boresight.sim.report.data import report_data
 from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import CHART_COLOURS, schedule_chart
 
@@ -18,20 +23,6 @@ from boresight.sim.report.schedule import CHART_COLOURS, schedule_chart
 _MAX_CYCLES = 640
 #: Rows of the table of advice, at most.
 _MAX_ADVICE = 12
-
-
-def _linker(links: Mapping[str, str]) -> Callable[[str], str]:
-    """A function that makes "file.py, line 41" in a text a link if the file has an address."""
-    addresses = {escape(name): escape(address) for name, address in links.items()}
-    if not addresses:
-        return escape
-    names = "|".join(re.escape(name) for name in addresses)
-    line = re.compile(rf"(?<![\w.-])({names}), line (\d+)")
-
-    def link(match: re.Match[str]) -> str:
-        return f'<a href="{addresses[match[1]]}#L{match[2]}">{match[0]}</a>'
-
-    return lambda text: line.sub(link, escape(text))
 
 
 def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
@@ -69,20 +60,11 @@ def _warnings(data: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = None) -> str:
+def render_html(data: Mapping[str, Any]) -> str:
     """HTML text of the dict that `sim.report.data.report_data` builds.
 
-    The file is self-contained: no script, no address outside, printable.
-
-    Parameters
-    ----------
-    links : mapping of str to str, optional
-        Addresses of source files by their names, relative to the page.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
+    The file is self-contained: no script, no address outside, printable. ValueError: a number is
+    not finite.
     """
     json.dumps(data, allow_nan=False)
     rows, prominent, others = data["numerics"], list[Any](), list[Any]()
@@ -97,7 +79,6 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         warnings=_warnings(data),
         most_cycles=_MAX_CYCLES,
         worst=worst_output,
-        linked=_linker(links or {}),
         advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
         most_advice=_MAX_ADVICE,
         unknown=UNKNOWN,
@@ -109,3 +90,23 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
             ("All other values", False, others),
         ],
     )
+
+
+def write_report(
+    folder: Path,
+    build: Build,
+    results: Sequence[CheckResult],
+    inputs: Sequence[Path],
+    tell: Callable[[str], None],
+) -> str:
+    """Write report.html and report.json, with the area; returns the name of the page."""
+    part = TARGETS.get(build.target, TARGETS["xc6slx9"])
+    files = ("report.html", "report.json")
+    with output_folder(folder, "check", files=files, inputs=inputs) as place:
+        tell(f"synthesis (yosys) for {part.title}")
+        area = map_core(build.core, part)
+        data = report_data(build.core, *results, area=area, device=part.device, grade=part.grade)
+        text = json.dumps(data, indent=1) + "\n"
+        (place / "report.json").write_text(text, encoding="utf-8", newline="\n")
+        (place / "report.html").write_text(render_html(data), encoding="utf-8", newline="\n")
+    return str(folder / "report.html")

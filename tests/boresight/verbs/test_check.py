@@ -50,7 +50,7 @@ def test_the_files_of_a_folder_are_what_runs(here: Path, data, said, refused, mo
         assert f"FAILED: {path}: missing, or not as compile wrote it" in said(f"{line} -q", 1)
         path.write_bytes(good)
     # Without that list the forms themselves show that a file has changed.
-    monkeypatch.setattr("boresight.folder.changed_files", lambda folder: [])
+    monkeypatch.setattr("boresight.builds.changed_files", lambda folder: [])
     for level, name, old, new in (
         ("rtl", "core.v", "32'd268435456;", "32'd299999999;"),  # alpha
         ("c", "firmware/mine.c", "acc -= ", "acc += "),

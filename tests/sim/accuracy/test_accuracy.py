@@ -89,15 +89,12 @@ def test_narrow_words_fail(logs) -> None:
     assert not result.good and "attitude beyond its tolerance" in str(result)
 
 
-def test_files_and_logs_of_the_same_name(folder, tmp_path) -> None:
+def test_logs_of_the_same_name(folder, capsys) -> None:
     """The commonest layout of data: a folder for each run, and the same name in each."""
     paths = [str(folder / name / "log.csv") for name in ("log1", "log2")]
-    assert main(["accuracy", "complementary", *paths, "--jobs", "1", "-o", str(tmp_path)]) == 0
-    data = json.loads((tmp_path / "accuracy.json").read_text())
+    assert main(["accuracy", "complementary", *paths, "--jobs", "1", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
     assert [log["trial"] for log in data["logs"]] == ["log1/log", "log2/log"]
-    page = (tmp_path / "accuracy.html").read_text()
-    total = data["estimators"][0]["mean"]["total"]
-    assert f"{total:.3g}" in page and page.count("<svg") >= 3 and "http" not in page
 
 
 def test_a_log_without_truth_is_left_out(folder) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 import weakref
 from collections.abc import Iterator, Sequence
@@ -12,17 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.gateware.core import Core
-from boresight.model.arrays import FloatArray
 from boresight.model.attitude import ESTIMATORS, estimator
-from boresight.model.errors import InputError
 from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel
-from boresight.sim.levels.level import Run
-from boresight.sim.levels.rtl import Simulated
 from boresight.sim.records import files as logs
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
@@ -113,54 +107,3 @@ def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "KEPT", 64)
     texts |= of_pieces(build, record, (7, 50), levels=("c",))
     assert len(texts) == 1 and "'first_wrong': 210" in texts.pop()
-
-
-# -- RTL on slices, with the states handed in -----------------------------------------------------
-
-
-def test_slices(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Spread over the log, across pieces; without the states in the core words would differ."""
-    check = Check(
-        Build(estimator("complementary"), config="fast"), levels=("c", "rtl"), simulator="verilator"
-    )
-    (result,) = check.run(WALK.head(400), rtl_rows=50, rows=130)
-    rtl = result.levels[1]
-    assert result.good and (rtl.n_total, rtl.n_mismatch) == (48, 0)
-    where = "16 slices of 3 rows spread over 400, each from the states of the integer model"
-    assert where == rtl.slices and f"; {where}   " in rtl.line()
-    assert [level.get("slices") for level in said_levels(result)] == [None, where]
-    assert said(check.run(WALK.head(400), rtl_rows=50)) == said([result])
-    (short,) = check.run(WALK.head(40), rtl_rows=48)
-    assert short.levels[1].n_total == 40 and not short.levels[1].slices
-    record = feed(check.build.estimators[0], WALK.head(400)).inputs[27]
-    whole = Simulated.run
-
-    def run(self: Simulated, records: FloatArray) -> Run:
-        """Its words, of which those of one record are wrong."""
-        made = whole(self, records)
-        assert made.words is not None
-        wrong = (records == record).all(axis=1)[:, None]
-        return dataclasses.replace(made, words=made.words ^ wrong)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Simulated, "run", run)
-        (bad,) = check.run(WALK.head(400), rtl_rows=50)
-    assert (bad.levels[1].first_wrong, bad.levels[1].n_mismatch) == (27, 1)
-    assert bad.levels[1].divergence == "rtl: outputs differ, step 27, all values equal"
-    monkeypatch.setattr(Core, "registers_with", lambda self, states: self.image.registers)
-    (lost,) = check.run(WALK.head(400), rtl_rows=50)
-    assert lost.levels[1].first_wrong == 26 and lost.levels[1].n_mismatch == 45  # the second slice
-    assert lost.levels[1].divergence.startswith("rtl: first difference in ")
-    assert ", step 26, cycle " in lost.levels[1].divergence
-
-
-def said_levels(result: CheckResult) -> Any:
-    """Levels as data."""
-    data: Any = result.to_json()
-    return data["verification"]
-
-
-def test_slices_of_programs_in_turns() -> None:
-    check = Check(Build(estimator("mekf"), estimator("complementary")), levels=("rtl",))
-    with pytest.raises(InputError, match=r"^--rtl-rows: wanted one estimator, found 2, .*$"):
-        check.run(Record.of({"e": np.zeros(3)}), Record.of({"e": np.zeros(3)}), rtl_rows=1)

@@ -205,7 +205,7 @@ def test_bad_demands(text) -> None:
         (["--least", "size"], "least: wanted one of"),
         (["--config", "large"], "config: wanted one of small"),
         (["--target", "xc7"], " names, nearest: xc6slx"),
-        (["--route"], "route: wanted a target that an open tool routes, found --target xc6slx9"),
+        (["--want", "lut<900"], "want: wanted areas and clocks, for lut, found no --synth"),
         (["shift=-1"], "negative shift"),
     ],
 )

@@ -1,0 +1,159 @@
+"""Builds as verbs make them: for a part, or of the folder that compile wrote."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeGuard
+
+from boresight.gateware.core import build_shared_core
+from boresight.gateware.machine import ALL_CONFIGS, Machine, at_depth, machine_named
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.errors import require
+from boresight.model.resolve import (
+    ESTIMATOR_GROUP,
+    Named,
+    estimator_of,
+    names_of_entry_points,
+    profiles,
+    profiles_now,
+)
+from boresight.model.tools.files import MANIFEST, changed_files
+from boresight.sim.levels.build import Build
+from boresight.sim.records.reading import read_json
+
+_REPORT = "report.json"
+
+
+@dataclass(frozen=True)
+class DepthChoice:
+    """Depth of a core, chosen by time: of each depth [us], from clocks of ``source``."""
+
+    target: str
+    config: str
+    depth: int
+    us: Mapping[int, float]
+    source: str
+
+    def __str__(self) -> str:
+        others = ", ".join(f"{d} {t:.3g}" for d, t in self.us.items() if d != self.depth)
+        return (
+            f"depth {self.depth} for {self.target} ({self.config}): {self.us[self.depth]:.3g} us "
+            f"to the last urgent output{f' ({others})' if others else ''} by one pass of the "
+            f"scheduler and {self.source}"
+        )
+
+
+def build_for(
+    make: Callable[[str], Build], config: str, target: str
+) -> tuple[Build, DepthChoice | None]:
+    """The build for a target, and the choice of its depth: the machine that every verb takes.
+
+    The depth is that with the least time from the last input word to the last urgent output. Of
+    several programs the longest time counts; of one without urgent outputs, its interval. One pass
+    of the scheduler gives the cycles, the table of the family (`Family.clocks`) the clock.
+
+    Parameters
+    ----------
+    make : callable
+        The build of a configuration.
+    config : str
+        As typed. One whose name has a depth is taken as it is.
+    target : str
+        A part's name. For another word, and a family without clocks, no depth is chosen.
+    """
+    build = make(config.removesuffix("-d7"))
+    if config not in ALL_CONFIGS or target not in TARGETS:
+        return build, None
+    family, lanes = TARGETS[target].family, machine_named(build.config).lanes
+    configs = {d: at_depth(config, d) for d in Machine.DEPTHS if (lanes, d) in family.clocks}
+    us = {}
+    for depth, name in configs.items():
+        try:
+            core = build_shared_core(build.programs, name, urgents=build.urgents)
+        except ScheduleError:  # no room
+            continue
+        plans = [part.schedule for part in core.parts]
+        cycles = max(plan.latency if plan.urgent else plan.interval for plan in plans)
+        us[depth] = cycles / family.clocks[lanes, depth]
+    if not us:
+        return build, None
+    best = min(us, key=lambda depth: us[depth])
+    choice = DepthChoice(target, configs[best], best, us, family.clocks_source)
+    return make(choice.config), choice
+
+
+def is_folder(name: Any) -> TypeGuard[str | Path]:
+    """Whether an argument is a compiled folder; the name of an estimator comes first."""
+    installed = names_of_entry_points(ESTIMATOR_GROUP)
+    if not isinstance(name, str | Path) or name in installed:
+        return False
+    return any(os.path.isfile(os.path.join(name, file)) for file in (MANIFEST, _REPORT))
+
+
+def made_of(names: Sequence[Named], build: Build, target: str, folder: Path) -> Any:
+    """What a core is made of, for the report in its folder; None for objects.
+
+    Paths are relative to the folder: it and the estimators may be moved together.
+    """
+    if not all(isinstance(name, str) for name in names):
+        return None
+    files = profiles_now()
+    return {
+        "estimators": [_named(str(name), Path(), folder) for name in names],
+        "config": build.config,
+        "word": build.word,
+        "target": target,
+        "params": build.params,
+        "profiles": None if files is None else [_moved(file, Path(), folder) for file in files],
+    }
+
+
+def changes_in(folder: Path) -> list[str]:
+    """One line for each file of a compiled folder that has changed."""
+    return [
+        f"{folder / name}: missing, or not as compile wrote it; compile again"
+        for name in changed_files(folder)
+    ]
+
+
+def build_in(folder: Path) -> Build:
+    """The build whose Verilog and C are a folder's, and whose estimators are those of today.
+
+    Raises InputError if the report does not say what the core was made of.
+    """
+    report = read_json(folder / _REPORT, "a report of compile")
+    made = report.get("made")
+    wanted, found = "what the core was compiled from", "objects of Python, or another verb's report"
+    fix = "compile it again, from a file"
+    require(made is not None, str(folder / _REPORT), wanted, found, fix)
+    files = made["profiles"]
+    with profiles(files and [_moved(file, folder, Path()) for file in files]):
+        estimators = [estimator_of(_named(n, folder, Path())) for n in made["estimators"]]
+    build = Build(
+        *estimators,
+        **{key: made[key] for key in ("config", "word", "target", "params")},
+        files={
+            path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+            for path in folder.rglob("*")
+            if path.suffix in (".v", ".c", ".h")
+        },
+    )
+    today, found = build.core.identity, f"the core {report['identity']}"
+    wanted = f"the core {today} of its estimators"
+    fix = "an estimator or Boresight has changed: compile again"
+    require(today == report["identity"], str(folder), wanted, found, fix)
+    return build
+
+
+def _named(text: str, start: Path, to: Path) -> str:
+    """A text of an estimator, whose file is seen from one folder, as seen from another."""
+    stem, dot, rest = text.partition(".py")
+    return _moved(f"{stem}{dot}", start, to) + rest if dot else text
+
+
+def _moved(path: str, start: Path, to: Path) -> str:
+    return Path(os.path.relpath(start / path, to)).as_posix()
