@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from boresight.gateware.core import build_shared_core
-from boresight.gateware.machine import ALL_CONFIGS, Machine, at_depth, machine_named
+from boresight.gateware.machine import ALL_CONFIGS, machine_named
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import require
@@ -69,7 +69,8 @@ def build_for(
     if config not in ALL_CONFIGS or target not in TARGETS:
         return build, None
     family, lanes = TARGETS[target].family, machine_named(build.config).lanes
-    configs = {d: at_depth(config, d) for d in Machine.DEPTHS if (lanes, d) in family.clocks}
+    depths = (depth for of_lanes, depth in family.clocks if of_lanes == lanes)
+    configs = {depth: config if depth == 7 else f"{config}-d{depth}" for depth in depths}
     us = {}
     for depth, name in configs.items():
         try:

@@ -255,9 +255,10 @@ class _Update:
             case ("=", "n", ("sign_count", word)):
                 self.count = terms.count(self._word(word))
             case ("=", "segment", ("&", ("[]", "TABLE", ("+", int(base), ("*", 4, index))))):
-                quarter = {"segment_index": False, "segment_index_quarter": True}[index[0]]
+                function, word = index if isinstance(index, tuple) else (index, "")
+                quarter = {"segment_index": False, "segment_index_quarter": True}[function]
                 self.block, rest = divmod(base, 512)
-                self.index = terms.index(self._word(index[1]), quarter=quarter)
+                self.index = terms.index(self._word(word), quarter=quarter)
                 if rest:
                     raise _Unread("segment must be &TABLE[512 * block + 4 * index]")
             case ("declare", "saturated" | "beyond", "false"):

@@ -19,13 +19,7 @@ from boresight.model.words.program import Kind, Program
 
 
 def machine_for(config: str, program: Program) -> Machine:
-    """The machine called ``config`` with the program's word width.
-
-    Raises
-    ------
-    InputError
-        No such configuration.
-    """
+    """The machine called ``config`` with the program's word width; raises as `machine_named`."""
     return dataclasses.replace(machine_named(config), arithmetic=program.arithmetic)
 
 
@@ -46,25 +40,16 @@ class Core:
     selected program; `select` changes it. The microcode is proven to compute the programs
     (`gateware.microcode.validation`).
 
-    Parameters
-    ----------
-    parts : tuple of Part
-        The programs, by their numbers in the core.
-    machine : Machine
-        Configuration.
-    image : Image
-        Contents of the memories.
-    number : int
-        The selected program. The hardware always begins with program 0.
-    files : mapping of str to str
-        Verilog by file name that stands for the generated one: ``core.v``, and the primitives in
-        it; empty: it is generated.
     """
 
+    #: The programs, by their numbers in the core.
     parts: tuple[Part, ...]
     machine: Machine
     image: Image
+    #: The selected program. The hardware always begins with program 0.
     number: int = 0
+    #: Verilog by file name that stands for the generated one: ``core.v``, and the primitives in it;
+    #: empty: it is generated.
     files: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
     #: Generated Verilog, by form; it does not depend on the selected program.
     _texts: dict[tuple[bool, bool], str] = field(
@@ -195,13 +180,6 @@ def build_shared_core(
             programs, urgents or [p.urgent for p in programs], quotas, strict=True
         )
     ]
-    words = sum(plan.length for plan in plans)
-    if words > machine.rom_words:
-        raise ScheduleError(
-            f"the programs take {words} microwords, the {machine.name} machine has "
-            f"{machine.rom_words}: "
-            + ", ".join(f"{plan.program.name} {plan.length}" for plan in plans)
-        )
     allocations = allocate_together(plans)
     parts = tuple(map(Part, programs, plans, allocations))
     images = [
@@ -211,6 +189,12 @@ def build_shared_core(
         image = Image.join(images, digest=int(_digest(programs), 16))
     except ValueError as error:
         raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
+    if len(image.rom) > machine.rom_words:
+        each = ", ".join(f"{p.name} {len(x.rom)}" for p, x in zip(programs, images, strict=True))
+        raise ScheduleError(
+            f"the programs take {len(image.rom)} microwords, the {machine.name} machine has "
+            f"{machine.rom_words}: {each}"
+        )
     image.check(machine)
     validate_microcode(machine, image, programs, [a.addresses() for a in allocations])
     return Core(parts, machine, image)
@@ -232,15 +216,10 @@ def _digest(programs: Sequence[Program]) -> str:
 
 
 def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[int, ...]]:
-    """For each program, the maximum number of states in each bank.
+    """For each program, the maximum number of states in each bank; ScheduleError if they are more.
 
     Each program gets an even share of the lanes for its states, and a part of the remaining
     registers in proportion to its number of states.
-
-    Raises
-    ------
-    ScheduleError
-        The programs have more states than the machine.
     """
     lanes, slots = machine.lanes, machine.state_slots
     counts = [len(p.states) for p in programs]

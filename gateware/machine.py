@@ -11,11 +11,7 @@ from boresight.model.words.fixed import Arithmetic
 
 @dataclass(frozen=True)
 class Field:
-    """One field of the microword.
-
-    ``stage`` is the pipeline stage (cycles after the address stage) that reads it;
-    `docs/engine.md` says what the field does.
-    """
+    """One field of the microword (`docs/engine.md`), and the pipeline stage that reads it."""
 
     name: str
     width: int
@@ -24,33 +20,15 @@ class Field:
 
 @dataclass(frozen=True)
 class Stages:
-    """Stages of the pipeline, in cycles after that of a slot's addresses (`docs/engine.md`).
+    """Stages of the pipeline, in cycles after that of a slot's addresses (`docs/engine.md`)."""
 
-    Parameters
-    ----------
-    read : int
-        The raw operands are there: masks, captures, emit.
-    condition : int
-        Sign and participation of the term, by the captured flag.
-    amount : int
-        Shift amount, by the captured count.
-    shift : int
-        The product is there and is shifted.
-    accumulate : int
-        The term is added.
-    limit : int
-        The sum is clamped or cut.
-    write : int
-        The result is written.
-    """
-
-    read: int
-    condition: int
-    amount: int
-    shift: int
-    accumulate: int
-    limit: int
-    write: int
+    read: int  #: The raw operands are there: masks, captures, emit.
+    condition: int  #: Sign and participation of the term, by the captured flag.
+    amount: int  #: Shift amount, by the captured count.
+    shift: int  #: The product is there and is shifted.
+    accumulate: int  #: The term is added.
+    limit: int  #: The sum is clamped or cut.
+    write: int  #: The result is written.
 
 
 @dataclass(frozen=True)
@@ -147,7 +125,7 @@ class Machine:
         """Register of the parameter with this number, counted over all programs of a core.
 
         They fill three eighths of a bank's lower half, then go on in the next bank; in the last
-        one they may have all of it, as far as the bus has addresses (`parameter_room`).
+        one they may have `parameter_room`.
         """
         room = 3 * self.bank_depth // 16
         bank = min(number // room, self.lanes - 1)
@@ -155,10 +133,7 @@ class Machine:
 
     @property
     def bus_bank_words(self) -> int:
-        """Addresses of the bus for each bank: from its first register on, as far as its lower half.
-
-        So the bus has the same addresses however many registers there are.
-        """
+        """Addresses of the bus for each bank, from its first register on; of all machines alike."""
         return self.PARAMETER_ADDRESSES // self.lanes
 
     @property
@@ -182,13 +157,7 @@ class Machine:
         return (self.bank_depth - 1).bit_length()
 
     def remedy(self, wanted: int, room: int) -> str:
-        """End of an error line about missing registers: the configuration that has enough.
-
-        Parameters
-        ----------
-        wanted, room : int
-            Registers needed, and those that this machine has for the purpose.
-        """
+        """End of an error line: the configuration that has ``wanted`` registers, not ``room``."""
         larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
         candidates = (m for m in larger if m.register_words * room >= self.register_words * wanted)
         name = next((m.name for m in candidates if m.register_words > self.register_words), None)
@@ -234,7 +203,7 @@ class Machine:
 
         With 2,048 words, a block RAM has 9 bits and half of one 4: a few bits beyond a multiple of
         9 get their own half, or yosys would build all of it of shallower RAMs and multiplexers.
-        Machines with 512 registers are not split, for unchanged Verilog.
+        Machines with 512 registers are not split.
         """
         remainder = self.word_bits % 9
         if depth < 2048 or self.register_words == 512 or not 0 < remainder <= 4:
@@ -276,30 +245,3 @@ def machine_named(config: str) -> Machine:
             fix="choose one of these",
         )
     return MACHINES[config]
-
-
-def at_depth(config: str, depth: int | None) -> str:
-    """Name of the machine of a configuration at a depth; None: as ``config`` says.
-
-    Raises
-    ------
-    InputError
-        No such depth, or ``config`` says another.
-    """
-    if depth is None:
-        return config
-    if depth not in Machine.DEPTHS:
-        raise InputError.at(
-            "depth",
-            wanted=f"one of {', '.join(map(str, Machine.DEPTHS))}",
-            found=str(depth),
-            fix="choose one of these",
-        )
-    machine = machine_named(config)
-    if config in ALL_CONFIGS:
-        return config if depth == machine.depth else f"{config}-d{depth}"
-    if machine.depth != depth:
-        raise InputError.at(
-            "depth", wanted=f"{machine.depth}, as {config} says", found=str(depth), fix="drop one"
-        )
-    return config

@@ -14,26 +14,17 @@ from boresight.model.tools.extras import optional
 
 @dataclass(frozen=True)
 class Line:
-    """A line between a design and a board's connector.
+    """A line between a design and a board's connector."""
 
-    Parameters
-    ----------
-    name : str
-        Port of the design.
-    place : str
-        Key of `Board.positions`; "led0", "led1" for the LEDs.
-    meaning : str
-        Description, for README and pin table.
-    input : bool
-        Whether the line is an input of the FPGA. Inputs are asynchronous and pass two flip-flops.
-    pull_up : bool
-        Whether a pull-up keeps an open input high.
-    """
-
+    #: Port of the design.
     name: str
+    #: Key of `Board.positions`; "led0", "led1" for the LEDs.
     place: str
+    #: For README and pin table.
     meaning: str
+    #: Inputs of the FPGA are asynchronous and pass two flip-flops.
     input: bool = False
+    #: Whether a pull-up keeps an open input high.
     pull_up: bool = False
 
 
@@ -48,42 +39,26 @@ _ECP5_PADS = ({"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", 
 
 @dataclass(frozen=True)
 class Board:
-    """A board.
-
-    Attributes
-    ----------
-    title : str
-    platform : str
-        Module and class of amaranth-boards.
-    oscillator_hz : int
-    connector : (str, int)
-        Its name in amaranth-boards.
-    positions : mapping
-        By `Line.place`: the position on ``connector``, by the numbering of amaranth-boards, or
-        RESOURCE.PART of a part on the board, ``uart.rx``.
-    leds : tuple of str
-        Positions on ``connector``; none: the board has its own.
-    target : str
-        Part of the board (`gateware.synthesis.targets`).
-    clocking : type of Clock
-        Source of a clock from the oscillator.
-    pads : Pads
-    high_parts : tuple of str
-        RESOURCE.PART of the board that is driven high: resource "held" of the platform, by number.
-    holds_system : bool
-        Whether the complete system fits its part; else only a core that the host feeds does.
-    """
+    """A board."""
 
     title: str
+    #: Module and class of amaranth-boards.
     platform: str
     oscillator_hz: int
+    #: Its name in amaranth-boards.
     connector: tuple[str, int]
+    #: By `Line.place`: the position on ``connector``, by the numbering of amaranth-boards, or
+    #: RESOURCE.PART of a part on the board, ``uart.rx``.
     positions: Mapping[str, str]
+    #: Positions on ``connector``; none: the board has its own.
     leds: tuple[str, ...] = ()
+    #: Part of the board (`gateware.synthesis.targets`).
     target: str = "xc6slx9"
     clocking: type[Clock] = Spartan6Clock
     pads: Pads = _SPARTAN6_PADS
+    #: RESOURCE.PART of the board that is driven high: resource "held" of the platform, by number.
     high_parts: tuple[str, ...] = ()
+    #: Whether the complete system fits its part; else only a core that the host feeds does.
     holds_system: bool = True
 
     def make(self, lines: Sequence[Line]) -> Any:

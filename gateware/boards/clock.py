@@ -39,27 +39,17 @@ class Pll:
 
 @dataclass(eq=False)
 class Clock(Elaboratable):
-    """Source of domain ``sync``, which is to be defined by the parent, from the board's oscillator.
-
-    Attributes
-    ----------
-    pll : Pll
-    reset_less : bool
-        Whether the domain has no reset: then the clock starts when registers and memories hold what
-        they were configured with.
-    vco_hz, input_hz : (float, float)
-        Legal frequencies of the oscillator inside the PLL, and behind the divider of its input.
-    clock_max_hz : int
-        The fastest clock.
-    outputs : iterable of int
-        Dividers behind the inner oscillator.
-    """
+    """Source of domain ``sync``, which the parent defines, from the board's oscillator."""
 
     pll: Pll
+    #: Whether the domain has no reset: then the clock starts when registers and memories hold what
+    #: they were configured with.
     reset_less: ClassVar[bool] = True
+    #: Legal frequencies of the oscillator inside the PLL, and behind the divider of its input.
     vco_hz: ClassVar[tuple[int, int]]
     input_hz: ClassVar[tuple[int, float]] = (10_000_000, inf)
     clock_max_hz: ClassVar[int]
+    #: Dividers behind the inner oscillator.
     outputs: ClassVar[Iterable[int]] = range(1, 129)
 
     @classmethod
@@ -83,10 +73,7 @@ class Clock(Elaboratable):
     def of(cls, oscillator_hz: int, clock_hz: int) -> Clock | None:
         """Source of a clock; None if it is the oscillator's, which Amaranth's platform connects.
 
-        Raises
-        ------
-        InputError
-            The PLL cannot make ``clock_hz``.
+        Raises InputError if the PLL cannot make ``clock_hz``.
         """
         if clock_hz == oscillator_hz:
             return None

@@ -104,23 +104,14 @@ class ClockMissed(ToolFailed):
 
 @dataclass(frozen=True)
 class Project:
-    """A design on a board, as Amaranth's build plan has it.
-
-    Attributes
-    ----------
-    design : Design
-    board : Board
-    clock_hz : int
-    platform : Platform
-    texts : mapping
-        Files of the plan by name, without paths, dates and versions of tools; ``top.v`` has module
-        ``top`` with the primitives of the part's pads and PLL.
-    """
+    """A design on a board, as Amaranth's build plan has it."""
 
     design: Design
     board: Board
     clock_hz: int
     platform: Any
+    #: Files of the plan by name, without paths, dates and versions of tools; ``top.v`` has module
+    #: ``top`` with the primitives of the part's pads and PLL.
     texts: Mapping[str, str]
 
     def readme(self, **flow: Any) -> str:
@@ -180,7 +171,7 @@ def write_project(
 ) -> Routed | None:
     """Write a design on a board: an ISE project, or the bitstream of the fastest placement.
 
-    The same design gives the same files.
+    Returns the design as routed, if it is. The same design gives the same files.
 
     Parameters
     ----------
@@ -188,17 +179,10 @@ def write_project(
         Function that returns the design for a clock in Hz.
     board : str
         One of `BOARDS`.
-    folder : Path
-        Made if it is missing.
     clock_hz : int, optional
         Clock of the design; that of the board's oscillator by default, else made by a PLL.
     seeds : int
         Placements, with seeds 1, 2, ...
-
-    Returns
-    -------
-    Routed or None
-        The placed and routed design.
 
     Raises
     ------
@@ -231,7 +215,7 @@ def write_project(
         if (found := best.clock_mhz or 0.0) < mhz:
             raise ClockMissed(
                 f"clock: wanted {mhz:g} MHz, found {found:.1f} MHz at best, {routed.seeds} "
-                f"({routed.version}): ask for a slower --clock, more --seeds or a greater --depth"
+                f"({routed.version}): ask for a slower --clock, more --seeds or a deeper --config"
             )
         readme = project.readme(routed=routed, best=best, router=router)
         files |= {"top.v": verilog, router.pins[1]: pins, "README.txt": readme}

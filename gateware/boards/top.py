@@ -41,17 +41,13 @@ class Top(wiring.Component):
     ----------
     core : Core
         The compiled programs, all with the same number of inputs, each with one output or more.
-    clock_hz : float, > 0
-        Frequency of the clock.
-    baud : float
-        Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
-    heartbeat_bits : int, 1..24
-        `heartbeat` toggles every ``2^(heartbeat_bits - 1)`` updates.
+    clock_hz : float
+        Frequency of the clock, at least 8 times `BAUD`.
 
     Raises
     ------
     InputError
-        Programs with different numbers of inputs; an impossible baud rate.
+        Programs with different numbers of inputs.
 
     Members
     -------
@@ -65,9 +61,12 @@ class Top(wiring.Component):
         In the last completed update a result was clamped.
     """
 
-    def __init__(
-        self, *, core: Core, clock_hz: float, baud: float = 115_200, heartbeat_bits: int = 6
-    ) -> None:
+    #: Bits per second.
+    BAUD = 115_200
+    #: Bits of the counter of updates whose highest one is the heartbeat.
+    COUNTER = 6
+
+    def __init__(self, *, core: Core, clock_hz: float) -> None:
         if len({len(part.program.inputs) for part in core.parts}) > 1:
             raise InputError.at(
                 "programs",
@@ -75,18 +74,9 @@ class Top(wiring.Component):
                 found=", ".join(f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
                 fix="put them into cores of their own",
             )
-        try:
-            self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
-        except ValueError as error:
-            raise InputError.at(
-                "baud",
-                wanted=f"bits per second up to {clock_hz / 8:.0f}, within 2 % of {clock_hz} Hz / n",
-                found=repr(baud),
-                fix="choose another rate or clock",
-            ) from error
+        self.divisor = divisor_for(clock_hz=clock_hz, baud=self.BAUD)
         self.core = core
         self.clock_hz = clock_hz
-        self.baud = baud
         self.title = core.name
         self.lines = (
             Line(
@@ -97,10 +87,9 @@ class Top(wiring.Component):
                 pull_up=True,
             ),
             Line("tx", "host_tx", "serial line from the board: RXD of the adapter"),
-            Line("heartbeat", "led0", f"LED: toggles every {2 ** (heartbeat_bits - 1)} updates"),
+            Line("heartbeat", "led0", f"LED: toggles every {2 ** (self.COUNTER - 1)} updates"),
             Line("saturated", "led1", "LED: a result of the last update was clamped"),
         )
-        self.heartbeat_bits = heartbeat_bits
         super().__init__(
             {"rx": In(1, init=1), "tx": Out(1, init=1), "heartbeat": Out(1), "saturated": Out(1)}
         )
@@ -113,7 +102,7 @@ class Top(wiring.Component):
         first = core.programs[0]
         return {
             "core": core,
-            "baud": self.baud,
+            "baud": self.BAUD,
             "choice": PROGRAM,
             "inputs": len(first.inputs),
             "outputs": len(first.outputs),
@@ -162,7 +151,7 @@ class Top(wiring.Component):
             self.tx.eq(transmitter.tx),
             self.saturated.eq(engine.saturated_update),
         ]
-        updates = Signal(self.heartbeat_bits)
+        updates = Signal(self.COUNTER)
         m.d.comb += dispatcher.answered.eq(engine.o.valid & engine.o.ready & engine.o.payload.last)
         with m.If(dispatcher.answered):
             m.d.sync += updates.eq(updates + 1)

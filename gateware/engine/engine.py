@@ -59,7 +59,6 @@ class Engine(wiring.Component):
     """
 
     def __init__(self, *, machine: Machine, image: Image, selector: bool = False) -> None:
-        image.check(machine)
         self.machine = machine
         self.image = image
         self.selector = selector

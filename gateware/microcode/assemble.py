@@ -58,7 +58,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
         )
     tables = [w & mask for w in program.table_memory]
     restart = _restart_routine(schedule, allocation)
-    image = Image(
+    return Image(
         rom=[encode(machine, w) for w in (*words, *restart)],
         registers=list(allocation.initial),
         tables=tables + [0] * (size - len(tables)),
@@ -66,8 +66,6 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
         digest=int(schedule.source, 16),
         restarts=(len(restart),),
     )
-    image.check(machine)
-    return image
 
 
 def _restart_routine(schedule: Schedule, allocation: Allocation) -> Words:

@@ -162,14 +162,6 @@ class Emulator:
         """The word of a register in this cycle."""
         return self.registers[register]
 
-    def poke(self, address: int, word: int) -> None:
-        """Host write of a parameter at its address of the bus; only between updates."""
-        if self.pc != 0:
-            raise ValueError("parameters must be written between updates")
-        bank, offset = divmod(address, self.machine.bus_bank_words)
-        if offset < self.machine.bank_depth // 2:  # states cannot be written
-            self.registers[bank * self.machine.bank_depth + offset] = self._signed(word)
-
     def select(self, number: int) -> None:
         """Host write of the program's number; only between updates."""
         if self.pc != 0:

@@ -8,17 +8,16 @@ from typing import Any, Generic, TypeVar
 from amaranth.asserts import AnyConst, AnySeq
 from amaranth.hdl import Array, Assert, Assume, Cat, Cover, Elaboratable, Module, Signal, Value
 
+from boresight.sim.formal.inside import Inside
+
 T = TypeVar("T")
 
 
 class Harness(Elaboratable, Generic[T]):
-    """A component with the inputs, assumptions and claims of a proof.
+    """A component with the inputs, assumptions and claims of a proof."""
 
-    Parameters
-    ----------
-    dut : T
-        Component.
-    """
+    #: The component's registers, for claims that relate them to those of a model.
+    inside: Inside
 
     def __init__(self, dut: T) -> None:
         self.dut = dut
@@ -26,7 +25,8 @@ class Harness(Elaboratable, Generic[T]):
     def elaborate(self, platform: Any) -> Module:
         """The component with its surroundings."""
         m = Module()
-        m.submodules.dut = self.dut
+        self.inside = Inside(self.dut, platform)
+        m.submodules.dut = self.inside.module
         self.surround(m, self.dut)
         return m
 
@@ -82,17 +82,7 @@ def reached(m: Module, condition: Any, name: str) -> Cover:
 
 
 class Stream:
-    """One end of a stream: its handshake signals, and its payload as one word.
-
-    Parameters
-    ----------
-    valid, ready : Value
-        Handshake.
-    payload : sequence of Value
-        Parts of the payload, the low ones first.
-    name : str
-        Name in counterexamples.
-    """
+    """One end of a stream: its handshake signals, and its payload, the low parts first."""
 
     def __init__(self, valid: Any, ready: Any, *payload: Any, name: str) -> None:
         self.valid = valid
@@ -127,8 +117,6 @@ class Stream:
 
 class StreamHarness(Harness[T]):
     """Any source, any sink: the words of a script come out as expected, once, in order, none lost.
-
-    Subclasses implement `ends` and `script`.
 
     At most two cycles pass in which source and sink are willing and no word is transferred.
     """

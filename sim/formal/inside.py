@@ -6,36 +6,16 @@ are not ports. They are accessed by their names in the netlist, without change t
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any
 
-from amaranth.hdl import Cat, Const, Fragment, MemoryInstance, Module, Shape, Signal, Value
-
-from boresight.sim.formal.harness import Harness
-
-T = TypeVar("T")
+from amaranth.hdl import Cat, Const, Fragment, MemoryInstance, Shape, Signal, Value
 
 
 class Inside:
     """A component, elaborated so that its registers can be accessed by name.
 
-    Use ``inside.module`` as the submodule instead of the component; the component's ports are
-    connected as ever.
-
-    Parameters
-    ----------
-    component : Elaboratable
-        The component, not yet elaborated.
-    platform : Any
-        Platform of the harness.
-
-    Attributes
-    ----------
-    component : Elaboratable
-        The component, with its ports.
-    module : Fragment
-        Submodule for the harness.
-    parts : dict of str to Inside
-        Submodules of the component: components and memories.
+    ``module`` takes the component's place as a submodule; ``parts`` are the component's submodules,
+    components and memories.
     """
 
     def __init__(self, component: Any, platform: Any) -> None:
@@ -58,13 +38,7 @@ class Inside:
         return [Value.cast(port) for _, _, port in ports]
 
     def __getitem__(self, name: str) -> Signal:
-        """Signal with a name, other than a port.
-
-        Raises
-        ------
-        KeyError
-            No signal, or more than one, has this name.
-        """
+        """The only signal with a name, other than a port."""
         matches = [signal for signal in self._signals.values() if signal.name == name]
         if len(matches) != 1:
             component = type(self.component).__name__
@@ -82,18 +56,3 @@ class Inside:
             domain="comb", addr=full_address, data=word, en=Const(1), transparent_for=()
         )
         return word
-
-
-class InductiveHarness(Harness[T]):
-    """A harness whose claims relate the registers of the component to those of a model."""
-
-    #: The component's registers.
-    inside: Inside
-
-    def elaborate(self, platform: Any) -> Module:
-        """The component with its surroundings."""
-        m = Module()
-        self.inside = Inside(self.dut, platform)
-        m.submodules.dut = self.inside.module
-        self.surround(m, self.dut)
-        return m

@@ -14,8 +14,7 @@ from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.machine import Machine
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import drive, reached, unknown
-from boresight.sim.formal.inside import InductiveHarness, Inside
+from boresight.sim.formal.harness import Harness, drive, reached, unknown
 from boresight.sim.formal.prove import Proof
 
 
@@ -34,35 +33,24 @@ class _Registers:
         return out
 
 
-class LaneHarness(InductiveHarness[Lane]):
+class LaneHarness(Harness[Lane]):
     """Lane: captures, masks, signs, shift, sum and clamp of `docs/engine.md`, stage by stage.
 
     Operands, fields and stalls are any. The product at shift is that of the multiplier
     (`FourSlicesHarness`).
-
-    Parameters
-    ----------
-    dut : Lane
-        Component.
     """
-
-    def __init__(self, dut: Lane) -> None:
-        super().__init__(dut)
-        self.arith = dut.machine.arithmetic
-        self.stages = dut.machine.stages
 
     def surround(self, m: Module, dut: Lane) -> None:
         """The stages in order; a number in a name is the stage that reads it, at depth 7."""
-        inside = self.inside
-        arith, at = self.arith, self.stages
+        arith, at = dut.machine.arithmetic, dut.machine.stages
         drive(m, dut, "en", "a", "b", *FIELDS, "outside", "which")
         for k in range(dut.sources):
             m.d.comb += dut.words[k].eq(unknown(m, arith.word, f"word{k}"))
         register = _Registers(m, dut.en)
-        flag, norm3 = self._captures(m, inside, register)
+        flag, norm3 = self._captures(m, register)
 
         # Read: the multiplier sees the masked words.
-        multiplier = inside.parts["multiplier"].component
+        multiplier = self.inside.parts["multiplier"].component
         mask = (1 << arith.fraction_bits) - 1
         m.d.comb += [
             Assert(multiplier.a == Mux(dut.frac_a, dut.a & mask, dut.a).as_signed()),
@@ -78,8 +66,8 @@ class LaneHarness(InductiveHarness[Lane]):
             negate4 = register.after(negate4, 1, f"negate{k}")
             skip4 = register.after(skip4, 1, f"skip{k}")
             m.d.comb += [
-                Assert(inside[f"invert{k}"] == negate4),
-                Assert(inside[f"skip{k}"] == skip4),
+                Assert(self.inside[f"invert{k}"] == negate4),
+                Assert(self.inside[f"skip{k}"] == skip4),
             ]
         # Amount: the shift, less the part of the count, not below 0.
         part = Mux(dut.scale == 1, norm3, Mux(dut.scale == 2, norm3 & ~1, norm3 >> 1))
@@ -89,14 +77,14 @@ class LaneHarness(InductiveHarness[Lane]):
         amount4 = first_amount
         for k in range(at.amount + 2, at.shift + 1):
             amount4 = register.after(amount4, 5, f"amount_{k}")
-            m.d.comb += Assert(inside[f"amount{k}"] == amount4)
+            m.d.comb += Assert(self.inside[f"amount{k}"] == amount4)
         # Shift: the term; negated it is the ones' complement and a carry.
         shifted = Signal(signed(2 * arith.word))
         product = multiplier.p
         if at.accumulate - at.shift > 1:  # the first level, by 0, 8, 16 or 24, is a cycle before
             product = register.after(product >> (amount4 & 24), signed(2 * arith.word), "coarse")
             amount4 = register.after(amount4, 5, "amount_last") & 7
-            shifter = inside.parts["shifter"]
+            shifter = self.inside.parts["shifter"]
             low = shifter["coarse_out"]
             m.d.comb += [
                 Assert(low == product[: len(low)].as_signed()),
@@ -111,19 +99,19 @@ class LaneHarness(InductiveHarness[Lane]):
         with m.If(dut.en):
             m.d.sync += acc6.eq(Mux(dut.first, 1 << (arith.guard - 1), acc6) + r5 + carry5)
         m.d.comb += [
-            Assert(inside[f"invert{at.condition + 1}"] == negate3),
-            Assert(inside[f"skip{at.condition + 1}"] == skip3),
-            Assert(inside["amount"] == first_amount),
-            Assert(inside["term"] == r5),
-            Assert(inside["carry"] == carry5),
-            Assert(inside["acc"] == acc6),
+            Assert(self.inside[f"invert{at.condition + 1}"] == negate3),
+            Assert(self.inside[f"skip{at.condition + 1}"] == skip3),
+            Assert(self.inside["amount"] == first_amount),
+            Assert(self.inside["term"] == r5),
+            Assert(self.inside["carry"] == carry5),
+            Assert(self.inside["acc"] == acc6),
             reached(m, first_amount == 9, "shifted"),
         ]
-        self._write(m, inside, register, acc6)
+        self._write(m, register, acc6)
 
-    def _captures(self, m: Module, inside: Inside, register: _Registers) -> tuple[Signal, Signal]:
+    def _captures(self, m: Module, register: _Registers) -> tuple[Signal, Signal]:
         """Read: flag, index and count of the raw word; the count serves the stage amount."""
-        dut, arith = self.dut, self.arith
+        dut, arith = self.dut, self.dut.machine.arithmetic
         captured = Signal(arith.word)
         m.d.comb += captured.eq(dut.a + (dut.quarter << (arith.word - 2)))
         flag = register.after(captured[-1], 1, "flag", dut.cap_flag)
@@ -135,24 +123,24 @@ class LaneHarness(InductiveHarness[Lane]):
         # Before the first capture the count is that of no group.
         norm2 = register.after(count, 5, "norm2", dut.cap_norm, init=groups[-1])
         norm3 = register.after(norm2, 5, "norm3")
-        leading = inside.parts["leading"]
+        leading = self.inside.parts["leading"]
         place = Value.cast(0)
         for k in reversed(groups):
             position = Const(k, 5) + leading[f"place{k}"]
             place = position if k == groups[-1] else Mux(leading[f"hit{k}"], position, place)
         m.d.comb += [
             Assert(dut.index == Mux(dut.cap_index, index, held)),
-            Assert(inside["held"] == held),
-            Assert(inside["flag"] == flag),
+            Assert(self.inside["held"] == held),
+            Assert(self.inside["flag"] == flag),
             Assert(place == norm2),
             Assert(leading.component.count == norm3),
             reached(m, norm3 == arith.norm_max, "counted"),
         ]
         return flag, norm3
 
-    def _write(self, m: Module, inside: Inside, register: _Registers, acc6: Signal) -> None:
+    def _write(self, m: Module, register: _Registers, acc6: Signal) -> None:
         """Limit and write: modulo 2^W, or clamped; or a word from outside."""
-        dut, arith = self.dut, self.arith
+        dut, arith = self.dut, self.dut.machine.arithmetic
         wrap: Signal = dut.wrap
         limited = dut.machine.has("limit")
         if limited:  # what the clamp depends on is there a cycle before the word
@@ -179,10 +167,10 @@ class LaneHarness(InductiveHarness[Lane]):
         ]
         if limited:
             m.d.comb += [
-                Assert(inside["clamp7"] == (~wrap & (clamped != q))),
-                Assert(inside["beyond7"] == (wrap & (clamped != q))),
-                Assert(inside["negative7"] == (q < 0)),
-                Assert(inside["q7"] == q[: arith.word]),
+                Assert(self.inside["clamp7"] == (~wrap & (clamped != q))),
+                Assert(self.inside["beyond7"] == (wrap & (clamped != q))),
+                Assert(self.inside["negative7"] == (q < 0)),
+                Assert(self.inside["q7"] == q[: arith.word]),
             ]
 
 
@@ -194,17 +182,12 @@ def _leading_sign_count(word: Value, arith: Arithmetic) -> Value:
     return count
 
 
-class FourSlicesHarness(InductiveHarness[Multiplier]):
+class FourSlicesHarness(Harness[Multiplier]):
     """Multiplier: slices get the halves of the factors, the product is the sum of theirs.
 
     With a = ah 2^17 + al and b = bh 2^17 + bl, `p` is al bl + (ah bl + al bh) 2^17 + ah bh 2^34
     of the factors of `Multiplier.latency` enabled cycles before, where each product is that of its
     slice.
-
-    Parameters
-    ----------
-    dut : Multiplier
-        Component, of four slices.
     """
 
     def surround(self, m: Module, dut: Multiplier) -> None:
@@ -263,16 +246,11 @@ class FourSlicesHarness(InductiveHarness[Multiplier]):
         ]
 
 
-class OneSliceHarness(InductiveHarness[Multiplier]):
+class OneSliceHarness(Harness[Multiplier]):
     """Multiplier: the slice gets the upper 18 bits of the factors, tables add the other products.
 
     With a = ah 2^k + al and b = bh 2^k + bl, `p` is ah bh 4^k + ah bl 2^k + al b of the factors of
     `Multiplier.latency` enabled cycles before, where ah bh is that of the slice.
-
-    Parameters
-    ----------
-    dut : Multiplier
-        Component, of one slice and a word above 18 bits.
     """
 
     def surround(self, m: Module, dut: Multiplier) -> None:

@@ -62,33 +62,20 @@ class ProofError(RuntimeError):
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """A statement about a component.
+    """A statement about a component: the first paragraph of its harness's docstring."""
 
-    Attributes
-    ----------
-    name : str
-        Name, ``part.statement``.
-    harness : type
-        Class of the harness; the first paragraph of its docstring is the statement.
-    dut : callable
-        Makes the component for a harness; called anew for every run.
-    depth : int
-        Cycles after power-up in which the assertions are checked.
-    induction : bool
-        Whether the assertions are proven for runs of any length, by induction over ``depth``
-        cycles.
-    cover : int, optional
-        Cycles after which each ``Cover`` is reached; by default ``depth``.
-    short : bool
-        Whether the proof takes a few seconds; the tests run such proofs.
-    """
-
+    #: ``part.statement``.
     name: str
     harness: type[Harness[Any]]
+    #: Makes the component for a harness; called anew for every run.
     dut: Callable[[], Any]
+    #: Cycles after power-up in which the assertions are checked.
     depth: int
+    #: Whether they are proven for runs of any length, by induction over ``depth`` cycles.
     induction: bool = False
+    #: Cycles after which each ``Cover`` is reached; by default ``depth``.
     cover: int | None = None
+    #: Whether the proof takes a few seconds; the tests run such proofs.
     short: bool = True
 
     @property
@@ -125,22 +112,10 @@ class Result:
 
 
 def prove(proof: Proof, *, folder: Path | None = None) -> Result:
-    """Prove or refute.
+    """Prove or refute; raises ProofError without an answer, ToolMissing without the tools.
 
-    Parameters
-    ----------
-    proof : Proof
-        Statement and harness.
-    folder : Path, optional
-        Folder for the files of SymbiYosys, among them the traces of counterexamples
-        (``NAME_check/engine_0/trace.vcd``); by default a temporary one.
-
-    Raises
-    ------
-    ToolMissing
-        SymbiYosys, yosys or the solver is not installed.
-    ProofError
-        The tools gave no answer, for example because of a timeout.
+    ``folder`` keeps the files of SymbiYosys, among them the traces of counterexamples
+    (``NAME_check/engine_0/trace.vcd``); by default it is a temporary one.
     """
     if folder is None:
         with tempfile.TemporaryDirectory(prefix="proof") as name:

@@ -9,14 +9,13 @@ from amaranth.hdl import Array, Assert, Assume, Cat, Const, Module, Mux, Signal
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.registers.core import PROGRAM, RESTART
-from boresight.sim.formal.harness import after_start, before, drive, reached
-from boresight.sim.formal.inside import InductiveHarness, Inside
+from boresight.sim.formal.harness import Harness, after_start, before, drive, reached
 from boresight.sim.formal.prove import Proof
 
 _EVENTS = ("en", "saturated", "beyond", "framing", "commit", "idle", "parity")
 
 
-class RegistersHarness(InductiveHarness[Registers]):
+class RegistersHarness(Harness[Registers]):
     """Registers: a write is requested until it is granted, granted once, and acknowledged.
 
     Nothing is granted or acknowledged without a write; a word read is that of the address of the
@@ -27,7 +26,6 @@ class RegistersHarness(InductiveHarness[Registers]):
 
     def surround(self, m: Module, dut: Registers) -> None:
         """Initiator and machine, with their assumptions."""
-        inside = self.inside
         bus = dut.bus
         addr, w_data, w_stb = drive(m, bus, "addr", "w_data", "w_stb")
         grant, *_ = drive(m, dut, "grant", *_EVENTS)
@@ -44,7 +42,7 @@ class RegistersHarness(InductiveHarness[Registers]):
         change = chosen if dut.programs > 1 and not dut.selector else Const(0)
         first = self._restarts(m, w_stb & addr[9] & (addr[:3] == RESTART.address % 8))
         self._writes(m, parameter | change, change, first, waited)
-        self._reads(m, inside)
+        self._reads(m)
 
     def _restarts(self, m: Module, written: Any) -> Any:
         """Programs that have to restart; whether a grant is for that or a change by the port."""
@@ -97,8 +95,9 @@ class RegistersHarness(InductiveHarness[Registers]):
         if dut.programs > 1:
             m.d.comb += reached(m, dut.program == dut.programs - 1, "last_program")
 
-    def _reads(self, m: Module, inside: Inside) -> None:
+    def _reads(self, m: Module) -> None:
         """A second model of the registers 512 to 516."""
+        inside = self.inside
         dut, bus, word = self.dut, self.dut.bus, self.dut.machine.arithmetic.word
         addr, mask = bus.addr, (1 << word) - 1
         flags, updates = Signal(5, name="flags"), Signal(word, name="updates")

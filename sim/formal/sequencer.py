@@ -10,8 +10,7 @@ from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
-from boresight.sim.formal.harness import drive, reached, unknown
-from boresight.sim.formal.inside import InductiveHarness, Inside
+from boresight.sim.formal.harness import Harness, drive, reached, unknown
 from boresight.sim.formal.prove import Proof
 
 #: Programs, word by word: the fields that are 1. The second gets its only word late.
@@ -47,7 +46,7 @@ def tiny_image(machine: Machine) -> Image:
     )
 
 
-class SequencerHarness(InductiveHarness[Sequencer]):
+class SequencerHarness(Harness[Sequencer]):
     """Sequencer: its outputs follow the rules of `docs/engine.md` in every cycle.
 
     Grants come only at the first word of a record. The machine is back there within the longest
@@ -57,21 +56,12 @@ class SequencerHarness(InductiveHarness[Sequencer]):
     The program changes as `gateware.bus.core_registers` changes it: in the cycle after a granted
     switch. ``anew`` has any value in any cycle, and is obeyed in that of ``start`` alone: no update
     is torn, and what restarts begins with the routine's first word.
-
-    Parameters
-    ----------
-    dut : Sequencer
-        Component, with `tiny_image`.
     """
-
-    def __init__(self, dut: Sequencer) -> None:
-        super().__init__(dut)
-        #: Cycles without an executed word after a reset, a fault or a change of program.
-        self.fill = dut.machine.prefetch + 1
 
     def surround(self, m: Module, dut: Sequencer) -> None:
         """Sets ``at``, the executed word of the rules; negative values count the cycles to it."""
-        inside = self.inside
+        #: Cycles without an executed word after a reset, a fault or a change of program.
+        self.fill = dut.machine.prefetch + 1
         drive(m, dut, "i_valid", "i_last", "o_ready", "request", "switch", "anew")
         self.program = Signal(range(len(PROGRAMS)))
         next_program = unknown(m, 1, "other")
@@ -84,7 +74,7 @@ class SequencerHarness(InductiveHarness[Sequencer]):
         with m.If(dut.grant & dut.switch):
             m.d.sync += self.program.eq(next_program)
         self._rules(m)
-        self._registers(m, inside)
+        self._registers(m)
         self._back_to_idle(m)
 
     def _field(self, field: str) -> Any:
@@ -162,10 +152,10 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             reached(m, grant & ~dut.switch, "written"),
         ]
 
-    def _registers(self, m: Module, inside: Inside) -> None:
+    def _registers(self, m: Module) -> None:
         """Counter and words in the ROM's registers: for induction."""
         dut, at, length = self.dut, self.at, self.length
-        pc, fill, homes = inside["pc"], inside["fill"], inside["homes"]
+        pc, fill, homes = self.inside["pc"], self.inside["fill"], self.inside["homes"]
         contents = [0] * (1 << len(pc))
         for number, word in enumerate(dut.image.hardware_rom(dut.machine)[0]):
             contents[number] = word
@@ -184,9 +174,9 @@ class SequencerHarness(InductiveHarness[Sequencer]):
             )
             return address
 
-        out = inside.parts["rom0"].component.read_ports[0].data
+        out = self.inside.parts["rom0"].component.read_ports[0].data
         # Behind the counter: the ROM's output, then that of the register behind it, if any.
-        outputs = [out, inside["rom0_out"]] if dut.machine.has("memory") else [out]
+        outputs = [out, self.inside["rom0_out"]] if dut.machine.has("memory") else [out]
         m.d.comb += [
             *(
                 Assert((at < -words) | (output == microwords[ahead(words)]))
@@ -201,8 +191,8 @@ class SequencerHarness(InductiveHarness[Sequencer]):
                 ~self.active
                 | (homes == Cat(at == length - len(homes) + k for k in range(len(homes))))
             ),
-            Assert(inside["started"] == self.begun),
-            Assert(inside["swallow"] == self.swallowing),
+            Assert(self.inside["started"] == self.begun),
+            Assert(self.inside["swallow"] == self.swallowing),
             Assert(self.begun == (self.past_first_get & (at <= self.last_get))),
             Assert(~(self.begun & self.swallowing)),
         ]

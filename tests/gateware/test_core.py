@@ -13,7 +13,7 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Program, Term, Value
-from tests.support.random_program import random_inputs, random_program, random_programs
+from tests.support.random_program import poke, random_inputs, random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 
@@ -48,7 +48,7 @@ def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
         for name, address in core.select(other).parameter_addresses.items():
             if rng.random() < 0.3:
                 word = rng.getrandbits(20)
-                emulator.poke(address, word)
+                poke(emulator, address, word)
                 models[other].params[core.parts[other].program.find(name)] = word
         if rng.random() < 0.3 and len(words) > 1:
             emulator.update(words[: rng.randrange(1, len(words))])
@@ -108,11 +108,7 @@ def test_many_parameters(config: str) -> None:
         model = Interpreter(program)
         for k, address in enumerate(addresses[number]):
             model.params[program.find(f"p{k}")] = 3 << k % 24
-            emulator.poke(address, 3 << k % 24)
-        if config in CONFIGS:  # a state's: nothing happens
-            before = list(emulator.registers)
-            emulator.poke(511, 1)
-            assert emulator.registers == before
+            poke(emulator, address, 3 << k % 24)
         wanted, _ = model.update(np.array([[1 << 27]]))
         assert emulator.update([1 << 27]).outputs == wanted[:, 0].tolist()
 
@@ -143,7 +139,7 @@ def test_refused() -> None:
 
 def test_too_long_together(monkeypatch) -> None:
     programs = random_programs(4, 2)
-    lengths = [build_core(p, "small").schedule.length for p in programs]
+    lengths = [len(build_core(p, "small").image.rom) for p in programs]
     machine = dataclasses.replace(CONFIGS["small"], rom_words=sum(lengths) - 1)
     monkeypatch.setitem(MACHINES, "small", machine)
     with pytest.raises(

@@ -4,14 +4,7 @@ from dataclasses import astuple
 
 import pytest
 
-from boresight.gateware.machine import (
-    ALL_CONFIGS,
-    CONFIGS,
-    MACHINES,
-    Machine,
-    at_depth,
-    machine_named,
-)
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, MACHINES, Machine, machine_named
 from boresight.model.errors import InputError
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
@@ -54,10 +47,5 @@ def test_stages_at_every_depth() -> None:
 
 
 def test_depth_is_part_of_the_name() -> None:
-    assert at_depth("small", None) == at_depth("small", 7) == "small"
-    assert at_depth("fast-1024", 12) == at_depth("fast-1024-d12", 12) == "fast-1024-d12"
-    for config, depth in (("small", 8), ("small-d9", 10), ("small-d9", 7), ("tiny", 9)):
-        with pytest.raises(InputError, match="^(depth|config): "):
-            at_depth(config, depth)
     with pytest.raises(InputError, match="2048, behind it -d9, -d10 or -d12 for another depth"):
         machine_named("small-d7")

@@ -27,7 +27,7 @@ from boresight.model.words.terms import Refuted
 from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
 from boresight.sim.rtl.simulation import RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
-from tests.support.random_program import random_inputs, random_programs, with_ranges
+from tests.support.random_program import poke, random_inputs, random_programs, with_ranges
 
 __all__ = ["Case", "check", "drawn"]
 
@@ -145,7 +145,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             address = core.machine.parameter_address(where[value])
             models[number].params[value] = word
             c[number].set_param(name, word)
-            emulator.poke(address, word)
+            poke(emulator, address, word)
             bus.append(BusWrite(k, address, word))
         row, begun = next(streams[number]), list[int]()
         numbers.append(number)

@@ -21,10 +21,10 @@ STATUS, UPDATES, BUILD = 512, 513, 514
 class Line:
     """A `Top` and both ends of its serial line."""
 
-    def __init__(self, core: Core, send, listen, heartbeat_bits: int = 1) -> None:
+    def __init__(self, core: Core, send, listen) -> None:
         self.core = core
         self.word = core.machine.arithmetic.word
-        self.dut = Top(core=core, clock_hz=DIVISOR * 1e6, baud=1e6, heartbeat_bits=heartbeat_bits)
+        self.dut = Top(core=core, clock_hz=DIVISOR * Top.BAUD)
         self._send, self._listen = send, listen
         self._received = bytearray()
         self._decoder = Decoder(word=self.word)
@@ -56,7 +56,7 @@ class Line:
 
 @pytest.fixture
 def line(send, listen):
-    return lambda core, **options: Line(core, send, listen, **options)
+    return lambda core: Line(core, send, listen)
 
 
 def random_words(core: Core, count: int, seed: int) -> np.ndarray:

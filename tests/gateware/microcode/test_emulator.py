@@ -10,7 +10,7 @@ from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.scheduler import Schedule, schedule
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
-from tests.support.random_program import random_inputs, random_program
+from tests.support.random_program import poke, random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONFIGS)
 
@@ -49,7 +49,7 @@ def test_parameters(machine: Machine) -> None:
     s, core = build(p, machine)
     model = Interpreter(p)
     for number, n in enumerate(p.of_kind(Kind.PARAM)):
-        core.poke(number, 1 << 20 + number)
+        poke(core, number, 1 << 20 + number)
         model.params[n] = 1 << 20 + number
     for words in random_inputs(p, 4, 3):
         out, _ = model.update(np.array(words)[:, None])

@@ -23,34 +23,19 @@ GOOD = Image(rom=[bit("get"), 0, bit("home")], registers=[0] * 512, tables=[0] *
 
 
 @pytest.mark.parametrize(
-    "change, message",
+    "change",
     [
-        ({"rom": [bit("get")] * 16385}, r"^rom must have at most 16384 words, not 16385$"),
-        ({"rom": [1 << 54, 0, bit("home")]}, r"^rom\[0\] must be below 0x40000000000000, not \d+$"),
-        ({"rom": [0, 0, bit("home")]}, r"^rom must get at least one input word in program 0$"),
-        (
-            {"rom": [bit("get") | bit("emit"), 0, bit("home")]},
-            r"^rom\[0\] must not get and emit in the same cycle$",
-        ),
-        (
-            {"rom": [bit("get"), 0, 0]},
-            r"^rom\[2\] must have home = 1, not 0: only the last word of",
-        ),
-        (
-            {"rom": [bit("get") | bit("home"), 0, bit("home")]},
-            r"^rom\[0\] must have home = 0, not 1",
-        ),
-        ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
-        ({"lengths": ()}, r"^lengths must be 3 or more each, not \(\)$"),
-        ({"lengths": (4,)}, r"^lengths must be 3 or less together, not 4$"),
-        ({"registers": [0] * 511}, r"^registers must have 512 words, not 511$"),
-        ({"tables": [1 << 32] * 1536}, r"^tables\[0\] must be below 0x100000000, not 4294967296$"),
-        ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
-        ({"digest": -1}, r"^digest must not be negative, not -1$"),
+        {"rom": [0, 0, bit("home")]},
+        {"rom": [bit("get") | bit("emit"), 0, bit("home")]},
+        {"rom": [bit("get"), 0, 0]},
+        {"rom": [bit("get") | bit("home"), 0, bit("home")]},
+        {"lengths": (2,)},
+        {"rom": [bit("get"), 0, bit("home")] * 2, "restarts": (3,)},
     ],
 )
-def test_bad_images(change, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+def test_bad_images(change) -> None:
+    GOOD.check(MACHINE)
+    with pytest.raises(ValueError, match=r"^microcode from word [03] on breaks docs/engine\.md$"):
         replace(GOOD, **change).check(MACHINE)
 
 
