@@ -35,8 +35,6 @@ class Body:
 
     Parameters
     ----------
-    program : Program
-        Program to write.
     prefix : str or None
         Name of the files and prefix of every public name; None: the program's name.
 

@@ -55,10 +55,7 @@ def compiled_library(
     libraries: Sequence[str] = (),
     cache: Path | None = None,
 ) -> Path:
-    """Return the shared library of C99 files, from the build cache or compiled.
-
-    The entry of the cache holds its sources too; its name is the hash of the sources, the compiler
-    and the flags.
+    """Return the shared library of C99 files, from the build cache, which holds the sources too.
 
     Parameters
     ----------
@@ -66,15 +63,8 @@ def compiled_library(
         ``<name>.h`` first; the last one is compiled and includes the others.
     cflags : sequence of str, optional
         Flags beside those that make a shared library of C99; `CFLAGS` by default.
-    libraries : sequence of str
-        Libraries to link.
     cache : Path or None
         Folder of the cache; None: that of the user.
-
-    Raises
-    ------
-    ToolMissing
-        No C compiler is installed.
     """
     name, source = next(iter(files)).removesuffix(".h"), [*files][-1]
     compiler = find_compiler()
@@ -95,20 +85,9 @@ def compiled_library(
 class HostModel:
     """Estimators of a compiled library, one behind the other in memory.
 
-    Parameters
-    ----------
-    library : Path
-        Library with ``<stem>_size``, ``_init``, ``_reset`` and ``_run`` (`firmware.host`).
-    number : dtype
-        Type of all words.
-    params, states : int
-        Words of an estimator.
-    runs : int
-
-    Attributes
-    ----------
-    params, states : (runs, words)
-        The estimators' memory itself.
+    ``library`` has ``<stem>_size``, ``_init``, ``_reset`` and ``_run`` (`firmware.host`), with
+    words of the type ``number``. The attributes ``params`` and ``states``, (runs, words), are the
+    estimators' memory itself.
     """
 
     def __init__(
@@ -189,8 +168,6 @@ class CModel(HostModel):
 
     Parameters
     ----------
-    program : Program
-        Program to run.
     runs : int, optional
         Runs side by side, with parameters and states of their own; arrays then have the shape
         (n, runs, ...) in place of (n, ...).
@@ -246,36 +223,18 @@ class CModel(HostModel):
         return words
 
     def set_param(self, name: str, word: int) -> None:
-        """Write a parameter, by the name of its value.
-
-        Raises
-        ------
-        ValueError
-            Unknown parameter, or a word that does not fit.
-        """
+        """Write a parameter, by the name of its value; ValueError if it or the word is none."""
         if name not in self._names:
             names = ", ".join(self._names) or "none"
             raise ValueError(f"name must be a parameter ({names}), not {name!r}")
         self.params[:, self._names.index(name)] = self._checked([word], "word")[0]
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
-        """Run n updates.
+        """Run n updates of input words int (n, n_inputs), in stream order.
 
-        Parameters
-        ----------
-        inputs : int (n, n_inputs)
-            Input words in stream order.
-
-        Returns
-        -------
-        outputs : int64 (n, n_outputs)
-        saturated : bool (n,)
-            Whether a `SAT` operation of the update clamped its result.
-
-        Raises
-        ------
-        ValueError
-            The shape is wrong or a word does not fit.
+        Returns output words int64 (n, n_outputs), and whether a `SAT` operation of the update
+        clamped its result, bool (n,). Raises ValueError for a wrong shape or a word that does not
+        fit.
         """
         return self._updates(inputs)[:2]
 
@@ -317,14 +276,9 @@ class CModel(HostModel):
         return getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
-        """Run n updates, at least one, and return the extremes of every value.
+        """Run n updates, at least one, as `update`, and return the extremes of every value.
 
-        States count with the words before each update. ``inputs`` as in `update`.
-
-        Raises
-        ------
-        ValueError
-            The shape is wrong, there is no update, or a word does not fit.
+        States count with the words before each update.
         """
         words = self._records(inputs)
         if not len(words):

@@ -85,8 +85,6 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
 
     Parameters
     ----------
-    program : Program
-        Program to write.
     prefix : str or None
         Name of the files and prefix of every public name; None: the program's name.
 

@@ -50,8 +50,6 @@ def header(
 
     Parameters
     ----------
-    first : str
-        First comment of the file, by `head`.
     members : mapping
         Members of the structures ``params``, ``state``, ``in`` and ``out``.
     number : str

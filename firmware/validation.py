@@ -37,19 +37,8 @@ _HELPERS = re.compile(r"(?s)\n// Functions\n\n(?:(.*?)\n\n)??void ")
 def validate_c(program: Program, name: str, texts: Mapping[str, str]) -> int:
     """Prove that emitted C computes its program; return the number of its operations.
 
-    Parameters
-    ----------
-    program : Program
-        The source program.
-    name : str
-        Prefix of the files and functions.
-    texts : mapping
-        Texts of ``<name>.h`` and ``<name>.c`` by file name, as `firmware.emit.emit_c` returns them.
-
-    Raises
-    ------
-    Refuted
-        Some word differs for some input, or the text is not what the validation can read.
+    ``texts`` are those of `firmware.emit.emit_c` with the prefix ``name``. Raises Refuted if some
+    word differs for some input, or if the text cannot be read back.
     """
     try:
         _check(program, _File(program, name, texts))

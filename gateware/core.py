@@ -39,7 +39,6 @@ class Core:
     `program`, `schedule`, `allocation` and `parameter_addresses` are those of the
     selected program; `select` changes it. The microcode is proven to compute the programs
     (`gateware.microcode.validation`).
-
     """
 
     #: The programs, by their numbers in the core.

@@ -130,33 +130,22 @@ class Records:
 
 @dataclass(frozen=True)
 class Description:
-    """A core, or a system around one, as seen from outside.
+    """A core, or a system around one, as seen from outside."""
 
-    Attributes
-    ----------
-    name, digest : str
-        Name and digest of all programs.
-    word : int
-        W, bits of a word.
-    build : tuple of int
-        Words of the registers ``build_low`` and ``build_high``.
-    registers : tuple of Register
-        Registers; with several programs, parameters are named like ``mekf.gain``.
-    programs : tuple of Records
-        Records of the programs, by number.
-    title : str
-        Kind: a core, or a system with more registers than the core's.
-    configuration, lanes, microwords
-        Properties of the machine; not part of the register map.
-    """
-
+    #: Name and digest of all programs.
     name: str
     digest: str
+    #: W, bits of a word.
     word: int
+    #: Words of the registers ``build_low`` and ``build_high``.
     build: tuple[int, int]
+    #: Registers; with several programs, parameters are named like ``mekf.gain``.
     registers: tuple[Register, ...]
+    #: Records of the programs, by number.
     programs: tuple[Records, ...]
+    #: Kind: a core, or a system with more registers than the core's.
     title: str = "core"
+    #: Properties of the machine; not part of the register map.
     configuration: str = ""
     lanes: int = 0
     microwords: int = 0
@@ -286,8 +275,6 @@ def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Descript
 
     Parameters
     ----------
-    core : Core
-        The core.
     summaries : mapping, optional
         A line about each program, by its name.
     """

@@ -33,30 +33,19 @@ class Stages:
 
 @dataclass(frozen=True)
 class Machine:
-    """One configuration of the engine (`docs/engine.md`).
-
-    Parameters
-    ----------
-    name : str
-        Name of the configuration.
-    lanes : int, 1 or 2
-        Multiply-accumulate lanes.
-    arithmetic : Arithmetic
-        Word, guard and accumulator widths.
-    rom_words : int, >= 16
-        Maximum number of microwords of all programs of a core together.
-    register_words : int, 512, 1024 or 2048
-        Words of the register file, all banks together.
-    depth : int, one of `DEPTHS`
-        Cycles from the last slot of a group to the first slot that may read its result: 7 and the
-        first ``depth - 7`` of `REGISTERS`.
-    """
+    """One configuration of the engine (`docs/engine.md`)."""
 
     name: str
+    #: Multiply-accumulate lanes, 1 or 2.
     lanes: int
+    #: Word, guard and accumulator widths.
     arithmetic: Arithmetic = Arithmetic()
+    #: Maximum number of microwords of all programs of a core together.
     rom_words: int = 16384
+    #: Words of the register file, all banks together: one of `REGISTER_WORDS`.
     register_words: int = field(default=512, kw_only=True)
+    #: Cycles from the last slot of a group to the first slot that may read its result: 7 and the
+    #: first ``depth - 7`` of `REGISTERS`; one of `DEPTHS`.
     depth: int = field(default=7, kw_only=True)
 
     #: Registers that a deeper pipeline has, in the order in which depth adds them: behind the
@@ -69,18 +58,6 @@ class Machine:
     TABLE_BLOCKS = 3
     #: Addresses of the bus for parameters, divided among the lanes' banks.
     PARAMETER_ADDRESSES = 512
-
-    def __post_init__(self) -> None:
-        if self.lanes not in (1, 2):
-            raise ValueError(f"lanes must be 1 or 2, not {self.lanes!r}")
-        if self.rom_words < 16:
-            raise ValueError(f"rom_words must be 16 or more, not {self.rom_words!r}")
-        if self.register_words not in self.REGISTER_WORDS:
-            sizes = ", ".join(map(str, self.REGISTER_WORDS))
-            raise ValueError(f"register_words must be one of {sizes}, not {self.register_words!r}")
-        if self.depth not in self.DEPTHS:
-            depths = ", ".join(map(str, self.DEPTHS))
-            raise ValueError(f"depth must be one of {depths}, not {self.depth!r}")
 
     def has(self, register: str) -> bool:
         """Whether the pipeline has this one of `REGISTERS`."""

@@ -51,22 +51,9 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
     assignments, not `always @*`, which a simulator need not run before one of its inputs changes.
     Registers have a start value, and keep it while their enable is unknown.
 
-    Parameters
-    ----------
-    component : wiring.Component
-        Component; its ports become the module's.
-    name : str
-        Name of the module.
-    instances : bool
-        With DSP48A1 primitives, for synthesis to Spartan-6; else with their behaviour, for
-        simulation and other parts.
-
-    Raises
-    ------
-    ToolMissing
-        Yosys is not installed.
-    SynthesisError
-        Yosys rejected the component.
+    The component's ports become those of module ``name``. With ``instances`` there are DSP48A1
+    primitives, for synthesis to Spartan-6; else their behaviour, for simulation and other parts.
+    Raises ToolMissing, or SynthesisError if yosys rejected the component.
     """
     text: str = rtlil.convert(
         component, name=name, platform=Device("xc6slx9" if instances else ""), emit_src=False

@@ -20,8 +20,6 @@ class FloatCModel(HostModel):
 
     Parameters
     ----------
-    estimator : Estimator
-        Estimator to run.
     precision : Precision
         `SINGLE`, or `DOUBLE` for the compiled float64 reference.
     params : mapping, optional

@@ -19,20 +19,13 @@ FUNCTIONS = {
 
 @dataclass(frozen=True)
 class Precision:
-    """A floating-point type of C.
+    """A floating-point type of C."""
 
-    Attributes
-    ----------
-    type : str
-        Name of the type in C.
-    numpy : type
-        The same type in numpy.
-    suffix : str
-        Suffix of literals and of the names of functions in ``math.h``.
-    """
-
+    #: Name of the type in C.
     type: str
+    #: The same type in numpy.
     numpy: Any
+    #: Suffix of literals and of the names of functions in ``math.h``.
     suffix: str
 
     def literal(self, number: float) -> str:

@@ -28,8 +28,6 @@ class Dispatcher(wiring.Component):
 
     Parameters
     ----------
-    word : int
-        Bits of a word, W.
     inputs : int, >= 0
         Words of an input record; 0: no records.
     depth : int
@@ -38,22 +36,6 @@ class Dispatcher(wiring.Component):
         Bits of a register address, A.
     read_cycles : int, >= 1
         Cycles from an address on the bus to its word.
-
-    Members
-    -------
-    pending : In(1), kind : In(2), index : Out, read : Out(1), word_data : In(W), done : Out(1)
-        To the `Unpacker`.
-    answered : In(1)
-        The last word of an output record leaves the core in this cycle. Only with records.
-    o : Out(stream of {data: W, last: 1})
-        Records for the core. Only with records.
-    bus : Out(BusSignature(word=W, address=A))
-        Registers.
-    request : Out(1), grant : In(1)
-        The bus is needed; the target sees it in this cycle. A read word comes in the cycle after
-        the first one with a grant, a write is acknowledged only with one. 1 for an only initiator.
-    o_reply : Out(stream of {data: W, kind: 2})
-        Replies to WRITE and READ.
     """
 
     def __init__(
@@ -63,9 +45,13 @@ class Dispatcher(wiring.Component):
         self.inputs = inputs
         self.depth = depth
         self.read_cycles = read_cycles
-        records = {"answered": In(1), "o": Out(stream.Signature(word_layout(word)))}
+        records = {
+            "answered": In(1),  # The last word of an output record leaves the core in this cycle.
+            "o": Out(stream.Signature(word_layout(word))),  # Records for the core.
+        }
         super().__init__(
             {
+                # To the `Unpacker`.
                 "pending": In(1),
                 "kind": In(2),
                 "index": Out(range(depth)),
@@ -73,9 +59,12 @@ class Dispatcher(wiring.Component):
                 "word_data": In(word),
                 "done": Out(1),
                 "bus": Out(BusSignature(word=word, address=address)),
+                # The bus is needed; the target sees it in this cycle. A read word comes in the
+                # cycle after the first one with a grant, a write is acknowledged only with one. 1
+                # for an only initiator.
                 "request": Out(1),
                 "grant": In(1, init=1),
-                "o_reply": Out(stream.Signature(reply_layout(word))),
+                "o_reply": Out(stream.Signature(reply_layout(word))),  # To WRITE and READ.
                 **(records if inputs else {}),
             }
         )

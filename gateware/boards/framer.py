@@ -29,13 +29,6 @@ class Framer(wiring.Component):
     """Adds END, escapes and the CRC to a body: `gateware.boards.frames`.
 
     **Latency** 1 cycle from the first byte to END; a byte takes 2 cycles and what the line needs.
-
-    Members
-    -------
-    i : In(stream of {data: 8, last: 1})
-        Bodies, from the kind to the last word.
-    o : Out(stream of 8)
-        Bytes for the line.
     """
 
     def __init__(self) -> None:

@@ -64,17 +64,7 @@ def word_bytes(word: int) -> int:
 
 
 def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
-    """A frame, from END to END.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of the frame.
-    words : iterable of int
-        Its words, signed or unsigned.
-    word : int
-        Bits of a word, W.
-    """
+    """A frame, from END to END."""
     count = word_bytes(word)
     mask = (1 << 8 * count) - 1
     body: bytes = bytes([kind]) + b"".join((int(w) & mask).to_bytes(count, "little") for w in words)
@@ -86,11 +76,6 @@ def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
 
 class Decoder:
     """Decoder of frames from a board's bytes.
-
-    Parameters
-    ----------
-    word : int
-        Bits of a word, W.
 
     Attributes
     ----------

@@ -25,22 +25,6 @@ class Packer(wiring.Component):
     ``i.ready`` is registered.
 
     **Latency** 1 cycle from the first word to the first byte.
-
-    Parameters
-    ----------
-    word : int
-        Bits of a word, W.
-    records : bool
-        Whether there are records.
-
-    Members
-    -------
-    i : In(stream of {data: W, last: 1})
-        Output records. Only with records.
-    i_reply : In(stream of {data: W, kind: 2})
-        Replies: bodies of one word.
-    o : Out(stream of {data: 8, last: 1})
-        Bodies.
     """
 
     def __init__(self, *, word: int, records: bool = True) -> None:
@@ -48,9 +32,10 @@ class Packer(wiring.Component):
         self.records = records
         super().__init__(
             {
+                # Output records.
                 **({"i": In(stream.Signature(word_layout(word)))} if records else {}),
-                "i_reply": In(stream.Signature(reply_layout(word))),
-                "o": Out(stream.Signature(body_layout)),
+                "i_reply": In(stream.Signature(reply_layout(word))),  # Bodies of one word.
+                "o": Out(stream.Signature(body_layout)),  # Bodies.
             }
         )
 

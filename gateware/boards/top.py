@@ -48,17 +48,6 @@ class Top(wiring.Component):
     ------
     InputError
         Programs with different numbers of inputs.
-
-    Members
-    -------
-    rx : In(1)
-        Serial line from the host.
-    tx : Out(1)
-        Serial line to the host.
-    heartbeat : Out(1)
-        Blinks with the updates.
-    saturated : Out(1)
-        In the last completed update a result was clamped.
     """
 
     #: Bits per second.

@@ -41,36 +41,26 @@ class Receiver(wiring.Component):
     **Latency** ``valid`` comes `latency` cycles after the start edge, or up to `spacing` less one
     sooner: 9.5 bits, the samples, 3 cycles of synchronisation and output.
 
-    Parameters
-    ----------
-    divisor : int, >= 8
-        Clock cycles per bit.
 
     Attributes
     ----------
     spacing : int
         Cycles from look to look: the power of two from ``divisor`` / 16 (not included) to
         ``divisor`` / 8.
-
-    Members
-    -------
-    rx : In(1)
-        The line, asynchronous to the clock; high when idle.
-    data : Out(8)
-        A byte, valid in the cycle of ``valid``.
-    valid : Out(1)
-        A byte is received in this cycle; there is no back-pressure.
-    error : Out(1)
-        A byte had no stop bit.
-    en : In(1)
-        Only cycles in which it is 1 count towards ``divisor``.
     """
 
     def __init__(self, *, divisor: int) -> None:
         self.divisor = divisor
         self.spacing: int = 1 << ((divisor // DIVISOR_MIN).bit_length() - 1)
-        outputs = {"data": Out(8), "valid": Out(1), "error": Out(1)}
-        super().__init__({"rx": In(1, init=1), **outputs, "en": In(1, init=1)})
+        super().__init__(
+            {
+                "rx": In(1, init=1),  # The line, asynchronous to the clock; high when idle.
+                "data": Out(8),  # A byte, valid in the cycle of ``valid``.
+                "valid": Out(1),  # A byte is received in this cycle; there is no back-pressure.
+                "error": Out(1),  # A byte had no stop bit.
+                "en": In(1, init=1),  # Only cycles in which it is 1 count towards ``divisor``.
+            }
+        )
 
     @property
     def to_middle(self) -> int:
@@ -152,26 +142,17 @@ class Transmitter(wiring.Component):
     """Bytes to a serial line.
 
     **Latency** one byte per 10 bits; the start bit begins one cycle after the byte is taken.
-
-    Parameters
-    ----------
-    divisor : int, >= 8
-        Clock cycles per bit.
-
-    Members
-    -------
-    i : In(stream of 8)
-        Bytes.
-    tx : Out(1)
-        The line, high when idle.
-    en : In(1)
-        Only cycles in which it is 1 count towards ``divisor``.
     """
 
     def __init__(self, *, divisor: int) -> None:
         self.divisor = divisor
-        line = {"i": In(stream.Signature(8)), "tx": Out(1, init=1)}
-        super().__init__({**line, "en": In(1, init=1)})
+        super().__init__(
+            {
+                "i": In(stream.Signature(8)),
+                "tx": Out(1, init=1),  # The line, high when idle.
+                "en": In(1, init=1),  # As of `Receiver`.
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Shift register: data and stop bit; when it is empty the byte is out."""

@@ -32,29 +32,8 @@ class Unpacker(wiring.Component):
 
     Parameters
     ----------
-    word : int
-        Bits of a word, W.
     lengths : mapping of Kind to int, >= 1
         Words of a frame, for each accepted kind; kinds below 4.
-
-    Members
-    -------
-    data : In(8), valid : In(1)
-        Received bytes.
-    error : In(1)
-        A byte without stop bit.
-    pending : Out(1)
-        A frame waits, until ``done``.
-    kind : Out(2)
-        Its `Kind`.
-    index : In(range(depth)), read : In(1)
-        Index of the word to read in this cycle.
-    word_data : Out(W)
-        The word, from the next cycle on.
-    done : In(1)
-        The frame is no longer needed.
-    dropped : Out(1)
-        A frame that was not empty has been dropped.
     """
 
     def __init__(self, *, word: int, lengths: Mapping[Kind, int]) -> None:
@@ -62,16 +41,18 @@ class Unpacker(wiring.Component):
         self.lengths = dict(lengths)
         super().__init__(
             {
+                # Received bytes.
                 "data": In(8),
                 "valid": In(1),
-                "error": In(1),
-                "pending": Out(1),
-                "kind": Out(2),
+                "error": In(1),  # A byte without stop bit.
+                "pending": Out(1),  # A frame waits, until ``done``.
+                "kind": Out(2),  # Its `Kind`.
+                # Index of the word to read in this cycle.
                 "index": In(range(self.depth)),
                 "read": In(1),
-                "word_data": Out(word),
-                "done": In(1),
-                "dropped": Out(1),
+                "word_data": Out(word),  # The word, from the next cycle on.
+                "done": In(1),  # The frame is no longer needed.
+                "dropped": Out(1),  # A frame that was not empty has been dropped.
             }
         )
 

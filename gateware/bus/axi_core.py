@@ -21,11 +21,11 @@ def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
 
 
 _MEMBERS = {
-    **{"aclk": In(1), "aresetn": In(1)},
-    **_flat("s_axis", AxiStreamSignature().flip()),
-    **_flat("m_axis", AxiStreamSignature()),
-    **_flat("s_axi", AxiLiteSignature(address=_ADDRESS + 2).flip()),
-    "restart": In(1),
+    **{"aclk": In(1), "aresetn": In(1)},  # The reset is synchronous, active low.
+    **_flat("s_axis", AxiStreamSignature().flip()),  # Input records.
+    **_flat("m_axis", AxiStreamSignature()),  # Output records.
+    **_flat("s_axi", AxiLiteSignature(address=_ADDRESS + 2).flip()),  # Registers.
+    "restart": In(1),  # This and the following are as those of the core.
     "saturated_update": Out(1),
     "beyond_update": Out(1),
 }
@@ -40,27 +40,6 @@ class AxiCore(wiring.Component):
     ----------
     word : int
         W of the core.
-
-    Members
-    -------
-    aclk, aresetn : In(1)
-        Clock; reset, synchronous, active low.
-    s_axis_tdata : In(32), s_axis_tlast, s_axis_tvalid : In(1), s_axis_tready : Out(1)
-        Input records (`gateware.bus.axi_stream`).
-    m_axis_tdata : Out(32), m_axis_tlast, m_axis_tvalid : Out(1), m_axis_tready : In(1)
-        Output records.
-    s_axi_awaddr : In(12), s_axi_awvalid : In(1), s_axi_awready : Out(1)
-        Registers (`gateware.bus.axi_lite`): address of a write.
-    s_axi_wdata : In(32), s_axi_wstrb : In(4), s_axi_wvalid : In(1), s_axi_wready : Out(1)
-        Word of a write.
-    s_axi_bresp : Out(2), s_axi_bvalid : Out(1), s_axi_bready : In(1)
-        Its response.
-    s_axi_araddr : In(12), s_axi_arvalid : In(1), s_axi_arready : Out(1)
-        Address of a read.
-    s_axi_rdata : Out(32), s_axi_rresp : Out(2), s_axi_rvalid : Out(1), s_axi_rready : In(1)
-        Its response.
-    restart : In(1), saturated_update, beyond_update : Out(1)
-        As those of the core.
     """
 
     def __init__(self, *, word: int) -> None:

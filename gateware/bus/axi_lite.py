@@ -28,37 +28,29 @@ class AxiLiteSignature(wiring.Signature):
     ----------
     address : int
         Bits of a byte address, A.
-
-    Members
-    -------
-    awaddr : Out(A), awvalid : Out(1), awready : In(1)
-        Address of a write.
-    wdata : Out(32), wstrb : Out(4), wvalid : Out(1), wready : In(1)
-        Word of a write.
-    bresp : In(2), bvalid : In(1), bready : Out(1)
-        Its response.
-    araddr : Out(A), arvalid : Out(1), arready : In(1)
-        Address of a read.
-    rdata : In(32), rresp : In(2), rvalid : In(1), rready : Out(1)
-        Its response.
     """
 
     def __init__(self, *, address: int) -> None:
         super().__init__(
             {
+                # Address of a write.
                 "awaddr": Out(address),
                 "awvalid": Out(1),
                 "awready": In(1),
+                # Word of a write.
                 "wdata": Out(32),
                 "wstrb": Out(4),
                 "wvalid": Out(1),
                 "wready": In(1),
+                # Its response.
                 "bresp": In(2),
                 "bvalid": In(1),
                 "bready": Out(1),
+                # Address of a read.
                 "araddr": Out(address),
                 "arvalid": Out(1),
                 "arready": In(1),
+                # Its response.
                 "rdata": In(32),
                 "rresp": In(2),
                 "rvalid": In(1),
@@ -84,19 +76,13 @@ class AxiLiteSlave(wiring.Component):
         W, 32 or fewer; upper bits of a word to write are ignored, of a word read 0.
     address : int
         Bits of a word address, A.
-
-    Members
-    -------
-    axi : In(AxiLiteSignature(address=A + 2))
-        The slave, with byte addresses.
-    bus : Out(BusSignature(word=W, address=A)), request : Out(1), grant : In(1)
-        An initiator of `gateware.attitude.bus.wishbone`; ``grant`` is 1 for an only one.
     """
 
     def __init__(self, *, word: int = 32, address: int = 10) -> None:
         super().__init__(
             {
-                "axi": In(AxiLiteSignature(address=address + 2)),
+                "axi": In(AxiLiteSignature(address=address + 2)),  # The slave, with byte addresses.
+                # An initiator of `gateware.attitude.bus.wishbone`; ``grant`` is 1 for an only one.
                 "bus": Out(BusSignature(word=word, address=address)),
                 "request": Out(1),
                 "grant": In(1, init=1),

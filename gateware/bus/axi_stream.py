@@ -16,14 +16,7 @@ DATA = 32
 class AxiStreamSignature(wiring.Signature):
     """AXI4-Stream (ARM IHI 0051A) as its transmitter sees it; a packet is a record.
 
-    Members
-    -------
-    tdata : Out(32)
-        A word in the low bits.
-    tlast : Out(1)
-        The last word of a record.
-    tvalid : Out(1), tready : In(1)
-        Handshake.
+    ``tdata`` has a word in the low bits, ``tlast`` marks the last word of a record.
     """
 
     def __init__(self) -> None:
@@ -47,13 +40,6 @@ class StreamFromAxi(wiring.Component):
     ----------
     word : int
         W, 32 or fewer; upper bits of ``tdata`` are ignored.
-
-    Members
-    -------
-    axi : In(AxiStreamSignature)
-        Packets.
-    o : Out(stream of W + 1)
-        Records: bit W last, below it the word.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -83,13 +69,6 @@ class StreamToAxi(wiring.Component):
     ----------
     word : int
         W, 32 or fewer; in ``tdata`` its sign fills the bits above.
-
-    Members
-    -------
-    i : In(stream of W + 1)
-        Records: bit W last, below it the word.
-    axi : Out(AxiStreamSignature)
-        Packets.
     """
 
     def __init__(self, *, word: int) -> None:

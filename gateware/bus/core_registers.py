@@ -54,46 +54,8 @@ class Registers(wiring.Component):
 
     Parameters
     ----------
-    machine : Machine
-        Configuration.
-    digest : int
-        Build identifier.
-    programs : int, >= 1
-        Number of programs.
     selector : bool
         Whether the program follows the port ``choice``.
-
-    Members
-    -------
-    bus : In(BusSignature(word=W))
-        The bus.
-    request : Out(1), switch : Out(1)
-        A word waits for the register file, or with ``switch`` for ``program``, or the program has
-        to restart. Registered: what follows from it is the machine's clock enable.
-    grant : In(1)
-        The word is written in this cycle.
-    program : Out
-        Number of the selected program.
-    choice : In, chosen : Out(1)
-        With a selector: the program that shall run, changed as by a write, at the next first word
-        of a record; whether it did in the cycle before.
-    restart : In(1)
-        The selected program has to restart.
-    start : In(1), anew : Out(1)
-        The program begins; it has to restart, which is done with this cycle.
-    en : In(1)
-        Clock enable of the machine.
-    saturated, beyond : In(1)
-        With ``en``: a sticky result saturates in this cycle; an input word is found beyond its
-        range.
-    framing : In(1)
-        An update is abandoned with this cycle, only with ``en``.
-    commit : In(1)
-        An update is complete with this cycle, only with ``en``.
-    idle, parity : In(1)
-        For the status register.
-    saturated_update, beyond_update : Out(1)
-        The last completed update saturated; had an input word beyond its range.
     """
 
     def __init__(
@@ -107,21 +69,27 @@ class Registers(wiring.Component):
         super().__init__(
             {
                 "bus": In(BusSignature(word=machine.arithmetic.word)),
+                # A word waits for the register file, or with ``switch`` for ``program``, or the
+                # program has to restart. Registered: what follows from it is the clock enable.
                 "request": Out(1),
                 "switch": Out(1),
-                "grant": In(1),
-                "program": Out(range(programs)),
+                "grant": In(1),  # The word is written in this cycle.
+                "program": Out(range(programs)),  # Number of the selected program.
+                # The program that shall run, changed as by a write, at the next first word of a
+                # record; whether it did in the cycle before.
                 **choice,
-                "restart": In(1),
+                "restart": In(1),  # The selected program has to restart.
+                # The program begins; it has to restart, which is done with this cycle.
                 "start": In(1),
                 "anew": Out(1),
-                "en": In(1),
-                "saturated": In(1),
-                "beyond": In(1),
-                "framing": In(1),
-                "commit": In(1),
-                "idle": In(1),
+                "en": In(1),  # Clock enable of the machine; without it the next four are 0.
+                "saturated": In(1),  # A sticky result saturates in this cycle.
+                "beyond": In(1),  # An input word is found beyond its range.
+                "framing": In(1),  # An update is abandoned with this cycle.
+                "commit": In(1),  # An update is complete with this cycle.
+                "idle": In(1),  # This and the next are for the status register.
                 "parity": In(1),
+                # The last completed update saturated; had an input word beyond its range.
                 "saturated_update": Out(1),
                 "beyond_update": Out(1),
             }

@@ -25,17 +25,6 @@ class Bitwise(wiring.Component):
     ----------
     function : callable
         The function of as many words as it has inputs, made of ``~ & | ^`` only.
-    inputs : int, 2..6
-        Number of words.
-    width : int
-        Bits of a word.
-
-    Members
-    -------
-    i : In(width) array
-        Words.
-    o : Out(width)
-        Result.
     """
 
     def __init__(self, *, function: Callable[..., Any], inputs: int, width: int = 1) -> None:

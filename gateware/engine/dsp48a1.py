@@ -39,28 +39,11 @@ class DSP48A1(wiring.Component):
 
     Parameters
     ----------
-    reg0, reg1, mreg, preg : bool
-        Registers in use.
     adds : bool
         Whether the sum has the product.
     z : Z
         Second operand of the post-adder. ``Z.PCIN`` demands that ``pcin`` be the ``pcout`` of
         another slice.
-
-    Members
-    -------
-    en : In(1)
-        Clock enable of every register.
-    a, b : In(signed(18))
-        Factors.
-    c : In(signed(48))
-        Addend.
-    pcin : In(signed(48))
-        Addend from the cascade.
-    m : Out(signed(36))
-        Product, after ``mreg``.
-    p, pcout : Out(signed(48))
-        Sum, after ``preg``; to the fabric and to the cascade.
     """
 
     def __init__(
@@ -79,12 +62,14 @@ class DSP48A1(wiring.Component):
         self.z = z
         super().__init__(
             {
-                "en": In(1),
+                "en": In(1),  # Clock enable of every register.
+                # Factors.
                 "a": In(signed(18)),
                 "b": In(signed(18)),
-                "c": In(signed(48)),
-                "pcin": In(signed(48)),
-                "m": Out(signed(36)),
+                "c": In(signed(48)),  # Addend.
+                "pcin": In(signed(48)),  # Addend from the cascade.
+                "m": Out(signed(36)),  # Product, after ``mreg``.
+                # Sum, after ``preg``; to the fabric and to the cascade.
                 "p": Out(signed(48)),
                 "pcout": Out(signed(48)),
             }

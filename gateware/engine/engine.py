@@ -33,35 +33,16 @@ class Engine(wiring.Component):
 
     Parameters
     ----------
-    machine : Machine
-        Configuration: lanes and widths.
-    image : Image
-        Programs and initial memory contents.
     selector : bool
         Whether a port chooses the program instead of the bus.
-
-    Members
-    -------
-    i : In(stream of {data: W, last: 1})
-        Input records.
-    o : Out(stream of {data: W, last: 1})
-        Output records.
-    bus : In(BusSignature(word=W))
-        Parameters and status (`gateware.bus.core_registers`).
-    restart : In(1)
-        The next update of the selected program begins from its initial states.
-    saturated_update, beyond_update : Out(1)
-        A sticky result of the last completed update saturated; an input word was beyond its range.
-    choice : In, chosen, framing, restarting : Out(1)
-        With a selector: the program that shall run (`gateware.bus.core_registers`), whether it did
-        in the cycle before, a pulse when an update is abandoned, and whether initial states are
-        being loaded.
     """
 
     def __init__(self, *, machine: Machine, image: Image, selector: bool = False) -> None:
         self.machine = machine
         self.image = image
         self.selector = selector
+        # The program that shall run (`gateware.bus.core_registers`), whether it did in the cycle
+        # before, a pulse when an update is abandoned, whether initial states are being loaded.
         port = {"choice": In(range(len(image.lengths)))}
         port |= {name: Out(1) for name in ("chosen", "framing", "restarting")}
         word = machine.arithmetic.word
@@ -69,8 +50,9 @@ class Engine(wiring.Component):
             {
                 "i": In(stream.Signature(word_layout(word))),
                 "o": Out(stream.Signature(word_layout(word))),
-                "bus": In(BusSignature(word=word)),
-                "restart": In(1),
+                "bus": In(BusSignature(word=word)),  # Parameters and status.
+                "restart": In(1),  # The next update begins from the initial states.
+                # A sticky result of the last completed update saturated; an input was beyond.
                 "saturated_update": Out(1),
                 "beyond_update": Out(1),
                 **(port if selector else {}),

@@ -16,7 +16,6 @@ from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.layout import lane_fields
 
 #: Fields of the microword for the lane itself.
 FIELDS = (
@@ -58,31 +57,8 @@ class Lane(wiring.Component):
 
     Parameters
     ----------
-    machine : Machine
-        Configuration.
     sources : int, 1 or 2
         Number of outside words that may replace a result.
-
-    Members
-    -------
-    en : In(1)
-        Clock enable of every register.
-    a, b : In(W)
-        Operands.
-    frac_a, ... sticky : In
-        Fields of the microword (`FIELDS`).
-    index : Out(7)
-        Segment index in force for an address formed in this cycle.
-    outside : In(1)
-        At write: replace the result by an outside word.
-    which : In(1)
-        Number of the outside word.
-    words : In(W) array
-        Outside words.
-    result : Out(W)
-        Word to write.
-    saturated, beyond : Out(1)
-        The result is marked sticky and was clamped, or overflowed modulo 2^W.
     """
 
     def __init__(self, *, machine: Machine, sources: int = 1) -> None:
@@ -90,18 +66,20 @@ class Lane(wiring.Component):
         self.stages = machine.stages
         self.sources = sources
         word = machine.arithmetic.word
-        fields = lane_fields(machine)
+        widths = {f.name: f.width for f in machine.fields}
         super().__init__(
             {
-                "en": In(1),
+                "en": In(1),  # Clock enable of every register.
                 "a": In(word),
                 "b": In(word),
-                **{name: In(fields[name].width) for name in FIELDS},
+                **{name: In(widths[f"{name}0"]) for name in FIELDS},
+                # Segment index in force for an address formed in this cycle.
                 "index": Out(machine.arithmetic.INDEX_BITS),
-                "outside": In(1),
-                "which": In(1),
-                "words": In(word).array(sources),
-                "result": Out(word),
+                "outside": In(1),  # At write: replace the result by an outside word,
+                "which": In(1),  # this one
+                "words": In(word).array(sources),  # of these.
+                "result": Out(word),  # Word to write.
+                # The result is marked sticky and was clamped, or overflowed modulo 2^W.
                 "saturated": Out(1),
                 "beyond": Out(1),
             }

@@ -23,21 +23,8 @@ class LeadingSignCount(wiring.Component):
 
     Parameters
     ----------
-    arithmetic : Arithmetic
-        Widths.
     free : bool
         Whether the clock enable is free of ``capture``, which then chooses in front of registers.
-
-    Members
-    -------
-    en : In(1)
-        Clock enable.
-    i : In(W)
-        Word.
-    capture : In(1)
-        Take the word; the count stays until the next one is taken.
-    count : Out(5)
-        The count.
     """
 
     #: Bits of a group.
@@ -48,10 +35,10 @@ class LeadingSignCount(wiring.Component):
         self.free = free
         super().__init__(
             {
-                "en": In(1),
-                "i": In(arithmetic.word),
-                "capture": In(1),
-                "count": Out(range(arithmetic.shift_max + 1)),
+                "en": In(1),  # Clock enable.
+                "i": In(arithmetic.word),  # Word.
+                "capture": In(1),  # Take the word; the count stays until the next one is taken.
+                "count": Out(range(arithmetic.shift_max + 1)),  # The count.
             }
         )
 

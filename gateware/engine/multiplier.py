@@ -56,15 +56,6 @@ class Multiplier(wiring.Component):
         Whether factors are registered before any use.
     sums : bool
         Whether the last sum but one is registered.
-
-    Members
-    -------
-    en : In(1)
-        Clock enable of every register.
-    a, b : In(signed(W))
-        Factors.
-    p : Out(signed(2 * W))
-        Product.
     """
 
     #: Bits of the unsigned low part of a word that four slices multiply.

@@ -28,28 +28,6 @@ class Operands(wiring.Component):
 
     **Latency** `Stages.read` cycles from address to operand; a word written in one cycle can be
     addressed in the next.
-
-    Parameters
-    ----------
-    machine : Machine
-        Configuration.
-    image : Image
-        Initial contents.
-
-    Members
-    -------
-    en : In(1)
-        Clock enable of reading. Writing has its own.
-    parity : In(1)
-        Which half of the state region is current.
-    a_addr, b_addr : In(register) array, table : In(1) array
-        Addresses of each lane (fields of the microword).
-    index : In(7) array
-        Segment index of each lane for table addresses.
-    a, b : Out(W) array
-        Operands of each lane.
-    w_en : In(1) array, w_addr : In(offset) array, w_data : In(W) array
-        Write port of each bank.
     """
 
     def __init__(self, *, machine: Machine, image: Image) -> None:
@@ -60,14 +38,18 @@ class Operands(wiring.Component):
         lanes, word = machine.lanes, machine.arithmetic.word
         super().__init__(
             {
-                "en": In(1),
-                "parity": In(1),
+                "en": In(1),  # Clock enable of reading. Writing has its own.
+                "parity": In(1),  # Which half of the state region is current.
+                # Addresses of each lane (fields of the microword).
                 "a_addr": In(machine.register_bits).array(lanes),
                 "b_addr": In(machine.register_bits).array(lanes),
                 "table": In(1).array(lanes),
+                # Segment index of each lane for table addresses.
                 "index": In(machine.arithmetic.INDEX_BITS).array(lanes),
+                # Operands of each lane.
                 "a": Out(word).array(lanes),
                 "b": Out(word).array(lanes),
+                # Write port of each bank.
                 "w_en": In(1).array(lanes),
                 "w_addr": In(range(machine.bank_depth)).array(lanes),
                 "w_data": In(word).array(lanes),

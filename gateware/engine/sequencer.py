@@ -6,14 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Mux, Signal, Value
-from amaranth.lib import memory, wiring
+from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.bitwise import Bitwise, choose
 from boresight.gateware.engine.delay import delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image, rom_pieces
-from boresight.gateware.microcode.layout import microword_layout
 
 
 class Sequencer(wiring.Component):
@@ -34,79 +33,43 @@ class Sequencer(wiring.Component):
 
     **Latency** one microword per cycle; a fault costs `Machine.prefetch` + 1 cycles besides the
     words swallowed, a change of program one more, a restart those of its routine besides.
-
-    Parameters
-    ----------
-    machine : Machine
-        Configuration.
-    image : Image
-        Microcode.
-
-    Members
-    -------
-    word : Out(layout)
-        Microword at work (`microword_layout`).
-    active : Out(1)
-        ``word`` is valid.
-    en : Out(1)
-        Clock enable of the machine.
-    i_valid, i_last : In(1), i_ready : Out(1)
-        Handshake of the input stream.
-    o_ready : In(1), o_valid : Out(1)
-        Handshake of the output stream.
-    program : In
-        Number of the selected program.
-    anew : In(1)
-        The program must restart.
-    request : In(1)
-        A write to the register file is requested, for when the machine is idle.
-    switch : In(1)
-        With ``request``: not to the register file, but the program or its states change.
-    claim : Out(1)
-        The next first word of a record waits for that write.
-    grant : Out(1)
-        The write is done in this cycle; the machine stands still. After a ``switch`` the new
-        program begins: ``program`` has its new value in the next cycle.
-    start : Out(1)
-        The program counter is being set to the first word of ``program``.
-    write : Out(lanes)
-        The lane's bank is written: with a result, or that of lane 0 with an input word, or that of
-        lane 0 on ``grant``.
-    idle : Out(1)
-        The machine waits for the first word of a record.
-    commit : Out(1)
-        The update, or the restart routine, ends with this cycle.
-    restarting : Out(1)
-        The restart routine is at work.
-    framing : Out(1)
-        The update is abandoned with this cycle.
     """
 
     def __init__(self, *, machine: Machine, image: Image) -> None:
         self.machine = machine
         self.image = image
+        microword = data.StructLayout({f.name: f.width for f in machine.fields})
         super().__init__(
             {
-                "word": Out(microword_layout(machine)),
-                "active": Out(1),
-                "en": Out(1),
+                "word": Out(microword),  # Microword at work.
+                "active": Out(1),  # ``word`` is valid.
+                "en": Out(1),  # Clock enable of the machine.
+                # Handshake of the input stream.
                 "i_valid": In(1),
                 "i_last": In(1),
                 "i_ready": Out(1),
+                # Handshake of the output stream.
                 "o_ready": In(1),
                 "o_valid": Out(1),
-                "program": In(range(len(image.lengths))),
-                "anew": In(1),
+                "program": In(range(len(image.lengths))),  # Number of the selected program.
+                "anew": In(1),  # The program must restart.
+                # A write to the register file is requested, for when the machine is idle.
                 "request": In(1),
+                # With ``request``: not to the register file, but the program or its states change.
                 "switch": In(1),
+                # The program counter is being set to the first word of ``program``.
                 "start": Out(1),
-                "claim": Out(1),
+                "claim": Out(1),  # The next first word of a record waits for that write.
+                # The write is done in this cycle; the machine stands still. After a ``switch`` the
+                # new program begins: ``program`` has its new value in the next cycle.
                 "grant": Out(1),
+                # The lane's bank is written: with a result, or that of lane 0 with an input word,
+                # or that of lane 0 on ``grant``.
                 "write": Out(machine.lanes),
-                "idle": Out(1),
-                "commit": Out(1),
-                "restarting": Out(1),
-                "framing": Out(1),
+                "idle": Out(1),  # The machine waits for the first word of a record.
+                "commit": Out(1),  # The update, or the restart routine, ends with this cycle.
+                "restarting": Out(1),  # The restart routine is at work.
+                "framing": Out(1),  # The update is abandoned with this cycle.
             }
         )
 
@@ -224,7 +187,7 @@ class Sequencer(wiring.Component):
 
     def _piece(self, m: Module, name: str, words: list[int], pc: Value) -> Value:
         """Word of a memory, or of several in parallel, at an address."""
-        data, low = [], 0
+        columns, low = [], 0
         for column, width in enumerate(self.machine.rom_columns(len(words))):
             part = name if column == 0 else f"{name}_{column}"
             m.submodules[part] = rom = memory.Memory(
@@ -236,9 +199,9 @@ class Sequencer(wiring.Component):
             port = rom.read_port()
             m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
             waits = [f"{part}_out"] if self.machine.has("memory") else []
-            data.append(delayed(m, port.data, en=self.en, names=waits))
+            columns.append(delayed(m, port.data, en=self.en, names=waits))
             low += width
-        return Cat(*data) if len(data) > 1 else data[0]
+        return Cat(*columns) if len(columns) > 1 else columns[0]
 
 
 def _table(m: Module, name: str, function: Callable[..., Any], *bits: Value) -> Value:

@@ -23,25 +23,8 @@ class Shifter(wiring.Component):
 
     Parameters
     ----------
-    width_in : int
-        Bits of the operand.
-    width_out : int
-        Bits of the result.
     registered : bool
         Whether a register is behind the first level.
-
-    Members
-    -------
-    en : In(1)
-        Clock enable, with a register.
-    i : In(signed(width_in))
-        Operand.
-    amount : In(5)
-        Shift, 0..31.
-    invert : In(1)
-        Invert the result.
-    o : Out(signed(width_out))
-        Result.
     """
 
     def __init__(self, *, width_in: int, width_out: int, registered: bool = False) -> None:

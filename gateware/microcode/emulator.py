@@ -51,8 +51,6 @@ class Lane:
 
     Parameters
     ----------
-    stages : Stages
-        Stages of the pipeline.
     word, condition, term : callable
         First content of a register with this name, by kind of register.
     """
@@ -82,13 +80,6 @@ class Lane:
 
 class Emulator:
     """The machine with an image in its memories; program 0 runs until `select`.
-
-    Parameters
-    ----------
-    machine : Machine
-        Configuration.
-    image : Image
-        Memory contents.
 
     Attributes
     ----------

@@ -21,31 +21,21 @@ def rom_pieces(words: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Image:
-    """Contents of an engine's memories for one program or several.
+    """Contents of an engine's memories for one program or several."""
 
-    Parameters
-    ----------
-    rom : list of int
-        Microwords in order, bits as in `Machine.fields`: the programs one after another, then their
-        restart routines; at most ``Machine.rom_words``.
-    registers : list of int
-        Initial register file, unsigned words; index = bank * bank_depth + offset.
-    tables : list of int
-        Function tables, 1536 unsigned words; index = 512 * block + 4 * segment + coefficient.
-    lengths : tuple of int
-        Cycles of each program: words of the ROM that run.
-    digest : int
-        Identifier of the build; its low 2 W bits can be read on the bus.
-    restarts : tuple of int
-        Cycles of each program's restart routine, which writes the initial words of its states as
-        its next states. Empty: the programs keep their states after a reset.
-    """
-
+    #: Microwords in order, bits as in `Machine.fields`: the programs one after another, then their
+    #: restart routines; at most ``Machine.rom_words``.
     rom: list[int]
+    #: Initial register file, unsigned words; index = bank * bank_depth + offset.
     registers: list[int]
+    #: Function tables, 1536 unsigned words; index = 512 * block + 4 * segment + coefficient.
     tables: list[int]
+    #: Cycles of each program: words of the ROM that run.
     lengths: tuple[int, ...]
+    #: Identifier of the build; its low 2 W bits can be read on the bus.
     digest: int = 0
+    #: Cycles of each program's restart routine, which writes the initial words of its states as its
+    #: next states. Empty: the programs keep their states after a reset.
     restarts: tuple[int, ...] = ()
 
     @property

@@ -34,22 +34,9 @@ def validate_microcode(
 ) -> int:
     """Prove that an image computes its programs; return the number of their operations.
 
-    Parameters
-    ----------
-    machine : Machine
-        Configuration.
-    image : Image
-        Memory contents.
-    programs : sequence of Program
-        The source programs, by their numbers.
-    registers : sequence of mapping
-        For each program, the register of each parameter and state, by number of the value
-        (`Allocation.addresses`).
-
-    Raises
-    ------
-    Refuted
-        Some word differs for some input; the message names program, word and both terms.
+    ``registers`` has for each program the register of each parameter and state, by number of the
+    value (`Allocation.addresses`). Raises Refuted if some word differs for some input; the message
+    names program, word and both terms.
     """
     core = _Core(machine, image, programs, registers)
     core.check_first_words()

@@ -19,20 +19,13 @@ _LEAD = 1000
 
 @dataclass(frozen=True)
 class Variant:
-    """What one pass prefers; none of the variants is the best for every program.
+    """What one pass prefers; none of the variants is the best for every program."""
 
-    Parameters
-    ----------
-    reuse : int
-        Priority gained per slot saved by captures that the lane already holds.
-    delay_gets : bool
-        Whether a result of lane 0 may delay later gets by a cycle.
-    whole_group : bool
-        Whether a node is as urgent as its first slot; otherwise as its last one.
-    """
-
+    #: Priority gained per slot saved by captures that the lane already holds.
     reuse: int
+    #: Whether a result of lane 0 may delay later gets by a cycle.
     delay_gets: bool
+    #: Whether a node is as urgent as its first slot; otherwise as its last one.
     whole_group: bool
 
 

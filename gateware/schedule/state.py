@@ -19,15 +19,7 @@ NOTHING: Need = (False, False, False)
 
 
 class ListState:
-    """Nodes placed so far.
-
-    Parameters
-    ----------
-    problem : ListProblem
-        Problem to schedule.
-    variant : Variant
-        Preferences of the pass.
-    """
+    """Nodes placed so far."""
 
     def __init__(self, problem: ListProblem, variant: Variant) -> None:
         self.p = problem

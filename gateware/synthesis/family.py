@@ -11,24 +11,16 @@ from boresight.gateware.synthesis.registers import Absorption, FlipFlop, absorb
 
 @dataclass(frozen=True, kw_only=True)
 class Device:
-    """One FPGA part.
+    """One FPGA part."""
 
-    Attributes
-    ----------
-    name : str
-        Part name without grade or package, lower case.
-    resources : mapping
-        How many of a primitive are on the die, and its name in texts. Keys are ``lut``, ``ff``,
-        ``dsp``, that of ``memory``, and more of the family's own.
-    grades : tuple of int
-        Speed grades with delays, slow first.
-    memory : str
-        Key of the block RAM.
-    """
-
+    #: Part name without grade or package, lower case.
     name: str
+    #: How many of a primitive are on the die, and its name in texts. Keys are ``lut``, ``ff``,
+    #: ``dsp``, that of ``memory``, and more of the family's own.
     resources: Mapping[str, tuple[int, str]]
+    #: Speed grades with delays, slow first.
     grades: tuple[int, ...]
+    #: Key of the block RAM.
     memory: str = "ram"
 
     def capacity(self, key: str) -> int:
@@ -60,19 +52,13 @@ class Step:
 
 @dataclass(frozen=True)
 class ClockEstimate:
-    """Highest clock of a netlist that is not placed.
+    """Highest clock of a netlist that is not placed."""
 
-    Attributes
-    ----------
-    median_mhz, p75_mhz : float
-        The delay of each net is the median, or the upper quartile, of routed nets with the same
-        fan-out. The two clocks are the band of the estimate.
-    path : tuple of Step
-        The longest path with the latter.
-    """
-
+    #: The delay of each net is the median, or the upper quartile, of routed nets with the same
+    #: fan-out. The two clocks are the band of the estimate.
     median_mhz: float
     p75_mhz: float
+    #: The longest path with the latter.
     path: tuple[Step, ...]
 
     @property
@@ -91,93 +77,63 @@ class ClockEstimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Router:
-    """A place-and-route program, one of nextpnr's.
+    """A place-and-route program, one of nextpnr's."""
 
-    Attributes
-    ----------
-    program : str
-        Its name, ``nextpnr-ecp5``; its package on PyPI is ``yowasp-`` and this name.
-    extra : str
-        Extra of this package that installs it.
-    options : tuple of str
-        Options for the part and a package, with ``{name}`` and ``{size}`` of the part (what follows
-        the first dash) and ``{grade}``; further ones.
-    grades : mapping
-        Speed grade -> its name in the options, if that is not its number.
-    untimed : set of str
-        Types of cells that the program has no delays of: with these it gives no clock.
-    pins, placed : (str, str)
-        Option and file of the pins; of the configuration as text. These and the next two are for
-        boards.
-    packer : tuple of str
-        Program that makes the bitstream of that text, with its options; in the same package.
-    bitstream : str
-        File that it makes.
-    """
-
+    #: Its name, ``nextpnr-ecp5``; its package on PyPI is ``yowasp-`` and this name.
     program: str
+    #: Extra of this package that installs it.
     extra: str
+    #: Option and file of the pins; of the configuration as text. These and the next two are for
+    #: boards.
     pins: tuple[str, str] = ("", "")
     placed: tuple[str, str] = ("", "")
+    #: Program that makes the bitstream of that text, with its options; in the same package.
     packer: tuple[str, ...] = ()
+    #: File that it makes.
     bitstream: str = ""
+    #: Options for the part and a package, with ``{name}`` and ``{size}`` of the part (what follows
+    #: the first dash) and ``{grade}``; further ones.
     options: tuple[str, ...] = ()
+    #: Speed grade -> its name in the options, if that is not its number.
     grades: Mapping[int, str] = field(default_factory=dict)
+    #: Types of cells that the program has no delays of: with these it gives no clock.
     untimed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """A family of FPGAs (``docs/targets.md`` says how to add one).
+    """A family of FPGAs (``docs/targets.md`` says how to add one)."""
 
-    Attributes
-    ----------
-    name, title : str
-        Short name; name in texts.
-    synthesis : str
-        Command of yosys that maps to its cells, without ``-top``.
-    cells : mapping
-        Type of a cell -> its use of the part's resources, by their keys.
-    flip_flops : tuple of FlipFlop
-        The first one replaces ports; all can move into registers.
-    drivers : mapping
-        ``clk`` or ``0`` -> type, parameters and output of the cell that drives it in a core that is
-        routed without pins; what is not there the router drives. None: nothing drives it.
-    devices : tuple of Device
-        Its parts, small first.
-    memory_shapes : mapping
-        Words and bits that a block RAM can have -> blocks, halves where it can be divided.
-    clocks : mapping
-        (Lanes, depth) -> clock [MHz] of a core of several filters on its smallest part, slowest
-        grade; what is not there is not chosen by itself.
-    clocks_source : str
-        What these clocks are.
-    router : Router, optional
-        None: area, and on Spartan-6 an estimate of the clock.
-    registers : tuple of Absorption
-        Registers of multipliers and memories, in the order of their use.
-    constants : mapping
-        Type of a cell that drives a constant -> its output, and "0" or "1".
-    opens : mapping
-        Type of a cell -> parameter, value and input: with this value nothing is to drive the input.
-    estimate : callable
-        Estimates the clock where there is no router: ``estimate(netlist, top, grade)``.
-    """
-
+    #: Short name; name in texts.
     name: str
     title: str
+    #: Command of yosys that maps to its cells, without ``-top``.
     synthesis: str
+    #: Type of a cell -> its use of the part's resources, by their keys.
     cells: Mapping[str, Mapping[str, float]]
+    #: Its parts, small first.
     devices: tuple[Device, ...]
+    #: The first one replaces ports; all can move into registers.
     flip_flops: tuple[FlipFlop, ...] = ()
+    #: ``clk`` or ``0`` -> type, parameters and output of the cell that drives it in a core that is
+    #: routed without pins; what is not there the router drives. None: nothing drives it.
     drivers: Mapping[str, tuple[str, Mapping[str, str], str] | None] = field(default_factory=dict)
+    #: Words and bits that a block RAM can have -> blocks, halves where it can be divided.
     memory_shapes: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    #: (Lanes, depth) -> clock [MHz] of a core of several filters on its smallest part, slowest
+    #: grade; what is not there is not chosen by itself.
     clocks: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    #: What these clocks are.
     clocks_source: str = ""
+    #: None: area, and on Spartan-6 an estimate of the clock.
     router: Router | None = None
+    #: Registers of multipliers and memories, in the order of their use.
     registers: tuple[Absorption, ...] = ()
+    #: Type of a cell that drives a constant -> its output, and "0" or "1".
     constants: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    #: Type of a cell -> parameter, value and input: with this value nothing is to drive the input.
     opens: Mapping[str, tuple[str, str, str]] = field(default_factory=dict)
+    #: Estimates the clock where there is no router: ``estimate(netlist, top, grade)``.
     estimate: Callable[[Mapping[str, Any], str, int], ClockEstimate | None] = field(
         default=lambda netlist, top, grade: None
     )

@@ -46,13 +46,7 @@ class Run(NamedTuple):
 
 @lru_cache(maxsize=8)
 def find_program(program: str, package: str, extra: str) -> Tool:
-    """A program, native or of a YoWASP package.
-
-    Raises
-    ------
-    ToolMissing
-        It is not installed; the message has the line that installs it.
-    """
+    """A program, native or of a YoWASP package; ToolMissing has the line that installs it."""
     module = package.replace("-", "_")
     native = shutil.which(program)
     if native is not None:
@@ -106,8 +100,6 @@ def place_and_route(
     ----------
     netlist : mapping
         As yosys writes it, of the target's family.
-    seed : int
-        Of the placer.
     clock_mhz : float
         Clock that the tool works towards.
     constraints : mapping
@@ -153,20 +145,9 @@ def place_and_route(
 
 
 def pack(router: Router, name: str, text: str) -> bytes:
-    """Bitstream of a placed and routed design.
+    """Bitstream of a placed and routed design: ``name`` and ``text`` of its `Router.placed`.
 
-    Parameters
-    ----------
-    router : Router
-    name, text : str
-        File that the router wrote, `Router.placed`.
-
-    Raises
-    ------
-    ToolMissing
-        The packer is not installed.
-    ToolFailed
-        It failed.
+    Raises ToolMissing, or ToolFailed if the packer failed.
     """
     program, *options = router.packer
     tool = find_program(program, f"yowasp-{router.program}", router.extra)

@@ -22,25 +22,18 @@ _TIED: Final = ("0", "1", "x")
 
 @dataclass(frozen=True, kw_only=True)
 class FlipFlop:
-    """A type of flip-flop: its ports, and parameters of one that has no enable.
+    """A type of flip-flop: its ports, and parameters of one that has no enable."""
 
-    Attributes
-    ----------
-    kind, clock, d, q : str
-        Type; ports.
-    enable, reset : str
-        Ports; empty: there is none. With the parameter ``CEMUX``, the enable is 1 or inverted.
-    plain : mapping
-        Parameters of one with a rising edge that starts at 0; what is not set is so.
-    """
-
+    #: Type; ports.
     kind: str
     clock: str = "CLK"
     d: str = "D"
     q: str = "Q"
+    #: Ports; empty: there is none. With the parameter ``CEMUX``, the enable is 1 or inverted.
     enable: str = ""
     reset: str = ""
     parameters: Mapping[str, str] = field(default_factory=dict)
+    #: Parameters of one with a rising edge that starts at 0; what is not set is so.
     plain: Mapping[str, str] = field(default_factory=dict)
 
     def enabled(self, cell: Json) -> tuple[Bit, bool]:
@@ -58,44 +51,26 @@ class FlipFlop:
 
 @dataclass(frozen=True, kw_only=True)
 class Absorption:
-    """A register of a cell.
-
-    Attributes
-    ----------
-    cell : str
-        Type of the cell.
-    pins : tuple of str
-        Starts of the names of its pins; the rest is a number.
-    register : (str, str, str)
-        Parameter that makes the cell use it, and its values without and with it.
-    clock : str
-        Port of its clock.
-    enables : tuple of str
-        Ports of its enable.
-    output : bool
-        Whether it is behind outputs; else in front of inputs.
-    applies : callable
-        Whether a cell with these parameters has the register.
-    parameters : mapping
-        Further parameters of a cell that uses it.
-    agrees : str
-        Port that must carry the same enable; empty: ``enables``, if the cell uses them already.
-    wires : mapping
-        Further ports, and constants on them.
-    idle : tuple of str
-        Ports that must be open or 0: resets of the register.
-    """
+    """A register of a cell."""
 
     cell: str
+    #: Starts of the names of its pins; the rest is a number.
     pins: tuple[str, ...]
+    #: Parameter that makes the cell use it, and its values without and with it.
     register: tuple[str, str, str]
     clock: str
     enables: tuple[str, ...]
+    #: Whether it is behind outputs; else in front of inputs.
     output: bool = False
+    #: Whether a cell with these parameters has the register.
     applies: Callable[[Json], bool] = lambda parameters: True
+    #: Further parameters of a cell that uses it.
     parameters: Mapping[str, str] = field(default_factory=dict)
+    #: Port that must carry the same enable; empty: ``enables``, if the cell uses them already.
     agrees: str = ""
+    #: Further ports, and constants on them.
     wires: Mapping[str, str] = field(default_factory=dict)
+    #: Ports that must be open or 0: resets of the register.
     idle: tuple[str, ...] = ()
 
 

@@ -21,26 +21,17 @@ _CLOCK_MHZ: Final = 200.0
 
 @dataclass(frozen=True, kw_only=True)
 class Mapped:
-    """A netlist on a target, before placement.
-
-    Attributes
-    ----------
-    target : Target
-    netlist : dict
-        As yosys writes it, flip-flops in the registers of multipliers and memories.
-    used : mapping
-        Resources used, by the keys of the target's.
-    version, command : str
-        Of yosys.
-    clock : ClockEstimate, optional
-        Estimate of the clock, of families that have one.
-    """
+    """A netlist on a target, before placement."""
 
     target: Target
+    #: As yosys writes it, flip-flops in the registers of multipliers and memories.
     netlist: dict[str, Any]
+    #: Resources used, by the keys of the target's.
     used: Mapping[str, float]
+    #: Of yosys.
     version: str
     command: str
+    #: Estimate of the clock, of families that have one.
     clock: ClockEstimate | None = None
 
     @property
@@ -67,19 +58,12 @@ class Mapped:
 
 @dataclass(frozen=True, kw_only=True)
 class Routed:
-    """A design placed and routed with several seeds.
-
-    Attributes
-    ----------
-    mapped : Mapped
-    runs : tuple of Run
-        One for each seed.
-    version, command : str
-        Of the router.
-    """
+    """A design placed and routed with several seeds."""
 
     mapped: Mapped
+    #: One for each seed.
     runs: tuple[Run, ...]
+    #: Of the router.
     version: str
     command: str
 
@@ -201,25 +185,14 @@ def implement(
 
     Parameters
     ----------
-    verilog : str
-        The design.
     top : str
         Its module; clock ``clk``.
     target : Target
         A part whose family has a router.
-    seeds : int
-        How many seeds.
     clock_mhz : float, optional
         Clock that the router works towards.
 
-    Raises
-    ------
-    ToolMissing
-        Yosys or the router is not installed.
-    SynthesisError, RouteError
-        A tool rejected the design.
-    InputError
-        The part is too small.
+    Raises as `netlist_for`, and RouteError if the router rejected the design.
     """
     assert target.family.router is not None
     find_router(target.family.router)  # before the work

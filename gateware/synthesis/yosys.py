@@ -61,13 +61,7 @@ class Synthesis(NamedTuple):
 
 @lru_cache(maxsize=1)
 def find_tool() -> Tool:
-    """Return the yosys to use.
-
-    Raises
-    ------
-    ToolMissing
-        None is installed.
-    """
+    """Return the yosys to use; ToolMissing if none is installed."""
     named = os.environ.get("YOSYS")
     if named is not None:
         return Tool(name="yosys", argv=(named,), version=_version(named))
@@ -183,8 +177,6 @@ def synthesise(
     Parameters
     ----------
     verilog : str
-    top : str
-        Name of the top module.
     command : str
         Commands of yosys, the last one without ``-top``.
     cache : Path, optional

@@ -17,27 +17,18 @@ LAST, PAUSES, SATURATED, BEYOND = 1, 2, 2, 4
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Records of one program of a core, from power-up on, and results of the integer model.
+    """Records of one program of a core, from power-up on, and results of the integer model."""
 
-    Attributes
-    ----------
-    number : int
-        Number of the program.
-    inputs : int (n, n_inputs)
-        The words of its input records.
-    outputs : int (n, n_outputs)
-        The words of its output records.
-    saturated, beyond : bool (n,)
-        Whether a result of the update was clamped, an input word beyond its range.
-    source : str
-        Source of the inputs.
-    """
-
+    #: Number of the program.
     number: int
+    #: int (n, n_inputs): The words of its input records.
     inputs: IntArray
+    #: int (n, n_outputs): The words of its output records.
     outputs: IntArray
+    #: bool (n,): Whether a result of the update was clamped, an input word beyond its range.
     saturated: BoolArray
     beyond: BoolArray
+    #: Source of the inputs.
     source: str
 
     @property

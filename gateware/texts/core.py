@@ -65,8 +65,6 @@ def integration_files(
 
     Parameters
     ----------
-    core : Description
-        The core.
     runs : sequence of Recorded
         Records of every program, in the order in which the bench runs them.
     generic : bool

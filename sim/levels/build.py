@@ -27,8 +27,6 @@ class Build:
         In the order of their numbers in the core; one is the common case.
     config : str
         Configuration of the core.
-    word : int
-        Width, bits.
     params : sequence of mapping or None, optional
         Parameter values of each estimator; by default those declared.
     urgent : int, optional

@@ -23,32 +23,23 @@ class Run:
     """Result of a level's run.
 
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
-
-    Attributes
-    ----------
-    outputs : dict of str to float64 (n,)
-        In their units.
-    words : int64 (n, n_outputs) or None
-        Output words; None for floating point.
-    saturated : bool (n,) or None
-        Updates in which an operation was clamped.
-    states : int64 (n, n_states) or None
-        State words after each update, where the level shows them.
-    beyond : bool (n,) or None
-        Updates with an input word beyond its declared range.
-    latency_cycles, interval_cycles : int64 (n, n_outputs), (n,) or None
-        See `sim.rtl.replay.RtlRun`; None for levels without a clock.
-    fault : str
-        Reason why the run is not valid evidence; normally empty.
     """
 
+    #: dict of str to float64 (n,): In their units.
     outputs: dict[str, FloatArray]
+    #: int64 (n, n_outputs) or None: Output words; None for floating point.
     words: IntArray | None = None
+    #: bool (n,) or None: Updates in which an operation was clamped.
     saturated: BoolArray | None = None
+    #: int64 (n, n_states) or None: State words after each update, where the level shows them.
     states: IntArray | None = None
+    #: bool (n,) or None: Updates with an input word beyond its declared range.
     beyond: BoolArray | None = None
+    #: int64 (n, n_outputs), (n,) or None: See `sim.rtl.replay.RtlRun`; None for levels without a
+    #: clock.
     latency_cycles: IntArray | None = field(default=None, repr=False)
     interval_cycles: IntArray | None = field(default=None, repr=False)
+    #: Reason why the run is not valid evidence; normally empty.
     fault: str = ""
 
     @property
@@ -111,8 +102,6 @@ class Level(ABC):
 
     Parameters
     ----------
-    build : Build
-        Build of the estimators.
     number : int
         Number of the estimator that runs.
     tool : str, optional
@@ -214,8 +203,6 @@ class Level(ABC):
         ----------
         levels : sequence of Level
             A level of each estimator.
-        records : sequence of array
-            Records of each.
         anew : bool
             Whether they begin with a reset, or where the last ones ended.
         seed : int

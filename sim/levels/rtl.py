@@ -197,8 +197,6 @@ def run_in_turns(
 
     Parameters
     ----------
-    simulation : RtlSimulation
-        Simulation of the core.
     streams : sequence of int (steps, n_inputs)
         Input records of each program.
     seed, longest : int

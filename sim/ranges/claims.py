@@ -22,39 +22,26 @@ ROUNDING_LSB = 8.0
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """A claim that a value is in a range.
+    """A claim that a value is in a range."""
 
-    Attributes
-    ----------
-    node : Node
-        The value.
-    low, high : float
-        The range.
-    reason : str
-        The author's reason, or "range of the state NAME".
-    line : str
-        Where it is stated.
-    word : int or None
-        Number of the program's value that holds it; None if it is part of another operation.
-    lsb : float
-        Last bit of that word, or 0.
-    state : str
-        Name of the state whose next value it is, or empty.
-    bounded : bool
-        Whether `ops.bounded` states the claim; otherwise the declaration of a state does.
-    unless : str
-        The exception that the author states, or empty.
-    """
-
+    #: The value.
     node: Node
+    #: The range.
     low: float
     high: float
+    #: The author's reason, or "range of the state NAME".
     reason: str
+    #: Where it is stated.
     line: str
+    #: Number of the program's value that holds it; None if it is part of another operation.
     word: int | None
+    #: Last bit of that word, or 0.
     lsb: float = 0.0
+    #: Name of the state whose next value it is, or empty.
     state: str = ""
+    #: Whether `ops.bounded` states the claim; otherwise the declaration of a state does.
     bounded: bool = True
+    #: The exception that the author states, or empty.
     unless: str = ""
 
     @property

@@ -21,22 +21,14 @@ FEWEST, MOST = 8, 400
 
 @dataclass(frozen=True, eq=False)
 class Examined:
-    """A claim, with what a proof or a search says about it.
-
-    Attributes
-    ----------
-    claim : Claim
-    proven : bool
-        By intervals, without any claim that is not proven; then nothing was searched.
-    reach : Reach or None
-        How far the search came.
-    witness : Witness or None
-        Inputs that break the claim.
-    """
+    """A claim, with what a proof or a search says about it."""
 
     claim: Claim
+    #: By intervals, without any claim that is not proven; then nothing was searched.
     proven: bool
+    #: How far the search came.
     reach: Reach | None = None
+    #: Inputs that break the claim.
     witness: Witness | None = None
 
 
@@ -56,8 +48,6 @@ def examine(
         As `Estimator.compile_traced` gives them.
     updates : int, optional
         Updates of each of the `RUNS` runs; by default as many as take about half a second.
-    seed : int
-        Of the search.
     """
     claims = claims_of(program, nodes)
     proven = _proven(claims)

@@ -36,38 +36,25 @@ CLOSE = 0.99
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """How far a value came.
+    """How far a value came."""
 
-    Attributes
-    ----------
-    low, high : float
-        Extremes, in the value's unit.
-    broken : bool
-        Whether it left its range in an update that began with all states in their ranges.
-    update, run : int
-        Where it came farthest, or first left the range.
-    """
-
+    #: Extremes, in the value's unit.
     low: float
     high: float
+    #: Whether it left its range in an update that began with all states in their ranges.
     broken: bool
+    #: Where it came farthest, or first left the range.
     update: int
     run: int
 
 
 @dataclass(frozen=True, eq=False)
 class Witness:
-    """Legal parameters and inputs that lead from a reset to a broken claim.
+    """Legal parameters and inputs that lead from a reset to a broken claim."""
 
-    Attributes
-    ----------
-    params : dict of str to float
-        Values that are not the defaults.
-    inputs : dict of str to list of float
-        One number for each update after the reset.
-    """
-
+    #: Values that are not the defaults.
     params: dict[str, float]
+    #: One number for each update after the reset.
     inputs: dict[str, list[float]]
 
     def __str__(self) -> str:

@@ -147,23 +147,8 @@ def build(
 ) -> Compiled:
     """Build a bench with Verilator, or take it from the cache.
 
-    Parameters
-    ----------
-    top : str
-        The bench's module: inputs ``clk`` and ``rst``, nothing else.
-    sources : mapping
-        Texts by file name (``.sv``, ``.v``: compiled in this order).
-    parameters : mapping, optional
-        Parameters of ``top``.
-    cache : Path, optional
-        Folder for builds; the user's cache by default.
-
-    Raises
-    ------
-    ToolMissing
-        Verilator, or a tool that it needs, is not installed.
-    SimulationFailed
-        The build failed.
+    Module ``top`` has the inputs ``clk`` and ``rst``, nothing else; ``sources`` are texts by file
+    name (``.sv``, ``.v``), compiled in this order. Raises as `build_program`.
     """
     main = _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
     texts = dict(sources)

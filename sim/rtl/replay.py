@@ -47,58 +47,40 @@ class RegisterWrite:
 
 @dataclass(frozen=True)
 class RtlRun:
-    """Result of a replay.
+    """Result of a replay."""
 
-    Attributes
-    ----------
-    outputs : int64 (steps, n_outputs)
-        Output words in stream order, padded with 0.
-    saturated, beyond : bool (steps,)
-        The update's flags: a result was clamped; an input word was beyond its declared range.
-    latency_cycles : int64 (steps, n_outputs)
-        Cycles from the first input word taken to each output word taken, both inclusive; 0 for a
-        word that was not given.
-    interval_cycles : int64 (steps,)
-        Cycles from the first input word taken until the next record could begin; -2: a `Reset` came
-        before.
-    writes : tuple of RegisterWrite
-        Register writes of the traced update.
-    """
-
+    #: int64 (steps, n_outputs): Output words in stream order, padded with 0.
     outputs: IntArray
+    #: bool (steps,): The update's flags: a result was clamped; an input word was beyond its
+    #: declared range.
     saturated: BoolArray
     beyond: BoolArray
+    #: int64 (steps, n_outputs): Cycles from the first input word taken to each output word taken,
+    #: both inclusive; 0 for a word that was not given.
     latency_cycles: IntArray
+    #: int64 (steps,): Cycles from the first input word taken until the next record could begin; -2:
+    #: a `Reset` came before.
     interval_cycles: IntArray
+    #: Register writes of the traced update.
     writes: tuple[RegisterWrite, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Records for a bench.
+    """Records for a bench."""
 
-    Attributes
-    ----------
-    inputs : int64 (steps, widest)
-        Words of each record, padded; the first ``n_in`` count.
-    n_in, n_out : int64 (steps,)
-        Numbers of input and output words of each record.
-    bus_writes : sequence of BusWrite or Reset
-        In the order of records, the reset of one behind its writes.
-    stall : int
-        0: no pauses of input and output. Otherwise the seed of a pattern of pauses.
-    trace : int
-        Record whose register writes are recorded; -1 for none.
-    limit : int
-        Cycles after which the core counts as hung.
-    """
-
+    #: int64 (steps, widest): Words of each record, padded; the first ``n_in`` count.
     inputs: IntArray
+    #: int64 (steps,): Numbers of input and output words of each record.
     n_in: IntArray
     n_out: IntArray
+    #: In the order of records, the reset of one behind its writes.
     bus_writes: Sequence[BusWrite | Reset]
+    #: 0: no pauses of input and output. Otherwise the seed of a pattern of pauses.
     stall: int
+    #: Record whose register writes are recorded; -1 for none.
     trace: int
+    #: Cycles after which the core counts as hung.
     limit: int
 
     def text(self) -> str:
@@ -115,23 +97,10 @@ class Batch:
         return " ".join(map(str, numbers.astype(np.int64).tolist())) + "\n"
 
     def result(self, lines: Sequence[bytes], unknown: str, word: int, tool: str) -> RtlRun:
-        """Read the result of a bench.
+        """Read the result of a bench: ``lines`` as `bench.sv` defines them.
 
-        Parameters
-        ----------
-        lines : sequence of bytes
-            As `bench.sv` defines them.
-        unknown : str
-            The unknown value that ended the batch, or empty.
-        word : int
-            Width, bits.
-        tool : str
-            Its name, for messages.
-
-        Raises
-        ------
-        ReplayFailed
-            An unknown value, an unexpected number of words, or an update that did not complete.
+        ``unknown`` is the unknown value that ended the batch, or empty; ``word`` the width in bits.
+        Raises ReplayFailed for it, an unexpected number of words, or an update that did not end.
         """
         rows = np.array(b"".join(lines).split(), dtype=np.int64).reshape(-1, 4)
         kinds, mask = rows[:, 0], (1 << word) - 1
@@ -183,13 +152,7 @@ _BASE = {"d": 10, "h": 16, "b": 2}
 
 
 def split_memories(verilog: str) -> tuple[str, dict[str, str]]:
-    """Verilog that reads its memories from files, and the files by name.
-
-    Raises
-    ------
-    ValueError
-        The text has no initialised memory, so it is not a core.
-    """
+    """Verilog that reads its memories from files, and the files by name."""
     files: dict[str, str] = {}
 
     def replace(match: re.Match[str]) -> str:

@@ -16,15 +16,7 @@ from pathlib import Path
 
 
 def launcher(folder: Path, *, keep: bool) -> str:
-    """Value of ``OBJCACHE``, shell words in make's quoting.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the objects.
-    keep : bool
-        Whether to store new objects; else only stored ones are read.
-    """
+    """Value of ``OBJCACHE``, in make's quoting; with ``keep`` new objects are stored, too."""
     mode = "keep" if keep else "take"
     command = [sys.executable, "-I", "-S", str(Path(__file__).resolve()), mode, str(folder)]
     return shlex.join(command).replace("$", "$$")

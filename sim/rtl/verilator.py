@@ -40,6 +40,8 @@ def build_program(
     The build runs in a temporary folder with a plain path (`plain_folder`); only the finished
     program is copied to its path, atomically.
 
+    Raises ToolMissing, or SimulationFailed with the cause and the path of the log.
+
     Parameters
     ----------
     program : Path
@@ -53,13 +55,6 @@ def build_program(
         ``arguments`` and ``mains``.
     mains : sequence of str
         Further programs in C++, without their suffix.
-
-    Raises
-    ------
-    ToolMissing
-        Verilator, or a tool that it needs, is not installed.
-    SimulationFailed
-        The build failed; the message has the cause and the path of the log.
     """
     require("verilator")
     objects = _runtime(arguments)
@@ -175,18 +170,7 @@ _PLAIN = re.compile(r"[A-Za-z0-9_./+-]+")
 
 @contextmanager
 def plain_folder(links: Mapping[str, Path]) -> Iterator[Path]:
-    """Make a private folder for the block; it is removed at the end.
-
-    Parameters
-    ----------
-    links : mapping
-        Targets of links, by their name in the folder.
-
-    Raises
-    ------
-    ToolMissing
-        No temporary folder has a plain path.
-    """
+    """A private folder for the block, with links by name; ToolMissing if no path is plain."""
     with tempfile.TemporaryDirectory(prefix="boresight-", dir=_temporary_folder()) as name:
         for link, target in links.items():
             (Path(name) / link).symlink_to(target)

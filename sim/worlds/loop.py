@@ -27,33 +27,23 @@ class Loop:
     """Records and outputs of a source and a level, in a whole run or a part of it.
 
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
-
-    Attributes
-    ----------
-    level : str
-    inputs : float64 (n, n_inputs)
-        Records that the level saw, in the inputs' units.
-    new : bool (n, n_inputs)
-        Where the source gave a new sample.
-    run : Run
-        Outputs, words, saturated updates and states of the level.
-    truth : dict of str to float64 (n,)
-        True values that the source gave, by output name; NaN where it gave none.
-    clamped : dict of str to int
-        Samples up to here beyond the range of inputs that are declared to be clamped.
-    seconds : float
-        Duration.
-    unused : tuple of str
-        What the source gave up to here that is no input and no truth of an output.
     """
 
     level: str
+    #: float64 (n, n_inputs): Records that the level saw, in the inputs' units.
     inputs: FloatArray
+    #: bool (n, n_inputs): Where the source gave a new sample.
     new: BoolArray
+    #: Outputs, words, saturated updates and states of the level.
     run: Run
+    #: dict of str to float64 (n,): True values that the source gave, by output name; NaN where it
+    #: gave none.
     truth: dict[str, FloatArray]
+    #: Samples up to here beyond the range of inputs that are declared to be clamped.
     clamped: dict[str, int]
+    #: Duration.
     seconds: float
+    #: What the source gave up to here that is no input and no truth of an output.
     unused: tuple[str, ...] = ()
 
     @property

@@ -42,8 +42,6 @@ def test_stages_at_every_depth() -> None:
     for name, machine in MACHINES.items():
         assert machine.name == name and machine_named(name) is machine
         assert machine.depth == machine.stages.write + 1
-    with pytest.raises(ValueError, match="^depth must be one of 7, 9, 10, 12, not 8$"):
-        Machine("odd", 1, depth=8)
 
 
 def test_depth_is_part_of_the_name() -> None:

@@ -11,7 +11,6 @@ from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.layout import lane_fields
 from boresight.model.words.fixed import Arithmetic, leading_sign_count, saturate, wrap
 from tests.support.bench import Pins, run_bench
 
@@ -81,7 +80,7 @@ def test_random_slots(word: int, stalls: float) -> None:
     rng = random.Random(word + int(100 * stalls))
     arith = Arithmetic(word=word)
     machine = Machine(name="test", lanes=1, arithmetic=arith)
-    fields = {name: f for name, f in lane_fields(machine).items() if name in FIELDS}
+    fields = {f.name[:-1]: f for f in machine.fields if f.name[:-1] in FIELDS}
     count = 900
     slots = []
     for number in range(count):

@@ -7,16 +7,14 @@ import pytest
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.assemble import decode, encode
 from boresight.gateware.microcode.image import Image
-from boresight.gateware.microcode.layout import microword_layout
 
 # -- what an image must be to fit its machine -----------------------------------------------------
 
 MACHINE = CONFIGS["small"]
-LAYOUT = microword_layout(MACHINE)
 
 
 def bit(name: str) -> int:
-    return 1 << LAYOUT[name].offset
+    return encode(MACHINE, {name: 1})
 
 
 GOOD = Image(rom=[bit("get"), 0, bit("home")], registers=[0] * 512, tables=[0] * 1536, lengths=(3,))
