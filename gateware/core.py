@@ -152,13 +152,8 @@ def build_shared_core(
 ) -> Core:
     """Compile programs into one core for a configuration.
 
-    Parameters
-    ----------
-    programs : sequence of Program
-        All with the same arithmetic and the same function tables.
-    urgents : sequence of int or None, optional
-        For each program, the leading outputs whose latency counts first; by default as its
-        program says.
+    The programs have the same arithmetic and the same function tables; ``urgents`` are the numbers
+    of leading outputs whose latency counts first, by default as each program says.
 
     Raises
     ------

@@ -55,16 +55,6 @@ class Allocation:
         return {t.value: t.address for t in self.live_ranges}
 
 
-def result_bank(schedule: Schedule, op: int) -> int:
-    """Bank of the result of an op: that of its lane."""
-    return schedule.ends[op].lane
-
-
-def allocate(schedule: Schedule) -> Allocation:
-    """Registers of a program alone in a core; see `allocate_together`."""
-    return allocate_together([schedule])[0]
-
-
 def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
     """Assign registers to all values of the schedules, which have one machine.
 
@@ -189,7 +179,7 @@ class _Allocator:
         machine, core = self.machine, self.core
         for state, after in self.program.states:
             producer = self.producer[after]
-            bank = result_bank(self.schedule, producer)
+            bank = self.schedule.ends[producer].lane
             base = bank * machine.bank_depth + core.half + core.states[bank]
             core.states[bank] += 1
             self.assign(state, base, 0, self.end)
@@ -210,7 +200,7 @@ class _Allocator:
         unwritten = self._unwritten() if spread else [{} for _ in self.core.top]
         births = [(g, n, 0) for g, n in zip(schedule.gets, program.inputs, strict=True)]
         births += [
-            (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
+            (schedule.write_cycle(k), op.dest, schedule.ends[k].lane)
             for k, op in enumerate(program.ops)
             if op.dest not in next_states
         ]

@@ -32,23 +32,10 @@ def schedule(
     urgent: int | None = None,
     state_quota: Sequence[int] | None = None,
 ) -> Schedule:
-    """Schedule a program on a machine.
+    """Schedule a program on a machine with its arithmetic; ScheduleError if it does not fit.
 
-    Parameters
-    ----------
-    program : Program
-        Source program; states get their copies here (`gateware.schedule.copies`).
-    machine : Machine
-        Machine with the program's arithmetic.
-    urgent : int, 0..number of outputs, optional
-        Leading outputs whose latency counts first. Default: all.
-    state_quota : sequence of int, optional
-        Maximum number of next states for each lane. Default: the capacity of its bank.
-
-    Raises
-    ------
-    ScheduleError
-        The program does not fit.
+    ``urgent`` is the number of leading outputs whose latency counts first, by default all;
+    ``state_quota`` the most next states of each lane, by default what its bank holds.
     """
     if urgent is None:
         urgent = len(program.outputs)

@@ -82,19 +82,7 @@ def absorb(
 ) -> int:
     """Use the registers of ``rules``, in their order, and remove flip-flops that are not left over.
 
-    Parameters
-    ----------
-    module : dict
-        Flat module of a netlist as yosys writes it; changed in place.
-    flip_flops : sequence of FlipFlop
-        Types that can move.
-    constants : mapping
-        Type of a cell that drives a constant -> its output, and "0" or "1".
-
-    Returns
-    -------
-    int
-        Flip-flops less.
+    ``module``, flat, as yosys writes it, is changed in place. Returns how many flip-flops it lost.
     """
     cells, kinds = module["cells"], {f.kind: f for f in flip_flops}
     nets: dict[Bit, Bit] = {}

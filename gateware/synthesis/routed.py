@@ -126,12 +126,8 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
 
     Flip-flops move into the registers of multipliers and memories.
 
-    Raises
-    ------
-    ToolMissing, SynthesisError
-        Yosys is not installed, or rejected the design.
-    InputError
-        The part is too small.
+    Raises ToolMissing, SynthesisError if yosys rejected the design, InputError if the part is too
+    small.
     """
     family = target.family
     synthesis = synthesise(verilog, top=top, command=family.synthesis)

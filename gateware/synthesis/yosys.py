@@ -119,22 +119,8 @@ def run_tool(
 ) -> dict[str, bytes]:
     """Run a tool in a temporary folder, and return the files that it writes, by name.
 
-    Parameters
-    ----------
-    files : mapping
-        File name -> content.
-    results : iterable of str
-        Names of the files that the tool writes.
-    message : str
-        Beginning of the message if it fails; its exit code, its own words and the name of its log
-        follow.
-
-    Raises
-    ------
-    ToolMissing
-        It does not start.
-    error
-        It failed.
+    Raises ToolMissing if it does not start, and ``error`` if it failed: ``message``, its exit code,
+    its own words and the name of its log.
     """
     with tempfile.TemporaryDirectory(prefix="tool-") as name:
         folder = Path(name)

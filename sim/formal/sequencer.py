@@ -104,7 +104,7 @@ class SequencerHarness(Harness[Sequencer]):
         first, takes, moves, fault, grant, home = (
             Signal(name=n) for n in ("first", "takes", "moves", "fault", "granted", "at_home")
         )
-        self.first, self.takes, self.fault, self.moves = first, takes, fault, moves
+        self.waits = first
         get, emit = self._field("get"), self._field("emit")
         m.d.comb += [
             self.active.eq(at >= 0),
@@ -193,28 +193,19 @@ class SequencerHarness(Harness[Sequencer]):
             ),
             Assert(self.inside["started"] == self.begun),
             Assert(self.inside["swallow"] == self.swallowing),
-            Assert(self.begun == (self.past_first_get & (at <= self.last_get))),
+            Assert(self.begun == (self.past_first_get & (at <= self.first("get_last")))),
             Assert(~(self.begun & self.swallowing)),
         ]
+
+    def first(self, field: str) -> Any:
+        """Number of the first word with a field."""
+        numbers = (next(k for k, text in enumerate(p) if field in text) for p in PROGRAMS)
+        return Array(numbers)[self.program]
 
     @property
     def past_first_get(self) -> Any:
         """A word behind the first get is at work."""
-        return ~self.restarting & (self.at > self.first_get)
-
-    @property
-    def first_get(self) -> Any:
-        """Number of the first word with a get."""
-        return Array(
-            next(k for k, text in enumerate(words) if "get" in text) for words in PROGRAMS
-        )[self.program]
-
-    @property
-    def last_get(self) -> Any:
-        """Number of the word with the get of a record's last word."""
-        return Array(
-            next(k for k, text in enumerate(words) if "get_last" in text) for words in PROGRAMS
-        )[self.program]
+        return ~self.restarting & (self.at > self.first("get"))
 
     def _back_to_idle(self, m: Module) -> None:
         """Cycles in which both streams flow, since the machine last waited at its start."""
@@ -222,7 +213,7 @@ class SequencerHarness(Harness[Sequencer]):
         count = Signal(range(limit + 2))
         dut = self.dut
         flows = dut.i_valid & dut.o_ready & ~(self.swallowing & ~dut.i_last)
-        with m.If(self.first):
+        with m.If(self.waits):
             m.d.sync += count.eq(0)
         with m.Elif(flows):
             m.d.sync += count.eq(count + 1)
@@ -233,7 +224,7 @@ class SequencerHarness(Harness[Sequencer]):
             Assert(
                 Mux(
                     self.past_first_get,
-                    count + self.first_get + 1 <= self.at,
+                    count + self.first("get") + 1 <= self.at,
                     count <= _LONGEST + self.fill + restart + self.at,
                 )
             ),

@@ -37,10 +37,7 @@ class Build:
         Contents of a compiled folder by relative path: its Verilog and C run in place of newly
         generated ones.
 
-    Raises
-    ------
-    InputError
-        Unknown parameter, or value out of range.
+    Raises InputError for an unknown parameter, or a value out of range.
     """
 
     def __init__(
@@ -86,15 +83,7 @@ class Build:
 
     @cached_property
     def core(self) -> Core:
-        """The core with all programs, the first one selected.
-
-        Raises
-        ------
-        InputError
-            Unknown configuration.
-        ScheduleError
-            The programs do not fit into one core.
-        """
+        """The core with all programs, the first one selected; raises as `build_shared_core`."""
         try:
             core = build_shared_core(self.programs, self.config, urgents=self.urgents)
         except ScheduleError as error:

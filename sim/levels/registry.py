@@ -16,14 +16,6 @@ LEVELS: dict[str, type[Level]] = {
 
 
 def make_level(name: str, build: Build, runs: int | None = None) -> Level:
-    """Make a level; with ``runs``, that many runs side by side (`Level.batch`).
-
-    Raises
-    ------
-    InputError
-        Unknown level or configuration, or an estimator that fixed point cannot hold.
-    ToolMissing
-        A compiler or simulator is not installed.
-    """
+    """Make a level; with ``runs``, that many runs side by side (`Level.batch`)."""
     require_choice("level", name, LEVELS)
     return LEVELS[name](build) if runs is None else LEVELS[name].batch(build, runs)

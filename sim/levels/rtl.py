@@ -83,13 +83,7 @@ class Simulated(Level):
             self._process = None
 
     def run(self, records: FloatArray) -> Run:
-        """Updates; latencies and intervals are counted.
-
-        Raises
-        ------
-        SimulationFailed
-            Hung, an unknown value, or fewer words than expected.
-        """
+        """Updates; latencies and intervals are counted. Raises as `CoreProcess.replay`."""
         return self._run_of(self._replayed(words_of(self.program, records)))
 
     def _replayed(self, words: IntArray, **options: Any) -> RtlRun:
@@ -111,14 +105,7 @@ class Simulated(Level):
         )
 
     def advance(self, records: FloatArray) -> Run:
-        """Updates of a core that goes on running.
-
-        Raises
-        ------
-        SimulationFailed
-            An update did not end, gave another number of words, or took other cycles than the
-            schedule says; or the process has ended.
-        """
+        """Updates; SimulationFailed, too, if one took other cycles than the schedule says."""
         replayed = self._replayed(words_of(self.program, records))
         wanted = self.schedule.interval
         for took in replayed.interval_cycles[replayed.interval_cycles != wanted][:1]:
@@ -195,21 +182,9 @@ def run_in_turns(
 
     At random times the host also writes a number without a program, which must have no effect.
 
-    Parameters
-    ----------
-    streams : sequence of int (steps, n_inputs)
-        Input records of each program.
-    seed, longest : int
-        Of random turns, of at most so many records, until every stream has ended.
-    stall : int
-        See `RtlSimulation.run`.
-    replay : callable, optional
-        Runs the records, by default `RtlSimulation.run`: from a reset on.
-
-    Returns
-    -------
-    list of RtlRun
-        For each program, as if it had run alone.
+    Turns are random (``seed``), of at most ``longest`` records of (steps, n_inputs) words, until
+    every stream has ended. ``replay`` runs the records, by default `RtlSimulation.run`: from a
+    reset on. Returns the run of each program, as if it had run alone.
     """
     rng, parts = random.Random(seed), simulation.core.parts
     widest = max(s.shape[1] for s in streams)

@@ -29,22 +29,10 @@ def interpret(
 ) -> tuple[IntArray, BoolArray, IntArray, int | None]:
     """Run the interpreter over ``inputs`` (steps, n_inputs).
 
-    Parameters
-    ----------
-    states : int64 (steps, n_states), optional
-        State words after each step, of another level; by default the C is run for them.
-    machine : Interpreter, optional
-        Goes on from where this one of one run stands, without ``states`` in one segment; by
-        default from the start.
-
-    Returns
-    -------
-    outputs : int64 (steps, n_outputs)
-    saturated : bool (steps,)
-    states : int64 (steps, n_states)
-        State words after each step.
-    broken_at : int or None
-        First step whose state words are not those the next segment started from.
+    ``states`` (steps, n_states) are the words after each step of another level; by default the C is
+    run for them. ``machine``, of one run, goes on from where it stands, without ``states`` in one
+    segment. Returns outputs (steps, n_outputs), saturated (steps,), states after each step, and the
+    first step whose states are not those that the next segment started from.
     """
     steps, numbers = len(inputs), [state for state, _ in program.states]
     is_single = machine is not None and states is None

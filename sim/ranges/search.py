@@ -65,16 +65,7 @@ class Witness:
 
 
 class Search:
-    """The runs, and the values that they reached.
-
-    Parameters
-    ----------
-    estimator : Estimator
-    program, nodes
-        As `Estimator.compile_traced` gives them.
-    claims : sequence of Claim
-    seed : int
-    """
+    """The runs, and the values that they reached; arguments as of `examine.examine`."""
 
     def __init__(
         self,

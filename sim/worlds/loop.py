@@ -115,12 +115,6 @@ def drive(
         everything.
     anew : bool
         Whether a log begins with a reset, and is none that goes on where the last one ended.
-
-    Raises
-    ------
-    InputError
-        The world raises, gives no record at all, or one that the estimator cannot take; it has
-        another number of runs than the level.
     """
     if isinstance(source, World):
         yield from _world(source, level, steps, keep)
@@ -222,12 +216,7 @@ def close_loop(
 ) -> Loop:
     """Run a world on a level until the world ends: all that `drive` yields, as one.
 
-    Parameters
-    ----------
-    world, level, steps, keep
-        See `drive`.
-    progress : callable, optional
-        Called with the number of records after each 1000.
+    ``progress`` is called with the number of records after each 1000.
     """
     parts, rows = list[Loop](), 0
     for part in drive(world, level, steps=steps, keep=keep):

@@ -6,7 +6,7 @@ import pytest
 from boresight.gateware.machine import ALL_CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
-from boresight.gateware.schedule.allocate import allocate
+from boresight.gateware.schedule.allocate import allocate_together
 from boresight.gateware.schedule.scheduler import Schedule, schedule
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
@@ -17,7 +17,7 @@ MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONF
 
 def build(program: Program, machine: Machine) -> tuple[Schedule, Emulator]:
     s = schedule(program, machine)
-    return s, Emulator(machine, assemble(s, allocate(s)))
+    return s, Emulator(machine, assemble(s, allocate_together([s])[0]))
 
 
 def compare(program: Program, machine: Machine, steps: int = 5) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from boresight.gateware.core import build_core
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
-from boresight.gateware.schedule.allocate import allocate, allocate_together
+from boresight.gateware.schedule.allocate import allocate_together
 from boresight.gateware.schedule.scheduler import ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
@@ -40,7 +40,7 @@ def test_full() -> None:
         match=r"^wide: 256 constants, \d+ registers of the small "
         r"machine left for them; config small-1024 has more$",
     ):
-        allocate(schedule(wide(consts=256), small))
+        allocate_together([schedule(wide(consts=256), small)])
     with pytest.raises(
         ScheduleError,
         match=r"^wide: 257 constants and 0 parameters, the small machine has 256 registers for "
@@ -52,7 +52,7 @@ def test_full() -> None:
         match=r"^wide: parameters need 129 registers of bank 1, the "
         r"fast machine has 128 for them; config fast-1024 has more$",
     ):
-        allocate(schedule(wide(params=177), fast))
+        allocate_together([schedule(wide(params=177), fast)])
     many = schedule(wide(states=65), small)
     with pytest.raises(
         ScheduleError,
@@ -88,7 +88,7 @@ def test_results_use_registers_of_next_states(config: str, sizes: dict[str, int]
 def test_no_room(machine: Machine) -> None:
     wanted = r"^crowded: \d+ constants, \d+ registers of the \w+ machine left for them; config \S+"
     with pytest.raises(ScheduleError, match=wanted):
-        allocate(schedule(crowded_program(constants=240), machine))
+        allocate_together([schedule(crowded_program(constants=240), machine)])
     wanted = r"^crowded: parameters, inputs and results need \d+ registers of bank 0"
     with pytest.raises(ScheduleError, match=wanted):
-        allocate(schedule(crowded_program(inputs=300, constants=3), machine))
+        allocate_together([schedule(crowded_program(inputs=300, constants=3), machine)])
