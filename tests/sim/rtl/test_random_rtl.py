@@ -8,7 +8,7 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
-from boresight.gateware.machine import Machine, at_depth
+from boresight.gateware.machine import Machine
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -174,7 +174,7 @@ def test_many_updates_of_interpreter_and_c(updates):
 @pytest.mark.parametrize("config", ["small", "fast"])
 def test_many_updates_in_rtl(config, depth):
     """125,000 on each machine, with pauses of both streams in every other program."""
-    config = at_depth(config, depth)
+    config = f"{config}-d{depth}".removesuffix("-d7")
     done, each = 0, 25_000
     for seed, program in drawn_programs((18, 24, 32), 2000):
         inputs = inputs_for(program, each, seed)
