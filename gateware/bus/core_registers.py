@@ -82,11 +82,11 @@ class Registers(wiring.Component):
                 # The program begins; it has to restart, which is done with this cycle.
                 "start": In(1),
                 "anew": Out(1),
-                "en": In(1),  # Clock enable of the machine; without it the next four are 0.
-                "saturated": In(1),  # A sticky result saturates in this cycle.
-                "beyond": In(1),  # An input word is found beyond its range.
-                "framing": In(1),  # An update is abandoned with this cycle.
-                "commit": In(1),  # An update is complete with this cycle.
+                "en": In(1),  # Clock enable of the machine.
+                "saturated": In(1),  # With ``en``: a sticky result saturates in this cycle;
+                "beyond": In(1),  # an input word is found beyond its range.
+                "framing": In(1),  # Only with ``en``: an update is abandoned with this cycle;
+                "commit": In(1),  # it is complete with it.
                 "idle": In(1),  # This and the next are for the status register.
                 "parity": In(1),
                 # The last completed update saturated; had an input word beyond its range.

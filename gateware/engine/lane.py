@@ -19,21 +19,8 @@ from boresight.gateware.machine import Machine
 
 #: Fields of the microword for the lane itself.
 FIELDS = (
-    "frac_a",
-    "frac_b",
-    "cap_index",
-    "cap_flag",
-    "cap_norm",
-    "quarter",
-    "neg",
-    "neg_flag",
-    "when",
-    "when_flag",
-    "shift",
-    "scale",
-    "first",
-    "wrap",
-    "sticky",
+    *("frac_a", "frac_b", "cap_index", "cap_flag", "cap_norm", "quarter", "neg", "neg_flag"),
+    *("when", "when_flag", "shift", "scale", "first", "wrap", "sticky"),
 )
 
 

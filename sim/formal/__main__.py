@@ -7,18 +7,14 @@ import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 from boresight.model.errors import ToolMissing
 from boresight.sim.formal import axi, lane, operands, registers, sequencer
 from boresight.sim.formal.prove import Proof, ProofError, prove
 
-PROOFS: tuple[Proof, ...] = (
-    *axi.PROOFS,
-    *lane.PROOFS,
-    *operands.PROOFS,
-    *registers.PROOFS,
-    *sequencer.PROOFS,
-)
+MODULES: tuple[Any, ...] = (axi, lane, operands, registers, sequencer)
+PROOFS: tuple[Proof, ...] = tuple(proof for module in MODULES for proof in module.PROOFS)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -66,13 +66,6 @@ def before(m: Module, value: Any, name: str) -> Signal:
     return signal
 
 
-def after_start(m: Module) -> Signal:
-    """1 from the second cycle after a reset on, when `before` is a value of a real cycle."""
-    signal = Signal(name="after_start")
-    m.d.sync += signal.eq(1)
-    return signal
-
-
 def reached(m: Module, condition: Any, name: str) -> Cover:
     """A ``Cover`` that stays reached until a reset, once the condition has been true."""
     latched = Signal(name=name)
