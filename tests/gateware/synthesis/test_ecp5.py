@@ -83,6 +83,7 @@ def test_every_pin_has_what_its_flip_flop_had(netlists):
         ({"REGSET": "SET"}, "starts at 1"),
         ({"CEMUX": "1 "}, "another enable"),
         ({"CLKMUX": "INV"}, "the falling edge"),
+        ({"CLK": [10**6]}, "another clock"),
     ],
 )
 def test_a_register_that_differs_stays(netlists, changed, left):
@@ -91,7 +92,7 @@ def test_a_register_that_differs_stays(netlists, changed, left):
     (memory,) = cells(netlist, "DP16KD")
     read = memory["connections"]["DOB3"][0]
     (beside,) = (c for c in cells(netlist, "TRELLIS_FF") if c["connections"]["DI"] == [read])
-    beside["parameters"] |= changed
+    beside["connections" if "CLK" in changed else "parameters"] |= changed
     ECP5.absorb(netlist, "top")
     assert memory["parameters"]["REGMODE_B"] == "NOREG", left
     assert len([c for c in module["cells"].values() if c["type"] == "TRELLIS_FF"]) == 36
