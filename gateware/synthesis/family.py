@@ -36,20 +36,6 @@ class Device:
         return round(100.0 * used / self.capacity(key), 2)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Step:
-    """A step of a timing path, from port to port: through a cell or along a net.
-
-    ``kind`` is ``clk-to-q``, ``logic``, ``routing`` or ``setup``, as nextpnr names them.
-    """
-
-    kind: str
-    ns: float
-    start: str
-    end: str
-    net: str = ""
-
-
 @dataclass(frozen=True)
 class ClockEstimate:
     """Highest clock of a netlist that is not placed."""
@@ -58,8 +44,6 @@ class ClockEstimate:
     #: fan-out. The two clocks are the band of the estimate.
     median_mhz: float
     p75_mhz: float
-    #: The longest path with the latter.
-    path: tuple[Step, ...]
 
     @property
     def by_nets(self) -> dict[str, float]:

@@ -17,7 +17,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from boresight.gateware.synthesis.family import Router, Step, Target
+from boresight.gateware.synthesis.family import Router, Target
 from boresight.gateware.synthesis.yosys import Tool, run_tool, yowasp
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.cache import Cache
@@ -32,7 +32,7 @@ class RouteError(InputError):
 
 
 class Run(NamedTuple):
-    """A run with a seed: its clock, the path that limits it, and files that the tool wrote.
+    """A run with a seed: its clock, and files that the tool wrote.
 
     The clock [MHz] is the highest from register to register, the least one of several clocks; None
     without any.
@@ -40,7 +40,6 @@ class Run(NamedTuple):
 
     seed: int
     clock_mhz: float | None
-    path: tuple[Step, ...]
     files: Mapping[str, str]
 
 
@@ -130,9 +129,10 @@ def place_and_route(
             f"{tool.name} cannot place and route the design on {target.name}",
             RouteError,
         )
-        report = json.loads(results.pop("report.json"))
+        clocks = json.loads(results.pop("report.json"))["fmax"].values()
+        slowest = min((float(clock["achieved"]) for clock in clocks), default=None)
         written = {file: data.decode("latin-1") for file, data in results.items()}
-        content = {**_timing(report), "files": written}
+        content = {"clock_mhz": slowest, "files": written}
         (folder / "run.json").write_text(json.dumps(content), encoding="utf-8")
 
     identity = json.dumps(
@@ -140,8 +140,7 @@ def place_and_route(
     ) + json.dumps(netlist, sort_keys=True)
     entry = Cache().get(f"route-{target.name}", identity, store)
     result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
-    path = tuple(Step(**step) for step in result["path"])
-    return Run(seed=seed, clock_mhz=result["clock_mhz"], path=path, files=result["files"])
+    return Run(seed=seed, clock_mhz=result["clock_mhz"], files=result["files"])
 
 
 def pack(router: Router, name: str, text: str) -> bytes:
@@ -154,34 +153,3 @@ def pack(router: Router, name: str, text: str) -> bytes:
     arguments, file = (*options, name, router.bitstream), {name: text.encode("latin-1")}
     message = f"{tool.name} makes no bitstream"
     return run_tool(tool, arguments, file, (router.bitstream,), message)[router.bitstream]
-
-
-def _timing(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The slowest clock of a report, and the path that limits it."""
-    clocks = {name: float(clock["achieved"]) for name, clock in report["fmax"].items()}
-    if not clocks:
-        return {"clock_mhz": None, "path": []}
-    slowest = min(clocks, key=lambda name: (clocks[name], name))
-    path: list[dict[str, Any]] = next(
-        (
-            p["path"]
-            for p in report["critical_paths"]
-            if p["from"] == p["to"] == f"posedge {slowest}"
-        ),
-        [],
-    )
-    return {
-        "clock_mhz": clocks[slowest],
-        "path": [
-            {
-                "kind": step["type"],
-                "ns": round(step["delay"], 3),
-                "net": step.get("net", ""),
-                **{
-                    key: f"{step[source]['cell']}.{step[source]['port']}"
-                    for key, source in (("start", "from"), ("end", "to"))
-                },
-            }
-            for step in path
-        ],
-    }

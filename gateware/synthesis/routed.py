@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Any, Final
 
-from boresight.gateware.synthesis.family import ClockEstimate, Device, Family, Target
-from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
+from boresight.gateware.synthesis.family import ClockEstimate, Family, Target
+from boresight.gateware.synthesis.nextpnr import Run, find_router, place_and_route
 from boresight.gateware.synthesis.targets import smallest
-from boresight.gateware.synthesis.yosys import SynthesisError, synthesise
+from boresight.gateware.synthesis.yosys import SynthesisError, find_tool, synthesise
 from boresight.model.errors import InputError
 
 #: Default clock that the router works towards: higher than any core reaches, MHz.
@@ -30,19 +30,13 @@ class Mapped:
     used: Mapping[str, float]
     #: Of yosys.
     version: str
-    command: str
     #: Estimate of the clock, of families that have one.
     clock: ClockEstimate | None = None
 
     @property
-    def device(self) -> Device:
-        """The part."""
-        return self.target.device
-
-    @property
     def amounts(self) -> str:
         """Resources used, as a text."""
-        return ", ".join(f"{n:,g} {self.device.unit(key)}" for key, n in self.used.items())
+        return ", ".join(f"{n:,g} {self.target.device.unit(key)}" for key, n in self.used.items())
 
     @property
     def source(self) -> str:
@@ -65,26 +59,13 @@ class Routed:
     runs: tuple[Run, ...]
     #: Of the router.
     version: str
-    command: str
-
-    @property
-    def device(self) -> Device:
-        """The part."""
-        return self.mapped.target.device
-
-    @property
-    def worst(self) -> Run:
-        """The run with the slowest clock."""
-        return min(self.runs, key=lambda run: run.clock_mhz or float("inf"))
 
     @property
     def untimed(self) -> tuple[str, ...]:
         """Types of its cells that the router has no delays of."""
-        router, (module,) = (
-            self.mapped.target.family.router,
-            self.mapped.netlist["modules"].values(),
-        )
+        router = self.mapped.target.family.router
         assert router is not None
+        (module,) = self.mapped.netlist["modules"].values()
         return tuple(sorted(router.untimed & {cell["type"] for cell in module["cells"].values()}))
 
     @property
@@ -97,8 +78,8 @@ class Routed:
 
     @property
     def _slowest_mhz(self) -> float | None:
-        clock = self.worst.clock_mhz
-        return None if clock is None else int(10.0 * clock) / 10
+        clocks = [run.clock_mhz for run in self.runs if run.clock_mhz is not None]
+        return int(10.0 * min(clocks)) / 10 if clocks else None
 
     @property
     def seeds(self) -> str:
@@ -130,8 +111,7 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
     small.
     """
     family = target.family
-    synthesis = synthesise(verilog, top=top, command=family.synthesis)
-    netlist = synthesis.netlist
+    netlist = synthesise(verilog, top=top, command=family.synthesis)
     family.absorb(netlist, top)
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
@@ -147,8 +127,7 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
         target=target,
         netlist=netlist,
         used=used,
-        version=synthesis.version,
-        command=synthesis.command,
+        version=find_tool().version,
         clock=family.estimate(netlist, top, target.grade),
     )
 
@@ -179,6 +158,8 @@ def implement(
 ) -> Routed:
     """Synthesise, place and route a design between flip-flops (`enclosed`), with seeds 1, 2, ...
 
+    Raises as `netlist_for`, and RouteError if the router rejected the design.
+
     Parameters
     ----------
     top : str
@@ -187,8 +168,6 @@ def implement(
         A part whose family has a router.
     clock_mhz : float, optional
         Clock that the router works towards.
-
-    Raises as `netlist_for`, and RouteError if the router rejected the design.
     """
     assert target.family.router is not None
     find_router(target.family.router)  # before the work
@@ -215,8 +194,7 @@ def route(
         progress(f"{tool.version}, {target.title}, seed {seed}")
         run = place_and_route(netlist, target, seed=seed, clock_mhz=clock_mhz, **options)
         runs.append(run)
-    shown = " ".join((tool.name, *command(target, seed=1, clock_mhz=clock_mhz)))
-    return Routed(mapped=mapped, runs=tuple(runs), version=tool.version, command=shown)
+    return Routed(mapped=mapped, runs=tuple(runs), version=tool.version)
 
 
 def enclosed(netlist: dict[str, Any], top: str, family: Family) -> dict[str, Any]:

@@ -44,19 +44,11 @@ class SynthesisError(ToolFailed):
 
 
 class Tool(NamedTuple):
-    """A way to start yosys, or nextpnr: name in printed command lines, command, version line."""
+    """A way to start yosys, or nextpnr: name in messages, command, version line."""
 
     name: str
     argv: tuple[str, ...]
     version: str
-
-
-class Synthesis(NamedTuple):
-    """Output of ``write_json``, the top module only; version line of yosys, command line."""
-
-    netlist: dict[str, Any]
-    version: str
-    command: str
 
 
 @lru_cache(maxsize=1)
@@ -157,8 +149,8 @@ def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *
 
 def synthesise(
     verilog: str, *, top: str, command: str, cache: Path | None = None, tool: Tool | None = None
-) -> Synthesis:
-    """Map Verilog to primitives of a family, flattened.
+) -> dict[str, Any]:
+    """Map Verilog to primitives of a family, flattened: the top module as ``write_json`` has it.
 
     Parameters
     ----------
@@ -186,5 +178,5 @@ def synthesise(
 
     identity = json.dumps([_CACHE_FORMAT, chosen.version, script, [*files.items()]])
     folder = Cache(cache).get(f"netlist-{top}", identity, make)
-    netlist = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
-    return Synthesis(netlist, chosen.version, f'{chosen.name} -q -p "{script}"')
+    netlist: dict[str, Any] = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
+    return netlist

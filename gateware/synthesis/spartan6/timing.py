@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import csv
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from boresight.gateware.synthesis.family import ClockEstimate, Step
+from boresight.gateware.synthesis.family import ClockEstimate
 
 #: Statistics of routed nets: an optimistic and a pessimistic one.
 _NETS: Final = ("median", "p75")
@@ -71,19 +71,6 @@ def _matching(pins: Sequence[_Pin], pattern: str) -> list[_Pin]:
     return [pin for pin in pins if fnmatchcase(f"{pin.port}.{pin.bit}", pattern)]
 
 
-def _names(netnames: Mapping[str, Any]) -> dict[int, str]:
-    """For each bit the shortest of its names that the source has."""
-    out: dict[int, str] = {}
-    for name, net in netnames.items():
-        if net.get("hide_name") or name.startswith("$"):
-            continue
-        for index, bit in enumerate(net["bits"]):
-            full = name if len(net["bits"]) == 1 else f"{name}[{index}]"
-            if isinstance(bit, int) and (len(full), full) < (len(out.get(bit, full * 2)), full * 2):
-                out[bit] = full
-    return out
-
-
 class _Graph:
     """What feeds each net of a flat module, and where paths end, at one speed grade."""
 
@@ -93,7 +80,7 @@ class _Graph:
         self.driver: dict[int, _Pin] = {}
         self.loads: dict[int, list[_Pin]] = defaultdict(list)
         self.into: dict[int, list[_Edge]] = defaultdict(list)
-        self.ends: list[tuple[str, _Edge]] = []
+        self.ends: list[_Edge] = []
         for name, cell in self.cells.items():
             ends: dict[str, list[_Pin]] = {"input": [], "output": []}
             for port, bits in cell["connections"].items():
@@ -107,13 +94,12 @@ class _Graph:
                     continue
                 starts = [None] if source == _CLOCK else _matching(ends["input"], source)
                 if target == _CLOCK:
-                    self.ends += [(name, _Edge(start, ns)) for start in starts]
+                    self.ends += [_Edge(start, ns) for start in starts]
                     continue
                 for pin in _matching(ends["output"], target):
                     self.into[self.net(pin)] += [_Edge(start, ns) for start in starts]
         ports = (port for port in module["ports"].values() if port["direction"] != "input")
         self.leaving = {bit for port in ports for bit in port["bits"]}
-        self.names = _names(module.get("netnames", {}))
         before = {
             net: [self.net(edge.load) for edge in edges if edge.load is not None]
             for net, edges in self.into.items()
@@ -121,20 +107,13 @@ class _Graph:
         try:
             self.order = [*TopologicalSorter(before).static_order()]
         except CycleError as error:
-            cells = " -> ".join(self.label(self.driver[net].cell) for net in error.args[1])
+            cells = " -> ".join(self.driver[net].cell for net in error.args[1])
             raise ValueError(f"netlist has a combinational loop: {cells}") from None
 
     def net(self, pin: _Pin) -> int:
         """Net at a pin."""
         net: int = self.cells[pin.cell]["connections"][pin.port][pin.bit]
         return net
-
-    def label(self, cell: str) -> str:
-        """Name of a cell; of one that yosys named, its type and the net that it drives."""
-        if not cell.startswith("$"):
-            return cell
-        named = (net for net, pin in self.driver.items() if pin.cell == cell and net in self.names)
-        return " ".join((self.cells[cell]["type"], *(self.names[net] for net in [*named][:1])))
 
     def hop(self, load: _Pin, model: str) -> float:
         """Delay of the net that ends at a pin [ns]; wires inside a slice take no time."""
@@ -161,10 +140,9 @@ class _Graph:
             return 0.0
         return routed
 
-    def longest(self, model: str) -> tuple[float, tuple[Step, ...]]:
-        """Longest path with one statistic of nets [ns], and its steps; 0 without any."""
+    def longest(self, model: str) -> float:
+        """Longest path with one statistic of nets [ns]; 0 without any."""
         arrival: dict[int, float] = {}
-        reason: dict[int, _Edge] = {}
 
         def time(edge: _Edge) -> float | None:
             if edge.load is None:
@@ -173,64 +151,25 @@ class _Graph:
             return None if before is None else before + self.hop(edge.load, model) + edge.ns
 
         for net in self.order:
-            times = [(t, edge) for edge in self.into[net] if (t := time(edge)) is not None]
+            times = [ns for edge in self.into[net] if (ns := time(edge)) is not None]
             if times:
-                arrival[net], reason[net] = max(times, key=lambda item: item[0])
+                arrival[net] = max(times)
         skew = self.delays[model]["uncertainty"]
-        ends = [
-            (t + (skew if edge.load is not None else 0.0), cell, edge)
-            for cell, edge in self.ends
-            if (t := time(edge)) is not None
-        ]
-        if not ends:
-            return 0.0, ()
-        total, cell, end = max(ends, key=lambda item: item[0])
-        steps = tuple(self._steps(cell, end, reason, model))[::-1]
-        if end.load is not None:
-            steps = (
-                *steps,
-                Step(kind="clock skew and jitter", ns=skew, start="", end=steps[-1].end),
-            )
-        return total, steps
-
-    def _steps(
-        self, cell: str, end: _Edge, reason: Mapping[int, _Edge], model: str
-    ) -> Iterator[Step]:
-        """Steps of a path, from its end to its start."""
-        edge, kind, leaving = end, "setup", _CLOCK
-        while edge.load is not None:
-            net = self.net(edge.load)
-            driver, label = self.driver[net], self.label(cell)
-            entry = f"{label}.{edge.load.port}"
-            yield Step(kind=kind, ns=round(edge.ns, 3), start=entry, end=f"{label}.{leaving}")
-            yield Step(
-                kind="routing",
-                ns=round(self.hop(edge.load, model), 3),
-                start=f"{self.label(driver.cell)}.{driver.port}",
-                end=entry,
-                net=self.names.get(net, f"net {net}"),
-            )
-            edge, cell, kind, leaving = reason[net], driver.cell, "logic", driver.port
-        label = self.label(cell)
-        kind = "clk-to-q" if edge is not end else "period"
-        yield Step(kind=kind, ns=edge.ns, start=f"{label}.{_CLOCK}", end=f"{label}.{leaving}")
+        return max(
+            (
+                ns + (skew if edge.load is not None else 0.0)
+                for edge in self.ends
+                if (ns := time(edge)) is not None
+            ),
+            default=0.0,
+        )
 
 
 def estimate_clock(netlist: Mapping[str, Any], top: str, grade: int) -> ClockEstimate | None:
-    """Estimate the clock of a flat netlist of yosys; None if no register feeds a register.
+    """Estimate the clock of a flat netlist of yosys, of primitives of Spartan-6, at a speed grade.
 
-    Parameters
-    ----------
-    netlist : mapping
-        As ``write_json`` makes it, of primitives of Spartan-6.
-    top : str
-        Its module.
-    grade : int
-        Speed grade, 2 or 3.
+    Returns None if no register feeds a register.
     """
     graph = _Graph(netlist["modules"][top], grade)
-    paths = {model: graph.longest(model) for model in _NETS}
-    if not all(ns for ns, _ in paths.values()):
-        return None
-    mhz = {model: int(10_000.0 / ns) / 10 for model, (ns, _) in paths.items()}
-    return ClockEstimate(mhz["median"], mhz["p75"], paths["p75"][1])
+    paths = [graph.longest(model) for model in _NETS]
+    return ClockEstimate(*(int(10_000.0 / ns) / 10 for ns in paths)) if all(paths) else None

@@ -9,7 +9,6 @@ import pytest
 
 import boresight
 from boresight.core_files import core_files, project_files
-from boresight.gateware.synthesis.family import Step
 from boresight.gateware.synthesis.nextpnr import Run
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
@@ -86,9 +85,8 @@ def test_a_clock_that_is_not_reached_fails(here: Path, monkeypatch) -> None:
     netlist = {"modules": {"core": {"cells": {}}}}
     used = dict.fromkeys(("lut", "ff", "dsp", "ram"), 1.0)
     target = TARGETS["ecp5-25k"]
-    mapped = Mapped(target=target, netlist=netlist, used=used, version="yosys", command="")
-    path = (Step(kind="logic", ns=12.6, start="a.Q", end="b.D", net="n"),)
-    routed = Routed(mapped=mapped, runs=(Run(1, 79.3, path, {}),), version="nextpnr", command="")
+    mapped = Mapped(target=target, netlist=netlist, used=used, version="yosys")
+    routed = Routed(mapped=mapped, runs=(Run(1, 79.3, {}),), version="nextpnr")
     monkeypatch.setattr(module, "check_routable", lambda *given: None)  # without its router
     monkeypatch.setattr(module, "route_core", lambda *given, **options: routed)
     for clock, said in ((80.0, ["clock 79.3 MHz, below 80 MHz"]), (79.0, [])):

@@ -38,7 +38,7 @@ endmodule
 def netlists():
     """Before and after, and how many flip-flops moved."""
     command = ECP5.synthesis.replace("*operands*/m:*", "top/m:*")
-    before = synthesise(DESIGN, top="top", command=command).netlist
+    before = synthesise(DESIGN, top="top", command=command)
     after = copy.deepcopy(before)
     return before, after, ECP5.absorb(after, "top")
 

@@ -33,7 +33,7 @@ endmodule
 @pytest.fixture(scope="module")
 def netlists():
     """Before and after, and how many flip-flops moved."""
-    before = synthesise(DESIGN, top="top", command=GW2A.synthesis).netlist
+    before = synthesise(DESIGN, top="top", command=GW2A.synthesis)
     after = copy.deepcopy(before)
     return before, after, GW2A.absorb(after, "top")
 
@@ -86,7 +86,7 @@ def test_a_multiplier_that_is_not_timed_leaves_no_clock(netlists, tmp_path, monk
         f"pathlib.Path('report.json').write_text({json.dumps(REPORT)!r})"
     )
     target = TARGETS["gw2a-18"]
-    mapped = Mapped(target=target, netlist=netlists[1], used={"lut": 8}, version="", command="")
+    mapped = Mapped(target=target, netlist=netlists[1], used={"lut": 8}, version="")
     monkeypatch.setattr(module, "netlist_for", lambda *given, **options: mapped)
     routed = module.implement(DESIGN, "top", target, seeds=2)
     find_program.cache_clear()

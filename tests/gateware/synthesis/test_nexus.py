@@ -71,4 +71,3 @@ def test_it_is_routed():
         return
     routed = implement(DESIGN, "top", TARGET)
     assert routed.clock_mhz is not None and 50 < routed.clock_mhz < 1000
-    assert routed.worst.path[-1].kind == "setup"

@@ -83,9 +83,6 @@ def test_area_and_clock(top):
     mapped = netlist_for(DESIGNS, top, TARGETS["xc6slx9"])
     assert mapped.clock.median_mhz == int(10_000 / LONGEST[top]) / 10
     assert mapped.clock.p75_mhz <= mapped.clock.median_mhz
-    assert sum(step.ns for step in mapped.clock.path) == pytest.approx(
-        1000 / mapped.clock.p75_mhz, rel=1e-3
-    )
     used = {key: n for key, n in mapped.used.items() if n and key != "bufg"}
     assert used == {key: n for key, n in CELLS[top].items() if n}
 

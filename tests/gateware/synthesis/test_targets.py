@@ -11,7 +11,7 @@ from boresight.gateware.synthesis.nextpnr import RouteError, find_program, place
 from boresight.gateware.synthesis.routed import implement, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, ToolMissing
-from tests.support.router import REPORT, STEPS, is_installed, stand_in
+from tests.support.router import REPORT, is_installed, stand_in
 
 COUNTER = """
 module top(input clk, input step, output reg [7:0] n);
@@ -27,11 +27,10 @@ def router(tmp_path, monkeypatch):
     find_program.cache_clear()
 
 
-def test_the_slowest_clock_and_its_path(router):
+def test_the_slowest_clock(router):
     arguments = router(f"pathlib.Path('report.json').write_text({json.dumps(REPORT)!r})")
     run = place_and_route({"modules": {}}, TARGETS["ecp5-85k-7"], seed=3, clock_mhz=120)
     assert run.clock_mhz == 66.69 and run.seed == 3
-    assert [(s.kind, s.ns, s.end.removeprefix("m.")) for s in run.path] == list(STEPS)
     text = " ".join(arguments())
     for option in ("--85k", "--speed 7", "--seed 3", "--freq 120", "--timing-allow-fail"):
         assert option in text
@@ -89,5 +88,5 @@ def test_a_counter_is_routed():
     routed = implement(COUNTER, "top", target, seeds=2)
     assert routed.clock_mhz is not None and 100 < routed.clock_mhz < 1000
     assert routed.clock_mhz <= min(run.clock_mhz for run in routed.runs)
-    assert routed.worst.path[0].kind == "clk-to-q" and routed.mapped.used["ff"] == 8
+    assert routed.mapped.used["ff"] == 8
     assert "worst of seeds 1 to 2" in str(routed)

@@ -51,15 +51,15 @@ def fresh():
     find_tool.cache_clear()
 
 
-def test_the_command_is_run_once_and_shown(fake, tmp_path):
+def test_the_command_is_run_once(fake, tmp_path):
     tool, cache = fake(), tmp_path / "cache"
     made = [
         synthesise(DESIGN, top="top", command=COMMAND, cache=cache, tool=tool) for _ in range(2)
     ]
     script = "read_verilog design.v; synth_ecp5 -top top; write_json netlist.json"
-    assert fake.runs() == [script] and made[0].command == f'yosys -q -p "{script}"'
+    assert fake.runs() == [script]
     assert made[0] == made[1]
-    assert list(made[0].netlist["modules"]) == ["top"]  # without the library of cells
+    assert list(made[0]["modules"]) == ["top"]  # without the library of cells
 
 
 @pytest.mark.parametrize("change", ["text", "command", "version"])
