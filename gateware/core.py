@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -97,15 +97,6 @@ class Core:
         selected = dataclasses.replace(self, number=number)
         object.__setattr__(selected, "_texts", self._texts)
         return selected
-
-    def registers_with(self, states: Iterable[int]) -> list[int]:
-        """The image's registers in which the program's states begin with these words."""
-        where, mask = self.allocation.addresses(), (1 << self.machine.arithmetic.word) - 1
-        registers = list(self.image.registers)
-        for pair, word in zip(self.schedule.program.states, states, strict=True):
-            for copy in pair:  # one for either parity
-                registers[where[copy]] = int(word) & mask
-        return registers
 
     def verilog(self, *, instances: bool, identified: bool | None = None) -> str:
         """Verilog of module ``core``: with vendor primitives, or with their behaviour.

@@ -108,7 +108,7 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     figure is worse than accepted, or missing. Raises InputError if they cannot be compared.
     """
     old, new = _figures(before, judged), _figures(now, judged)
-    limits_changed = 0
+    equal = 0
     changes, rows, notes = list[dict[str, Any]](), list[dict[str, Any]](), list[str]()
     for name in dict.fromkeys((*old, *new)):
         a, b = old.get(name), new.get(name)
@@ -118,8 +118,8 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
         if found.figure.kind in LIMITED and a and b and a.tolerance != b.tolerance:
             limits = f"{_text(a.tolerance)} to {_text(b.tolerance)} {b.unit}".rstrip()
             notes.append(f"{name}: its tolerance has changed: {limits}")
-            limits_changed += 1
         if was == value:
+            equal += 1
             continue
         if found.figure.kind == "identity":
             notes.append(f"{name} has changed: {str(was)[:_SHOWN]} to {str(value)[:_SHOWN]}")
@@ -141,7 +141,6 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
             share = f"{(change['now'] - change['before']) / abs(change['before']):+.1%}"
         worse = "WORSE" if change["worse"] else None
         rows.append(row | {"unit": change["unit"] or None, "change": share, "": worse})
-    equal = len({*old, *new}) - len(changes) - len(notes) + limits_changed
     summary = f"against {file}: {equal} figures equal, {len(changes)} changed"
     failures = []
     if more := sum(c["worse"] for c in changes):

@@ -58,7 +58,7 @@ from boresight.sim.compare.soundness import check_sound
 from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
-from boresight.sim.report.data import JUDGED, report_data
+from boresight.sim.report.data import JUDGED, core_data
 from boresight.sim.result import Result, plain
 
 GROUPS = (options.Profiles, options.Tolerances, options.Baseline)
@@ -183,10 +183,7 @@ def compile(
                 )
         data = together(
             core,
-            [
-                report_data(core.select(k), area=area, device=part.device, grade=part.grade)
-                for k in range(len(own))
-            ],
+            [core_data(core.select(k), area, part.grade, part.device) for k in range(len(own))],
         )
         data["made"] = plain(made_of(names, build, target, Path(output)))
         if choice is not None:

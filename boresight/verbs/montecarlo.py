@@ -6,16 +6,13 @@ boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world an
 from __future__ import annotations
 
 import json
-import math
 import shlex
 from collections.abc import Mapping
-from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any
 
 from boresight import options
 from boresight.model.errors import InputError, require, require_choice, require_whole
-from boresight.model.estimator import Estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.parameters import params_of
@@ -99,7 +96,14 @@ def montecarlo(
     settings = tuple(sorted((values or {}).items()))
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world
-    _check_nis(filter)
+    freedom, names = filter.nis_freedom, [o.name for o in filter.outputs]
+    require(
+        freedom == 0 or (freedom > 0 and "nis" in names),
+        f"estimator {filter.name}, nis_freedom",
+        "a number of measurements, 0 without an output nis",
+        f"{freedom}, outputs {', '.join(names)}",
+        'write for example nis_freedom = 1, and Output("nis") among the outputs',
+    )
     drawn(plant, seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
@@ -127,17 +131,6 @@ def montecarlo(
     result = result_of(data, {o.name: o.unit for o in filter.outputs})
     file.write(json.dumps(result.to_json(), allow_nan=False) + "\n")
     return result
-
-
-def _check_nis(estimator: Estimator) -> None:
-    """Raise InputError unless NIS can be computed, or is not asked for."""
-    freedom, names = estimator.nis_freedom, [o.name for o in estimator.outputs]
-    is_number = isinstance(freedom, Real) and 0 <= float(freedom) < math.inf
-    good = is_number and (not freedom or "nis" in names)
-    found = f"{freedom!r}, outputs {', '.join(names)}"
-    fix = 'write for example nis_freedom = 1, and Output("nis") among the outputs'
-    wanted = "a number of measurements, 0 without an output nis"
-    require(good, f"estimator {estimator.name}, nis_freedom", wanted, found, fix)
 
 
 def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:

@@ -63,13 +63,6 @@ class Image:
         """Microwords of a program; of restart routine k with number = programs + k."""
         return self.rom[self.bases[number] : self.ends[number]]
 
-    def without_restarts(self, machine: Machine) -> Image:
-        """The image with restart routines that change no word."""
-        start = sum(self.lengths)
-        home = 1 << self._positions(machine)["home"]
-        rom = [word if at < start else word & home for at, word in enumerate(self.rom)]
-        return replace(self, rom=rom)
-
     @classmethod
     def join(cls, images: Sequence[Image], *, digest: int) -> Image:
         """Join the images of programs with common registers.

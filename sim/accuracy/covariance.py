@@ -13,7 +13,6 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
@@ -41,23 +40,10 @@ class Covariance:
         return p
 
 
-def has_covariance(estimator: Estimator) -> bool:
-    """Whether some states are a covariance."""
-    try:
-        return bool(covariance_of(estimator).elements)
-    except InputError:
-        return False
-
-
 def covariance_of(estimator: Estimator) -> Covariance:
-    """The covariance among an estimator's states.
+    """The covariance among an estimator's states; without elements if there is none.
 
     An element counts where its two diagonal elements are states too, so a state ``pos`` is none.
-
-    Raises
-    ------
-    InputError
-        There is none.
     """
     names = [s.name for s in estimator.states]
     elements = dict(estimator.covariance_elements) or {
@@ -65,13 +51,6 @@ def covariance_of(estimator: Estimator) -> Covariance:
     }
     entries = [(*elements[name], k) for k, name in enumerate(names) if name in elements]
     axes = [i for i, j, _ in entries if i == j]
-    if not axes:
-        raise InputError.at(
-            estimator.name,
-            wanted="states that are a covariance, named p00, p01, p11, ... (or p_xx, p_xy, ...)",
-            found=", ".join(names[:8]) or "no states",
-            fix="name them so, or choose a Kalman filter",
-        )
     return Covariance(
         tuple(axes),
         tuple((axes.index(i), axes.index(j), k) for i, j, k in entries if {i, j} <= {*axes}),

@@ -257,11 +257,11 @@ class Check:
             Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
         )
         begun = False
-        for blocks, more in _ahead(self._blocks(sources)):
+        for blocks in self._blocks(sources):
             for case, block in zip(cases, blocks, strict=True):
                 case.take(block, keep_all)
             if not begun:
-                self._begin(cases, [b.inputs for b in blocks], more, [*attempts, interpreter])
+                self._begin(cases, [b.inputs for b in blocks], [*attempts, interpreter])
             for piece, anew in _pieces(blocks, rows, not begun):
                 self._piece(cases, piece, anew, attempts, interpreter, keep_all)
                 begun = True
@@ -292,11 +292,7 @@ class Check:
             yield [block or none for block, none in zip(several, empty, strict=True)]
 
     def _begin(
-        self,
-        cases: Sequence[_Case],
-        records: Sequence[FloatArray],
-        more: bool,
-        attempts: Sequence[_Attempt],
+        self, cases: Sequence[_Case], records: Sequence[FloatArray], attempts: Sequence[_Attempt]
     ) -> None:
         """Look at the leading rows, and begin on every level."""
         if self._shortage is None:
@@ -308,16 +304,12 @@ class Check:
                 case.warnings[text] = None
         for text in dict.fromkeys(text for case in cases for text in (*case.told, *case.warnings)):
             self.progress(f"warning: {text}")
-        turns = f" of {self._count} programs" if self._count > 1 else ""
-        longer = " and more" * more
-        for attempt in (None, *attempts):
-            what, left = "float64", None
-            if attempt is not None:
-                attempt.begin()
-                what, left = f"{attempt.kind.name} in {attempt.tool}", attempt.left
-                what += " (slow: --simulator verilator is faster)" * (attempt.tool == "icarus")
-            updates = sum(len(x[:left]) for x in records)
-            self.progress(f"{what}, {updates} updates{longer if left is None else ''}{turns}")
+        names = ["float64"]
+        for attempt in attempts:
+            attempt.begin()
+            slow = " (slow: --simulator verilator is faster)" * (attempt.tool == "icarus")
+            names.append(f"{attempt.kind.name} in {attempt.tool}{slow}")
+        self.progress(", ".join(names))
 
     def _levels(self, kind: type[Level], tool: str | None = None) -> list[Level]:
         """A level for each estimator, made once."""
@@ -472,14 +464,3 @@ def _pieces(blocks: Sequence[Feed], rows: int, anew: bool) -> Iterator[tuple[lis
         require(good, "column restart", wanted, "other rows", "check them one by one")
     for start, stop in pairwise([*sorted({*starts, *range(0, longest, rows)}), longest]):
         yield [block.rows(start, stop) for block in blocks], start in starts or (anew and not start)
-
-
-def _ahead(blocks: Iterable[list[Feed]]) -> Iterator[tuple[list[Feed], bool]]:
-    """Blocks, each with whether another one follows."""
-    before: list[Feed] | None = None
-    for block in blocks:
-        if before is not None:
-            yield before, True
-        before = block
-    if before is not None:
-        yield before, False

@@ -23,7 +23,7 @@ from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_na
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program
-from boresight.sim.accuracy.covariance import has_covariance
+from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.compare.twin import KINDS, Traced, Twin, authors_name, becomes, parts_of, twins
 from boresight.sim.ranges.intervals import Ends, ends_of
 
@@ -359,7 +359,7 @@ def rounding_text(
     estimator, program, nodes = of.estimator, of.program, of.nodes
     text = "no single operation is wrong: rounding adds up; "
     fitted = any(node.fit is not None for node in nodes.values())
-    by_hand = not estimator.covariance_elements and has_covariance(estimator)
+    by_hand = not estimator.covariance_elements and bool(covariance_of(estimator).axes)
     if by_hand and fitted:  # parts of products of matrices have no line of their own
         wasted = [w for w in wasted if program.values[w.number].kind is not Kind.OP]
     if wasted:

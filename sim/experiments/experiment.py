@@ -7,9 +7,8 @@ lie, with its source. A missed target stays missed: none is widened until it is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
 from numbers import Real
 from typing import Any, ClassVar
 
@@ -104,11 +103,6 @@ class Target:
             "limit": [self.low, self.high],
             "pass": self.good if self.judged else None,
         }
-
-
-def grouped(targets: Iterable[Target]) -> list[tuple[Target, ...]]:
-    """Targets that differ in their part alone, together."""
-    return [tuple(group) for _, group in groupby(targets, key=lambda t: (t.name, t.source))]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from boresight.sim.experiments.experiment import Target, grouped
+from boresight.sim.experiments.experiment import Target
 from boresight.sim.pages import Section, Verdict, number, page_of, section_of, unit
 
 
@@ -23,10 +23,10 @@ def render(
 
 def target_rows(targets: Iterable[Target]) -> list[dict[str, object]]:
     """Targets as rows of a table."""
-    rows = []
-    for group in grouped(targets):
-        notes = ["", *(target.note for target in group)]  # one that parts share stands once
-        rows += [_row(t, t.note if t.note != n else "") for t, n in zip(group, notes, strict=False)]
+    rows, before = list[dict[str, object]](), ""
+    for target in targets:  # a note that parts share stands once
+        rows.append(_row(target, "" if target.note == before else target.note))
+        before = target.note
     return rows
 
 

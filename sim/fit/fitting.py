@@ -268,11 +268,9 @@ def wasted_ranges(fit: Fitted, word: int = 32) -> list[Wasted]:
 
 def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
     """Hostile updates after which a variance is negative."""
-    try:
-        covariance = covariance_of(estimator)
-    except InputError:
+    covariance, negative = covariance_of(estimator), 0
+    if not covariance.axes:
         return 0
-    negative = 0
     stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED + 1))
     for inputs in stimuli.values():
         run = words.run_anew(inputs)

@@ -101,12 +101,10 @@ class Emitted(Level):
         return level
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
     ) -> Sequence[Seen]:
         """Every word of the last update."""
         self.reset()
-        if states is not None:
-            self._model.states[:] = states
         for piece in (*before, records[:-1]):
             self._model.update(words_of(self.program, piece))
         words = self._model.values_of_update(words_of(self.program, records[-1]))

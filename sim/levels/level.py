@@ -116,8 +116,6 @@ class Level(ABC):
     exact: ClassVar[bool] = True
     #: Number of runs side by side, each with its own states (`batch`); None: without that axis.
     runs: int | None = None
-    #: Whether it can begin with states that are handed in (`resume`).
-    resumes: ClassVar[bool] = False
     #: Whether runs have the states, of a level that can show them.
     traced: bool = True
     #: States (n, n_states) that another level had in the records of the next run. A level may use
@@ -151,10 +149,6 @@ class Level(ABC):
     def reset(self) -> None:
         """Set the states to their start values."""
 
-    def resume(self, states: IntArray) -> None:
-        """Set the states to these words, (n_states,)."""
-        raise NotImplementedError
-
     @abstractmethod
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other: inputs (n, n_inputs) in their units."""
@@ -178,13 +172,12 @@ class Level(ABC):
         return Batch([cls(build) for _ in range(runs)])
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
     ) -> Sequence[Seen]:
         """Words of the last of these updates, in the order of their computation.
 
-        ``before`` are the records up to these, in pieces, from a reset on, or from ``states`` on
-        where the level `resumes`. States have their words before the update. Empty if the level
-        does not provide words.
+        ``before`` are the records up to these, in pieces, from a reset on. States have their words
+        before the update. Empty if the level does not provide words.
         """
         return ()
 

@@ -32,7 +32,7 @@ class Simulated(Level):
     SimulationFailed then.
     """
 
-    name, resumes = "rtl", True
+    name = "rtl"
     tools: ClassVar[tuple[str, ...]] = SIMULATORS
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
@@ -70,11 +70,6 @@ class Simulated(Level):
     def reset(self) -> None:
         """Restart with the states' start words."""
         self.close()
-
-    def resume(self, states: IntArray) -> None:
-        """Restart with these state words."""
-        self.close()
-        self._process = self.simulation.power_on(states)
 
     def close(self) -> None:
         """End the process."""
@@ -118,12 +113,10 @@ class Simulated(Level):
         return run
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
     ) -> Sequence[Seen]:
         """Register writes of the lanes in the last update; the program runs alone."""
         self.reset()
-        if states is not None:
-            self.resume(states)
         try:
             for piece in before:
                 self._replayed(words_of(self.program, piece))

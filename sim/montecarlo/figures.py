@@ -99,9 +99,7 @@ def figures(
     if count:
         mean = sum(draw["nis"][0] for draw in draws) / count
         out["nis"] = {"freedom": freedom, "mean": mean, "band": band(count, count)}
-    saturations = Counter[str]()
-    for draw in draws:
-        saturations.update(draw.get("saturations", {}))  # an old journal has none
+    saturations = sum((Counter(draw["saturations"]) for draw in draws), Counter[str]())
     return out | {
         "saturated": sum(draw["saturated"] for draw in draws),
         "saturations": dict(saturations),

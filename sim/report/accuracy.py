@@ -95,9 +95,6 @@ def accuracy_section(checks: Sequence[CheckResult], warn: Callable[[str], None])
     ``rmse_deg`` is taken against the record's attitude, which is the truth or a comparison
     (``reference``): null for what is no attitude.
     """
-    if not checks:
-        warn("accuracy: no log was run")
-        return {"dataset": None, "verdict": None, "logs": []}
     logs = [_log(check, warn, several=len(checks) > 1) for check in checks]
     verdicts = [log["verdict"] for log in logs]
     worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])

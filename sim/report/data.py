@@ -51,67 +51,57 @@ JUDGED = {
 Warn = Callable[[str], None]
 
 
-def report_data(
+def core_data(
     core: Core,
-    *checks: CheckResult,
     area: Mapped | Routed | None = None,
     grade: int = 2,
     device: Device = TARGETS["xc6slx9"].device,
+    levels: Sequence[LevelResult] = (),
+    rate_hz: float | None = None,
 ) -> dict[str, Any]:
-    """Build the report of a core's program at hand.
+    """What is known of a core's program at hand without a log: plain JSON values.
 
-    Parameters
-    ----------
-    checks : CheckResult
-        Of that program, one for each log: verdicts, errors. On their records ranges are observed;
-        on the first one the rate of the C is measured.
-    area : Mapped or Routed, optional
-        Area and clock.
-    grade, device
-        The target.
-
-    Returns
-    -------
-    dict
-        Plain JSON values.
-
-    Raises
-    ------
-    ValueError
-        If a check belongs to another program.
+    ``levels`` counted cycles; ``rate_hz`` are records a second, with which the core is to keep up.
     """
-    program = core.program
-    warnings: list[str] = []
-    warn = warnings.append
+    program, warnings = core.program, list[str]()
     if area is None:
-        warn("resources and clock: not known, no synthesis was run")
-    observed = Observed(program, checks) if checks else None
-    if observed is None:
-        warn("numerics: no log was run, ranges are not observed")
-    else:
-        count = observed.saturations
-        if count.any():
-            named = (authors_name(program, observed.nodes, int(n)) for n in np.flatnonzero(count))
-            warn(f"numerics: {count.sum()} saturations, in {', '.join(dict.fromkeys(named))}")
-    levels = [level for check in checks for level in check.levels]
+        warnings.append("resources and clock: not known, no synthesis was run")
     return {
         "design": program.name,
         "config": core.machine.name,
         "word": program.arithmetic.word,
         "digest": program.digest,
         "identity": core.identity,
-        "verdict": _verdict(checks),
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": CLOCK_MHZ},
-        "verification": _verification(checks, warn),
-        "timing": _timing(core, area, levels, grade, warn, _rate(checks)),
+        "timing": _timing(core, area, levels, grade, warnings.append, rate_hz),
         "resources": _resources(area, device),
-        "schedule": schedule_section(core, {} if observed is None else observed.lines),
-        "numerics": numerics_section(program, observed),
-        "profile": _profile(checks),
-        "accuracy": accuracy_section(checks, warn),
         "firmware": _firmware(program),
-        "observed": None if observed is None else observed.summary,
         "warnings": warnings,
+    }
+
+
+def report_data(core: Core, *checks: CheckResult, **given: Any) -> dict[str, Any]:
+    """The report of a core's program at hand: `core_data`, and what checks found.
+
+    There is one of that program for each log, with its verdict and errors; on all of them ranges
+    are observed. ``given`` are area, grade and device. ValueError: a check is of another program.
+    """
+    program, observed = core.program, Observed(core.program, checks)
+    levels = [level for check in checks for level in check.levels]
+    data = core_data(core, levels=levels, rate_hz=_rate(checks), **given)
+    warn = data["warnings"].append
+    if (count := observed.saturations).any():
+        named = (authors_name(program, observed.nodes, int(n)) for n in np.flatnonzero(count))
+        warn(f"numerics: {count.sum()} saturations, in {', '.join(dict.fromkeys(named))}")
+    return {
+        **data,
+        "verdict": _verdict(checks),
+        "verification": _verification(checks, warn),
+        "schedule": schedule_section(core, observed.lines),
+        "numerics": numerics_section(program, observed),
+        "profile": _profile(checks[0]),
+        "accuracy": accuracy_section(checks, warn),
+        "observed": observed.summary,
     }
 
 
@@ -183,7 +173,7 @@ def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
     """Whether all checks are good, and their failures, with the log where there are several."""
     several = len(checks) > 1
     return {
-        "good": all(check.good for check in checks) if checks else None,
+        "good": all(check.good for check in checks),
         "failures": [
             f"{check.given.record.name}: {text}" if several else text
             for check in checks
@@ -198,10 +188,9 @@ def _rate(checks: Sequence[CheckResult]) -> float | None:
     return max((1.0 / step for step in steps if step > 0.0), default=None)
 
 
-def _profile(checks: Sequence[CheckResult]) -> dict[str, Any] | None:
+def _profile(check: CheckResult) -> dict[str, Any] | None:
     """Where formats come from beside intervals; None: nowhere."""
-    profiles = [check.build.estimators[check.number].profile for check in checks]
-    if not profiles or (profile := profiles[0]) is None:
+    if (profile := check.profile) is None:
         return None
     return {"file": profile.place, "logs": list(profile.logs), "formats": len(profile.ranges)}
 
@@ -212,8 +201,6 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
     for _, x in levels:
         if not x.good:
             warn(f"verification: {x.level} ({x.simulator}) failed: {x.failure}")
-    if not levels:
-        warn("verification: not run")
     return [{"log": log, **x.to_json()} for log, x in levels]
 
 

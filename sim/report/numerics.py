@@ -14,12 +14,6 @@ from boresight.sim.compare.diagnosis import headroom_bits, wasted_bits
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.twin import KINDS, Rounding, Traced, twins
 
-#: Keys whose values need a log.
-_OBSERVED = (
-    *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice"),
-    *("error_max", "error_rms", "error_lsb", "saturations"),
-)
-
 
 class Observed:
     """One program on the logs of checks; ValueError if one was of another program.
@@ -90,8 +84,8 @@ def _digits(x: float) -> float:
 def _state(
     value: Value,
     overflow: Overflow | None,
-    reached: tuple[float, float] | None,
-    saturations: int | None,
+    reached: tuple[float, float],
+    saturations: int,
     headroom: float | None,
 ) -> str:
     """State of the value in one word, for the colour in the report."""
@@ -99,7 +93,7 @@ def _state(
         return "saturated"
     if overflow is Overflow.WRAP:
         return "wraps"
-    if reached is None or headroom is None or headroom >= 1.0:
+    if headroom is None or headroom >= 1.0:
         return "ok"
     if overflow is Overflow.CLIP:
         return "clips"  # on purpose
@@ -112,12 +106,12 @@ def _state(
     return "tight" if is_claim else "ok"
 
 
-def numerics_section(program: Program, observed: Observed | None) -> list[dict[str, Any]]:
+def numerics_section(program: Program, observed: Observed) -> list[dict[str, Any]]:
     """A row for every value except constants, in the order of the program.
 
     ``output`` names the output that the value is, or null; ``line`` is where its author wrote it.
     ``headroom_bits`` says how often the largest word observed could double within the format; null
-    for parameters and for values that wrap, and without observation. ``wasted_bits`` are lost
+    for parameters and for values that wrap. ``wasted_bits`` are lost
     because of the value's own range, and ``advice`` says how to gain them
     (`sim.compare.diagnosis`).
     ``error_max`` and ``error_rms`` are how far rounding, tables and constants moved the value in
@@ -141,7 +135,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
         if value.kind is not Kind.CONST and mode is not Overflow.RANGE:
             rows.append(
                 {
-                    "signal": value.name if observed is None else _called(program, observed, n),
+                    "signal": _called(program, observed, n),
                     "kind": value.kind.value,
                     "output": ", ".join(outputs[n]) if n in outputs else None,
                     "unit": value.unit or units.get(n, ""),
@@ -150,7 +144,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
                     "min": _digits(value.low),
                     "max": _digits(value.high),
                     "range_source": value.range_source,
-                    "line": None if observed is None else observed.lines.get(n),
+                    "line": observed.lines.get(n),
                     "format_min": _digits(program.format(n).min),
                     "format_max": _digits(program.format(n).max),
                     **_observations(program, n, mode, observed),
@@ -168,12 +162,10 @@ def _called(program: Program, observed: Observed, n: int) -> str:
 
 
 def _observations(
-    program: Program, n: int, mode: Overflow | None, observed: Observed | None
+    program: Program, n: int, mode: Overflow | None, observed: Observed
 ) -> dict[str, Any]:
-    """Observations of a value; nulls without any."""
+    """Observations of a value."""
     value = program.values[n]
-    if observed is None:
-        return {**dict.fromkeys(_OBSERVED), "state": _state(value, mode, None, None, None)}
     headroom, wasted = None, observed.wasted.get(n)
     if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
         headroom = round(headroom_bits(program, n, observed.reached[n]), 2)

@@ -47,7 +47,7 @@ def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
     return [{"line": line, "slots": n} for line, n in count.most_common(_LINES)] if lines else []
 
 
-def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict[str, Any]:
+def schedule_section(core: Core, lines: Mapping[int, str]) -> dict[str, Any]:
     """Totals, source ``lines`` with most slots, and the chart.
 
     ``emitted`` are the slots that only send an output. In ``chart``, ``slots`` are
@@ -63,7 +63,7 @@ def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict
         "copies": len(s.program.ops) - len(core.program.ops),
         "slots_total": len(slots),
         "cycles": s.length,
-        "lines": _by_line(core, lines or {}),
+        "lines": _by_line(core, lines),
         "emitted": sum(x.op is None for x in s.slots),
         "chart": {
             "slots": slots,

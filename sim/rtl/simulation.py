@@ -14,8 +14,6 @@ import subprocess
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import Self
 
@@ -70,51 +68,9 @@ class RtlSimulation:
             program = build("bench", sources, parameters=parameters, cache=cache).program
             self.command = (str(program), f"+max_cycles={1 << 63}")
 
-    def power_on(self, states: IntArray | None = None) -> CoreProcess:
-        """Start a process with the core after its reset; the caller closes it.
-
-        Parameters
-        ----------
-        states : int64 (n_states,), optional
-            State words of the selected program; by default those that it begins with.
-        """
-        return CoreProcess(self, self.memories if states is None else self._memories_with(states))
-
-    @cached_property
-    def _started(self) -> dict[str, list[tuple[int, int | None]]]:
-        """Memories of a core that does not restart: word, and number of the register that it is.
-
-        The words of two images differ where these number their registers differently, and in the
-        restart routines.
-        """
-        core, count = self.core, len(self.core.image.registers)
-        low, high = (
-            split_memories(
-                replace(core, image=replace(image, registers=[*numbers]), files={}).verilog(
-                    instances=False
-                )
-            )[1]
-            for image, numbers in (
-                (core.image.without_restarts(core.machine), range(count)),
-                (core.image, range(count, 2 * count)),
-            )
-        )
-        memories: dict[str, list[tuple[int, int | None]]] = {}
-        for name, text in self.memories.items():
-            words = [[int(w, 16) for w in each.split()] for each in (text, low[name], high[name])]
-            memories[name] = [
-                (word, None) if a == b else (a, None if name.startswith("rom") else a)
-                for word, a, b in zip(*words, strict=True)
-            ]
-        return memories
-
-    def _memories_with(self, states: IntArray) -> dict[str, str]:
-        """`memories` in which the states of the selected program begin with these words."""
-        registers = self.core.registers_with(states)
-        return {
-            name: "".join(f"{w if n is None else registers[n]:x}\n" for w, n in words)
-            for name, words in self._started.items()
-        }
+    def power_on(self) -> CoreProcess:
+        """Start a process with the core after its reset; the caller closes it."""
+        return CoreProcess(self, self.memories)
 
     def run(
         self,

@@ -40,6 +40,7 @@ def gaussian(n: int, *, sd: float = 2.0, mean: float = 0.0, believed: float = 2.
                 "freedom": 1,
                 "nis": [float((rng.normal(size=(20, 3)) ** 2).sum()), 20],
                 "saturated": 1,
+                "saturations": {"y": 1},
             }
         )
     return out
@@ -233,7 +234,7 @@ def test_objects_cannot_go_to_a_cluster(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("members", "message"),
     [
-        ({"nis_freedom": "two"}, "nis_freedom: wanted"),
+        ({"nis_freedom": -1}, "nis_freedom: wanted"),
         ({"outputs": Mean.outputs[:1]}, "nis_freedom: wanted"),
         ({"error_covariance": lambda *_: (("mean",), np.ones((50, 2, 2)))}, "seed 1: .* the shape"),
         ({"error_covariance": lambda *_: (("meen",), 1.0)}, "seed 1: .* the name 'meen'"),

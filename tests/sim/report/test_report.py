@@ -137,14 +137,6 @@ def test_several_logs_show_the_worst(build, checked, saturated) -> None:
     render_html(report)
 
 
-def test_without_a_log_nothing_is_claimed(build) -> None:
-    report = report_data(build.core)
-    assert report["verdict"]["good"] is None and report["accuracy"]["verdict"] is None
-    assert report["timing"]["latency_cycles"]["min"] is None
-    assert any("no log was run" in text for text in report["warnings"])
-    render_html(report)
-
-
 def test_a_check_of_another_program_is_refused(checked) -> None:
     with pytest.raises(ValueError, match="check must belong to program"):
         report_data(Build(Tracker(), word=24).core, checked)
