@@ -36,13 +36,7 @@ def source(name: str) -> str:
 
 
 def find_cross_compiler() -> str:
-    """Path of the compiler.
-
-    Raises
-    ------
-    ToolMissing
-        The compiler or its C library is not installed.
-    """
+    """Path of the compiler."""
     path = shutil.which(COMPILER)
     if path is None:
         raise ToolMissing(
@@ -62,21 +56,8 @@ def find_cross_compiler() -> str:
 def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> tuple[str, int]:
     """Compile and link an image: its words for ``$readmemh``, from address 0, and its bytes.
 
-    Parameters
-    ----------
-    files : mapping
-        Texts by file name, besides start-up, link script and ``soc.h``.
-    sources : sequence of str
-        The C files among them.
-    ram : int
-        Bytes of memory.
-
-    Raises
-    ------
-    ToolMissing
-        The compiler is not installed.
-    ToolFailed
-        The compiler or the linker failed, for example because the memory is too small.
+    ``files`` are texts by file name, besides start-up, link script and ``soc.h``; ``sources`` the C
+    files among them; ``ram`` bytes of memory.
     """
     compiler = find_cross_compiler()
     with tempfile.TemporaryDirectory(prefix="firmware-") as name:

@@ -219,13 +219,7 @@ class AttitudeSoc(wiring.Component):
 
 
 def cpu_verilog() -> str:
-    """Verilog text of the module ``VexRiscv``: RV32IM, caches of 4 KB, one-cycle multiplier.
-
-    Raises
-    ------
-    ToolMissing
-        The package `pythondata-cpu-vexriscv` is not installed.
-    """
+    """Verilog text of the module ``VexRiscv``: RV32IM, caches of 4 KB, one-cycle multiplier."""
     spec = importlib.util.find_spec(_PACKAGE)
     for folder in [] if spec is None else spec.submodule_search_locations or []:
         path = Path(folder) / "verilog" / "VexRiscv.v"

@@ -8,8 +8,8 @@ from boresight.model.attitude.ekf_quaternion import EkfQuaternion
 from boresight.model.attitude.ma2014 import Ma2014Cf
 from boresight.model.attitude.mekf import Mekf
 from boresight.model.attitude.vqf import Vqf
-from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
+from boresight.model.resolve import estimator_of as estimator
 
 __all__ = ["ESTIMATORS", "FILTERS", "estimator"]
 
@@ -19,15 +19,3 @@ ESTIMATORS: dict[str, type[Estimator]] = {
 
 #: Filters of the complete system, in the order of their numbers: what `make` builds and measures.
 FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
-
-
-def estimator(name: str) -> Estimator:
-    """The estimator called ``name``.
-
-    Raises
-    ------
-    InputError
-        No such estimator.
-    """
-    require_choice("estimator", name, ESTIMATORS, "boresight info shows them all")
-    return ESTIMATORS[name]()

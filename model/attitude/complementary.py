@@ -21,7 +21,7 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
-from boresight.model.algebra.quaternion import of_half_angles
+from boresight.model.algebra.quaternion import cross, of_half_angles
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
 from boresight.model.attitude.table import params_of
 from boresight.model.declarations import GRAVITY
@@ -49,10 +49,6 @@ STATUS_BITS = {
     6: "near vertical: 1/cos(pitch) limited",
     7: "passed the vertical: angles re-mapped",
 }
-
-
-def _cross(a: tuple[Any, Any, Any], b: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 class Complementary(Estimator):
@@ -137,7 +133,7 @@ class Complementary(Estimator):
         # A vector of the new body frame seen in the old one, v + r x v, then levelled by the old
         # angles, eq. (5): forward is along the level y axis.
         def level(v: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-            v = tuple(a + c for a, c in zip(v, _cross(r, v), strict=True))
+            v = tuple(a + c for a, c in zip(v, cross(r, v), strict=True))
             down = cr * v[2] - sr * v[0]
             return cr * v[0] + sr * v[2], cp * v[1] - sp * down, down
 

@@ -34,8 +34,7 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board
-from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, stimulus
-from boresight.sim.attitude.board.trace import read_trace
+from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, read_trace, stimulus
 from boresight.sim.attitude.ma2014.paper import BESIDE, CYCLES
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -122,17 +121,8 @@ def measure_float(estimator: Estimator, inputs: FloatArray) -> Measured:
 def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
     """Run one filter as float C and as integer C on the soft core.
 
-    Returns
-    -------
-    dict
-        Median cycles of an update in each form and of the paper's C, bytes of code, how many
-        updates of the integer C differ from the core's words, and how far the float C is from the
-        float64 reference.
-
-    Raises
-    ------
-    ToolMissing
-        The cross compiler, or Verilator, is not installed.
+    Figures: median cycles of an update in each form and of the paper's C, bytes of code, how many
+    updates of the integer C differ from the core's words, and how far the float C is from float64.
     """
     e, program = estimator(name), estimator(name).compile()
     inputs = feed(e, log.head(updates)).inputs

@@ -25,7 +25,7 @@ from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_boa
 from boresight.sim.attitude.calibration.files import calibrate
 from boresight.sim.attitude.host.monitor import monitor
 from boresight.sim.attitude.ma2014.paper import TIME_US
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.boards import BoardSystem
 from boresight.sim.campaign import processes
 from boresight.sim.compare.verdict import saturated_text
@@ -163,14 +163,11 @@ def write_board(
 ) -> Result:
     """Run the board with every filter, ``name`` for long; write the files into a folder.
 
-    Returns
-    -------
-    Result
-        ``runs`` has a row for each filter. ``in_registers_us``: most time from data-ready to the
-        registers, ``predicted_us`` by the schedule. ``beside_program_us``: time of the core beside
-        its programs. ``frame_end_us``: from data-ready to the last bit of the frame.
-        ``mismatches``: words of frames that differ from the integer models. ``good``: nothing was
-        lost, differs or is damaged.
+    ``runs`` has a row for each filter. ``in_registers_us``: most time from data-ready to the
+    registers, ``predicted_us`` by the schedule. ``beside_program_us``: time of the core beside its
+    programs. ``frame_end_us``: from data-ready to the last bit of the frame. ``mismatches``: words
+    of frames that differ from the integer models. ``good``: nothing was lost,
+    differs or is damaged.
     """
     board = make_board(REAL, core=core)
     words = feed_words(board.system.plan.feed.registers, feed or {})
@@ -208,13 +205,7 @@ def write_board(
 
 
 def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
-    """Words of the input registers for these values.
-
-    Raises
-    ------
-    InputError
-        Unknown register, or a value outside its range.
-    """
+    """Words of the input registers for these values."""
     words = {}
     for name, number in values.items():
         value = registers.get(name)

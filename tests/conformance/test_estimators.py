@@ -16,8 +16,7 @@ from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.mekf import Mekf
-from boresight.model.attitude.vqf import Vqf
-from boresight.model.attitude.vqf.settings import Settings
+from boresight.model.attitude.vqf import Settings, Vqf
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.sim.records.bundled import bundled

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.attitude import estimator
-from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import (
     Estimator,
@@ -104,16 +102,6 @@ def test_every_estimator_declares_itself(name: str) -> None:
     assert e.name == name and e.summary
     assert all(d.meaning for d in (*e.inputs, *e.params))
     assert e.compile(word=max(18, e.least_word)).output_names == tuple(o.name for o in e.outputs)
-
-
-def test_unknown_estimators_are_refused() -> None:
-    with pytest.raises(
-        InputError,
-        match=r"^estimator: wanted one of complementary, .*, found "
-        r"'kalman'; boresight info shows them all$",
-    ):
-        estimator("kalman")
-    assert isinstance(estimator("complementary"), Complementary)
 
 
 def test_names_and_summaries_by_default() -> None:

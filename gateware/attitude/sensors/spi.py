@@ -43,11 +43,8 @@ class SpiController(wiring.Component):
     **Latency** ``o_valid`` comes `answer_latency` cycles after a command is taken; the next command
     is taken `frame_cycles` after it.
 
-    Parameters
-    ----------
-    half_cycles, stall_cycles, setup_cycles : int, >= 3, >= 1, >= 1
-        Clock cycles of half a period of ``sclk``; fewest with ``cs_n`` high between frames, and
-        from ``cs_n`` to the first edge of ``sclk`` (half a period by default).
+    ``half_cycles`` (3 or more) are those of half a period of ``sclk``, ``stall_cycles`` the fewest
+    between frames, ``setup_cycles`` the fewest from ``cs_n`` to the first edge of ``sclk``.
     """
 
     def __init__(

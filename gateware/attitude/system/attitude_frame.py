@@ -120,13 +120,7 @@ class Update:
 def update_of(
     words: Sequence[int], outputs: Mapping[str, int], sensed: Sensed | None = None
 ) -> Update:
-    """The update of a frame's signed words.
-
-    Parameters
-    ----------
-    outputs : mapping
-        Fraction bits by name, in the order of the words.
-    """
+    """The update of a frame's signed words; ``outputs`` are fraction bits in their order."""
     header, stamp, *rest = words
     parts = zip(outputs.items(), rest, strict=False)
     values = {name: word * 2.0**-frac for (name, frac), word in parts}

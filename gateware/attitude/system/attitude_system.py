@@ -12,8 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.csr import packed
 from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSignature, WishboneSlave
-from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import SETTINGS, TEST_BITS
+from boresight.gateware.attitude.sensors.adis16385 import SETTINGS, TEST_BITS, Adis16385
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.bridge import Bridge
@@ -337,28 +336,17 @@ _PROBES = ("sample", "running", "updated", "line", "counts")
 #: Ports for a write of an input register.
 _FEED = ("feed_en", "feed_index", "feed_data")
 
+_PULLED: Any = {"input": True, "pull_up": True}
 _LINES = (
-    Line(
-        "host_rx",
-        "host_rx",
-        "from the host: TXD of a 3.3 V serial adapter",
-        input=True,
-        pull_up=True,
-    ),
+    Line("host_rx", "host_rx", "from the host: TXD of a 3.3 V serial adapter", **_PULLED),
     Line("host_tx", "host_tx", "to the host: RXD of the adapter"),
     Line("adis_cs_n", "adis_cs_n", "ADIS16385 CS"),
     Line("adis_sclk", "adis_sclk", "ADIS16385 SCLK"),
     Line("adis_mosi", "adis_mosi", "ADIS16385 DIN"),
-    Line("adis_miso", "adis_miso", "ADIS16385 DOUT", input=True, pull_up=True),
+    Line("adis_miso", "adis_miso", "ADIS16385 DOUT", **_PULLED),
     Line("adis_data_ready", "adis_data_ready", "ADIS16385 DIO1, data-ready", input=True),
     Line("adis_reset_n", "adis_reset_n", "ADIS16385 RST"),
-    Line(
-        "hmr_rx",
-        "hmr_rx",
-        "from the compass's TX, which is 5 V: by a divider",
-        input=True,
-        pull_up=True,
-    ),
+    Line("hmr_rx", "hmr_rx", "from the compass's TX, which is 5 V: by a divider", **_PULLED),
     Line("hmr_tx", "hmr_tx", "to the compass's RX"),
     Line("led_running", "led0", "LED: blinks while updates come"),
     Line("led_fault", "led1", "LED: a sensor is not all right"),

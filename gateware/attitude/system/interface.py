@@ -16,9 +16,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from boresight.gateware.attitude.sensors.adis16385_device import FLAG_MEANINGS, TEST_BITS
+from boresight.gateware.attitude.sensors.adis16385 import FLAG_MEANINGS, TEST_BITS
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
-from boresight.gateware.attitude.system.plan import FRONT_NAMES, reset_word
+from boresight.gateware.attitude.system.programs import FRONT_NAMES, reset_word
 from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description, Word, describe
@@ -117,19 +117,7 @@ def _declared() -> tuple[Register, ...]:
 def system_registers(
     *, filters: Sequence[str], clock_hz: float, build: int, feed: bool = False
 ) -> tuple[Register, ...]:
-    """Identification, state and settings of a system.
-
-    Parameters
-    ----------
-    filters : sequence of str
-        Names of the estimators, 1 to 8.
-    clock_hz : float
-        Clock, Hz.
-    build : int
-        Digest of programs and configuration; its low 64 bits are shown.
-    feed : bool
-        Whether there are input registers.
-    """
+    """Identification, state and settings of a system; of ``build`` the low 64 bits are shown."""
     inertial, compass = _flags(FLAG_MEANINGS), _flags(COMPASS_FLAGS)
     orders = (*ORDERS, TAKE_FEED) if feed else ORDERS
     details: dict[str, dict[str, Any]] = {
@@ -183,18 +171,8 @@ def system_map(
 
     A word of the results has the estimators' name with the prefix ``result_`` or ``input_``, or its
     number if the names differ. A word whose fraction bits differ among estimators has no ``frac``
-    here; the records of the programs have it.
-
-    Parameters
-    ----------
-    core : Core
-        Core of the system (`gateware.attitude.system.programs.system_core`).
-    registers : sequence of Register
-        Registers of `system_registers`.
-    events : sequence of str
-        Names of the counted events, bit 0 first; ``bad_address`` is added after them.
-    feed : mapping, optional
-        Inputs read from registers (`gateware.attitude.system.plan.Feed`).
+    here; the records of the programs have it. Of the ``events`` bit 0 comes first; ``bad_address``
+    is added after them. ``feed`` are the inputs read from registers (`plan.Feed`).
     """
     description = describe(core)
     word, programs = description.word, description.programs[: -len(FRONT_NAMES)]

@@ -1,20 +1,161 @@
-"""The core of a complete system: estimators, and the programs before them."""
+"""The core of a complete system: estimators, the programs before them, and the plan of both.
+
+The core has the estimators, then the three programs of `model.attitude.front`. The update
+controller has a memory of words; a record is a list of places in it. The programs before the
+estimators write the sensors' words there; constants are in it from the start; and inputs without a
+sensor are registers of the bus.
+"""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from boresight.gateware.attitude.system.plan import FRONT_NAMES, MOST_REGISTERS, SYSTEM_WORDS
 from boresight.gateware.core import Core, build_shared_core
-from boresight.model.attitude.front import FRONT
-from boresight.model.attitude.front.sensed import SENSED, Sensed, board_params
+from boresight.model.attitude.front import FRONT, SENSED, Sensed, board_params
 from boresight.model.declarations import Input, SourceFormat
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
+from boresight.model.words.program import InPort, Program, Value
+
+#: Places: gyro, accelerometer, time step; the field; a zero; constants; registers.
+PLACES = {
+    **{f"g{a}": k for k, a in enumerate("xyz")},
+    **{f"a{a}": 3 + k for k, a in enumerate("xyz")},
+    "dt": 6,
+    **{f"m{a}": 8 + k for k, a in enumerate("xyz")},
+}
+FIELD, ZERO = (8, 9, 10), 15
+_CONSTANTS, REGISTERS = 16, 32
+#: Offset of a second copy of the field: the complete one is held while the other is written.
+HELD = 16
+_MOST_CONSTANTS, MOST_REGISTERS = 8, 32
+
+
+@dataclass(frozen=True)
+class Fed:
+    """Source of a word of a record.
+
+    ``place`` is that in the memory; ``absent`` replaces it in updates without a fresh field
+    (``field``) or without a new set of registers (``registers``).
+    """
+
+    place: int
+    absent: int | None = None
+    field: bool = False
+    registers: bool = False
+
+
+@dataclass(frozen=True)
+class Feed:
+    """Contents of the update controller's memory, and the records read from it."""
+
+    records: tuple[tuple[Fed, ...], ...]  #: for each estimator, its streamed words
+    constants: tuple[int, ...]  #: words from place 16 on
+    registers: Mapping[str, Value]  #: inputs without a sensor, in the order of their registers
+    holds: bool  #: an estimator reads the last field if there is no fresh one
+
+    @property
+    def wide(self) -> bool:
+        """Whether the memory needs more than its first 16 places."""
+        return bool(self.constants or self.registers or self.holds)
+
+
+def feed_of(programs: Sequence[Program]) -> Feed:
+    """Input routing of a system's estimators."""
+    constants: list[int] = []
+    registers: dict[str, Value] = {}
+
+    def constant(word: int) -> int:
+        """Place of a constant."""
+        if word == 0:
+            return ZERO
+        if word not in constants:
+            constants.append(word)
+        if len(constants) > _MOST_CONSTANTS:
+            raise ValueError(f"constants must be {_MOST_CONSTANTS} or fewer: {constants}")
+        return _CONSTANTS + constants.index(word)
+
+    def fed(program: Program, number: int) -> tuple[Fed, bool]:
+        """Source of an input, and whether it is the last field if there is no fresh one."""
+        value, form = program.values[number], program.format(number)
+        ports = dict(zip(program.inputs, program.in_ports, strict=False))
+        port = ports.get(number, InPort(missing=0.0))
+        if port.flags:
+            address = constant(int(form.quantise(1.0)))
+            by_field = any(PLACES.get(name, 0) in FIELD for name in port.flags)
+            by_registers = not all(name in PLACES for name in port.flags)
+            absent = ZERO if by_field or by_registers else None
+            return Fed(address, absent, by_field, by_registers), False
+        if value.name not in PLACES:
+            registers.setdefault(value.name, value)
+            return Fed(REGISTERS + list(registers).index(value.name)), False
+        address = PLACES[value.name]
+        holds = address in FIELD and isinstance(port.missing, str)
+        if holds or address not in FIELD:
+            return Fed(address), holds
+        missing = float(port.missing or 0.0)
+        return Fed(address, constant(int(form.quantise(missing))), field=True), False
+
+    sources = [[fed(program, number) for number in program.inputs] for program in programs]
+    records = tuple(tuple(source for source, _ in record) for record in sources)
+    holds = any(holds for record in sources for _, holds in record)
+    return Feed(records, tuple(constants), registers, holds)
+
+
+def reset_word(value: Value) -> int:
+    """Initial word of an input register: 0, or the nearest value in its range."""
+    nearest = min(max(0.0, value.low), value.high)
+    return int(Format(32, value.frac).quantise(nearest))
+
+
+#: The programs before the estimators, in the order of their numbers, which follow theirs.
+FRONT_NAMES = ("calibrate_inertial", "calibrate_field", "compass_field")
+_INERTIAL = tuple(f"{s}{a}" for s in "ga" for a in "xyz")
+#: Raw words of an inertial sample.
+RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
+#: Widths of the words of a complete system, bits.
+SYSTEM_WORDS = range(26, 33)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The programs of a core, for the update controller."""
+
+    word: int  #: W
+    names: tuple[str, ...]  #: of the programs, by number
+    filters: int  #: number of estimators, which come first
+    lengths: tuple[int, ...]  #: cycles of each program
+    outputs: tuple[int, ...]  #: words of each estimator's output record
+    feed: Feed
+    count_bits: int  #: fraction bits of raw counts in the input words
+    early: bool  #: an estimator emits a word before it has taken the last word of its record
+    inertial: int  #: with the next two, numbers of `FRONT_NAMES`
+    field: int
+    compass: int
+
+
+def plan_of(core: Core) -> Plan:
+    """The plan of a core of `system_core`: estimators first, then `FRONT_NAMES`."""
+    programs = [part.program for part in core.parts]
+    schedules = [part.schedule for part in core.parts]
+    filters = len(programs) - len(FRONT_NAMES)
+    inertial = programs[filters]
+    return Plan(
+        programs[0].arithmetic.word,
+        tuple(p.name for p in programs),
+        filters,
+        tuple(s.length for s in schedules),
+        tuple(len(p.outputs) for p in programs[:filters]),
+        feed_of(programs[:filters]),
+        inertial.format(inertial.inputs[0]).frac,
+        any(min(s.latencies) - 1 <= max(s.gets) for s in schedules),
+        *range(filters, len(programs)),
+    )
+
 
 #: Most words of a record on a board, and most estimators.
 _MOST_WORDS, _MOST = 16, 8
@@ -113,16 +254,9 @@ def system_core(
 ) -> Core:
     """Compile the core of a system. Estimator k is program k; the front programs follow.
 
-    Parameters
-    ----------
-    filters : sequence of str, class or Estimator
-        Estimators of any inputs and outputs.
-    config : str
-        "small" or "fast", or with more registers "small-1024", "fast-2048" and so on.
-    clock_hz : float
-        Clock of the system, Hz: time stamps count its cycles (``tick_s``).
-    params : mapping, optional
-        By program's name, the parameter values other than the defaults.
+    ``filters`` have any inputs and outputs; ``config`` is "small" or "fast", or with more registers
+    "small-1024" and so on; time stamps count cycles of ``clock_hz`` (``tick_s``); ``params`` are
+    values other than the defaults, by program.
 
     Raises
     ------

@@ -9,8 +9,7 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.counters import EventCounters
-from boresight.gateware.attitude.bus.csr import Csr
+from boresight.gateware.attitude.bus.csr import Csr, EventCounters
 from boresight.gateware.attitude.bus.results import INDEX_BITS, ResultPort
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.core import PROGRAM
@@ -20,8 +19,6 @@ from boresight.gateware.registers.model import Register
 ADDRESS_BITS = 12
 #: First addresses of the blocks; the core is at 0.
 CSR, RESULTS, COUNTERS, FEED = 0x400, 0x500, 0x600, 0x700
-#: The core's last address.
-_LAST = PROGRAM
 #: Place of the result memory that is never written and reads 0.
 _NO_RESULT = (1 << INDEX_BITS) - 1
 
@@ -77,7 +74,9 @@ class SystemBus(wiring.Component):
         )
         index_bits = counters.index_bits - 1
         m.d.comb += [
-            is_core.eq(~addr[10:].any() & (~addr[9] | ~addr[3:9].any() & (addr[:3] <= _LAST % 8))),
+            is_core.eq(
+                ~addr[10:].any() & (~addr[9] | ~addr[3:9].any() & (addr[:3] <= PROGRAM % 8))
+            ),
             is_csr.eq((page == CSR >> 8) & ~low[csr.bits :].any()),
             is_result.eq((page == RESULTS >> 8) & ~low[INDEX_BITS:].any()),
             is_counter.eq((page == COUNTERS >> 8) & ~low[index_bits:].any()),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from boresight.firmware.build import CModel
-from boresight.gateware.attitude.system.plan import (
+from boresight.gateware.attitude.system.programs import (
     FIELD,
     FRONT_NAMES,
     HELD,
@@ -24,7 +24,7 @@ from boresight.gateware.attitude.system.plan import (
     reset_word,
 )
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.attitude.front.inertial import STAMP_BITS
+from boresight.model.attitude.front import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -36,34 +36,18 @@ NO_LINE, COUNTS, HEADING = 0, 1, 2
 
 @dataclass(frozen=True)
 class Samples:
-    """Data of the sensor readers for n updates.
+    """Data of the sensor readers for n updates."""
 
-    Attributes
-    ----------
-    stamp : int (n,)
-        Clock cycle of each sample, modulo 2^32.
-    counts : float (n, 6)
-        Gyro x, y, z, in its range of +-300 deg/s, accelerometer x, y, z: multiples of 1/4.
-    line : int (n,)
-        `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
-    values : int (n, 3)
-        The numbers of that line: counts, or tenths of a degree of heading, pitch, roll.
-    restart : bool (n,)
-        Updates that restart the filter, besides those after a gap; at least the first.
-    filter : int (n,)
-        Number of the filter for each update.
-    feed : mapping of str to int
-        New words of input registers.
-    new_feed : int
-        First update with the new words.
-    """
-
-    stamp: IntArray
+    stamp: IntArray  #: (n,) clock cycle of each sample, modulo 2^32
+    #: (n, 6) gyro x, y, z, in its range of +-300 deg/s, accelerometer x, y, z: multiples of 1/4.
     counts: FloatArray | IntArray
+    #: (n,) `COUNTS` or `HEADING` where a line of the compass is fresh for the update.
     line: IntArray
-    values: IntArray
+    values: IntArray  #: (n, 3) numbers of that line: counts, or tenths of a degree
+    #: (n,) updates that restart the filter, besides those after a gap; at least the first.
     restart: BoolArray
-    filter: IntArray
+    filter: IntArray  #: (n,) number of the filter
+    #: New words of input registers, and the first update that has them.
     feed: Mapping[str, int] = field(default_factory=dict)
     new_feed: int = 0
 
@@ -74,41 +58,18 @@ class Samples:
 
 @dataclass(frozen=True)
 class Chain:
-    """Records and results of the updates.
+    """Records and results of n updates."""
 
-    Attributes
-    ----------
-    records : int (n, most)
-        Words of the estimator's record, padded with zeros to the longest record.
-    outputs : int (n, most)
-        Output words of the estimator, padded likewise.
-    saturated, beyond : bool (n,)
-        Whether a value of the estimator was clamped; whether an input word of it was beyond its
-        declared range.
-    restart : bool (n,)
-        Whether the time step was negative.
-    saturations : dict of str to int
-        Updates by the name of the estimator's value that was clamped.
-    """
-
-    records: IntArray
-    outputs: IntArray
-    saturated: BoolArray
-    beyond: BoolArray
-    restart: BoolArray
-    saturations: dict[str, int] = field(default_factory=dict)
+    records: IntArray  #: (n, most) words, padded with zeros to the longest record
+    outputs: IntArray  #: (n, most) output words, padded likewise
+    saturated: BoolArray  #: (n,) a value of the estimator was clamped
+    beyond: BoolArray  #: (n,) an input word of it was beyond its declared range
+    restart: BoolArray  #: (n,) the time step was negative
+    saturations: dict[str, int]  #: updates by the name of the value that was clamped
 
 
 def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
-    """Run samples through calibration and estimators.
-
-    Parameters
-    ----------
-    programs : sequence of Program
-        Programs of the system's core, by number, with parameter values.
-    samples : Samples
-        Data of the sensor readers.
-    """
+    """Run samples through the programs of a system's core, by number, with parameter values."""
     filters, n = len(programs) - len(FRONT_NAMES), len(samples)
     feed = feed_of(programs[:filters])
     sensed, field_words = calibrated(programs[filters:], samples)
@@ -155,10 +116,7 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
 def calibrated(front: Sequence[Program], samples: Samples) -> tuple[IntArray, IntArray]:
     """Output words of `calibrate_inertial` (n, 7), and of the field (n, 3), 0 without a line.
 
-    Parameters
-    ----------
-    front : sequence of Program
-        The programs before the estimators (`FRONT_NAMES`).
+    ``front`` are the programs before the estimators (`FRONT_NAMES`).
     """
     inertial, field_program, compass = front
     word, n = inertial.arithmetic.word, len(samples)

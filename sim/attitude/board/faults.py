@@ -14,14 +14,12 @@ import numpy as np
 
 from boresight.gateware.attitude.system.attitude_frame import WORDS
 from boresight.model.arrays import FloatArray, IntArray
-from boresight.model.attitude.front.inertial import GYRO_SCALE
-from boresight.model.attitude.front.sensed import GYRO_COUNTS
+from boresight.model.attitude.front import GYRO_COUNTS, GYRO_SCALE
 from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.board.build import FASTER, FAULTY, Board, make_board
 from boresight.sim.attitude.board.run import BoardRun, run_board, stimulus
 from boresight.sim.attitude.devices import COMPASS_FAULTS, INERTIAL_FAULTS
-from boresight.sim.attitude.worlds.fast_turn import RAMP_S, fast_turn
-from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import RAMP_S, SensorError, fast_turn, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rtl.simulators import SimulationFailed
@@ -107,20 +105,12 @@ def fault_board(name: str) -> Board:
 def fault_trial(board: Board, fault: str, log: NineAxis) -> dict[str, Any]:
     """Run one of `FAULTS`, and judge it.
 
-    Returns
-    -------
-    dict
-        ``seen_after_s`` from its begin to the first event that indicates it (None: never), these
-        events ``seen_as``, ``back_after_s`` from its end to the next update (inertial) or good line
-        (compass), samples ``dropped`` between begin and recovery, and the largest errors of the
-        attitude in the half second ``before_deg``, ``during_deg`` the fault (with the first half
-        second after it), and in the last half second of the run. It is ``good`` if it was detected
-        or had no effect, and the error stayed and ended within bounds.
-
-    Raises
-    ------
-    SimulationFailed
-        The fault did not begin or did not end within the run.
+    ``seen_after_s`` is the time from its begin to the first event that indicates it (None: never),
+    with these events ``seen_as``; ``back_after_s`` that from its end to the next update (inertial)
+    or good line (compass); samples are ``dropped`` between begin and recovery. The largest errors
+    of the attitude are those in the half second ``before_deg``, ``during_deg`` the fault (with the
+    first half second after it), and in the last half second of the run. It is ``good`` if it was
+    detected or had no effect, and the error stayed and ended within bounds.
     """
     device, name = fault.split(".")
     first, last = _INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN

@@ -3,29 +3,98 @@
 from __future__ import annotations
 
 import tempfile
+from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from boresight.gateware.attitude.system.attitude_frame import FIELDS, SENSED_WORDS, WORDS
 from boresight.gateware.attitude.system.interface import TAKE_FEED
 from boresight.gateware.boards.frames import Decoder, Kind, encode
-from boresight.model.arrays import FloatArray
-from boresight.model.attitude.front.compass_field import TENTH_HT
-from boresight.model.attitude.front.field import FIELD_SCALE
-from boresight.model.attitude.front.inertial import ACC_SCALE, GYRO_SCALE
-from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS
+from boresight.model.arrays import FloatArray, IntArray
+from boresight.model.attitude.front import (
+    ACC_COUNTS,
+    ACC_SCALE,
+    FIELD_SCALE,
+    GYRO_COUNTS,
+    GYRO_SCALE,
+    TENTH_HT,
+)
 from boresight.model.errors import InputError
-from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
-from boresight.sim.attitude.board.trace import Trace, read_trace
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_to_euler
 from boresight.sim.rtl.compiled import build
+from boresight.sim.rtl.simulators import SimulationFailed
+
+
+class Line(NamedTuple):
+    """A good line of the compass: cycle, whether counts, its three numbers, the device's slot."""
+
+    cycle: int
+    counts: bool
+    values: tuple[int, int, int]
+    slot: int
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Events of a run, each with its clock cycle (int64)."""
+
+    #: Cycle in which data-ready rose, and the device's line of the log then, from 1 on: (n, 2).
+    ready: IntArray
+    #: Cycles in which a sample was in the reader's buffer, and an update in the registers.
+    samples: IntArray
+    updates: IntArray
+    #: Cycle, inertial bits, compass bits: faults of the devices from that cycle on.
+    faults: list[tuple[int, int, int]]
+    #: Cycle, bits: pulses of the counted events (`AttitudeSystem.events`).
+    events: list[tuple[int, int]] = field(repr=False)
+    lines: tuple[Line, ...]
+    #: Cycle in which the stop bit of each byte to the host began; the bytes.
+    bytes_at: IntArray
+    data: bytes = field(repr=False)
+    #: Bytes to the host without stop bit.
+    framing_errors: IntArray
+    #: Violations of the device's timing by the reader.
+    violations: int
+
+
+def read_trace(text: str) -> Trace:
+    """Read the text of a trace."""
+    rows: dict[str, list[list[str]]] = defaultdict(list)
+    for line in text.splitlines():
+        cycle, kind, *rest = line.split()
+        if kind == "X":
+            raise SimulationFailed(f"unknown value (X) at the board's pins in cycle {cycle}")
+        rows[kind].append([cycle, *rest])
+    if not rows["V"]:
+        raise SimulationFailed("the board's bench did not come to its end")
+
+    def numbers(kind: str, columns: int) -> IntArray:
+        return np.array(rows[kind], dtype=np.int64).reshape(-1, columns)
+
+    return Trace(
+        ready=numbers("R", 2),
+        samples=numbers("S", 1)[:, 0],
+        updates=np.array([int(row[0]) for row in rows["U"]], dtype=np.int64),
+        framing_errors=numbers("E", 1)[:, 0],
+        faults=[(int(t), int(adis, 16), int(hmr, 16)) for t, adis, hmr in rows["F"]],
+        events=[(int(t), int(bits, 16)) for t, bits in rows["N"]],
+        lines=tuple(
+            Line(int(t), counts == "1", (int(a), int(b), int(c)), int(slot))
+            for t, counts, a, b, c, slot in rows["L"]
+        ),
+        bytes_at=np.array([int(t) for t, _ in rows["B"]], dtype=np.int64),
+        data=bytes(int(byte, 16) for _, byte in rows["B"]),
+        violations=int(rows["V"][-1][1]),
+    )
+
 
 #: Word of TEMP_OUT, constant at 27.5 degC.
 _TEMPERATURE_CODE = 37
@@ -58,11 +127,6 @@ def stimulus(record: Record, board: Board, *, halvings: int = 0) -> Stimulus:
     """Return a nine-axis record as the data of both devices: row k is sample k, whatever its time.
 
     The compass sends headings of the record's attitude.
-
-    Raises
-    ------
-    InputError
-        The record has no attitude.
     """
     log = NineAxis.of(record)
     q, setup = log.attitude, board.setup
@@ -148,14 +212,9 @@ def run_board(
 ) -> BoardRun:
     """Run the compiled bench until so many updates are done.
 
-    Parameters
-    ----------
-    settings : mapping
-        Registers that the host writes first, by name.
-    faults : mapping, optional
-        Texts of the devices' fault files: "adis", "hmr".
-    orders : mapping, optional
-        Words that the host writes to register ``order`` later, by the cycle.
+    ``settings`` are registers that the host writes first, by name; ``faults`` texts of the devices'
+    fault files, "adis" and "hmr"; ``orders`` words that the host writes to register ``order``
+    later, by the cycle.
     """
     files, arguments = files_and_arguments(board, stimulus, updates, settings, faults or {})
     for cycle, word in (orders or {}).items():
@@ -198,36 +257,19 @@ def files_and_arguments(
 class Judgement:
     """Comparison of a run with the chain of integer models, on the data at the devices' pins.
 
-    Attributes
-    ----------
-    updates : int
-        Number of updates compared.
-    mismatches : int
-        Words that differ: stamp, outputs, parts of the header; lines of the compass.
-    first : str
-        Description of the first mismatch; empty without one.
-    lost : int
-        Data-ready edges, from the first sample's to the last one's, without a sample.
-    fields, lines : int
-        Updates with a fresh field; good lines of the compass.
-    transfer_cycles, core_cycles : (least, most)
-        From data-ready to the sample, and from the sample to the new attitude.
-    frame_end_cycles : (least, most)
-        From data-ready to the last bit of the frame.
-    chain : Chain
-        Results of the models.
+    Cycles are (least, most).
     """
 
-    updates: int
-    mismatches: int
-    first: str
-    lost: int
-    fields: int
-    lines: int
-    transfer_cycles: tuple[int, int]
-    core_cycles: tuple[int, int]
-    frame_end_cycles: tuple[int, int]
-    chain: Chain
+    updates: int  #: compared
+    mismatches: int  #: words that differ: stamp, outputs, parts of the header; lines of the compass
+    first: str  #: description of the first mismatch; empty without one
+    lost: int  #: data-ready edges, from the first sample's to the last one's, without a sample
+    fields: int  #: updates with a fresh field
+    lines: int  #: good lines of the compass
+    transfer_cycles: tuple[int, int]  #: from data-ready to the sample
+    core_cycles: tuple[int, int]  #: from the sample to the new attitude
+    frame_end_cycles: tuple[int, int]  #: from data-ready to the last bit of the frame
+    chain: Chain  #: results of the models
 
 
 #: Kinds of lines by magnetic source.

@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.attitude.front import FRONT
-from boresight.model.attitude.front.affine import AXES
+from boresight.model.attitude.front import AXES, FRONT
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError, require, require_choice
 from boresight.model.tools.files import OutputFile
-from boresight.sim.attitude.calibration.records import observe
-from boresight.sim.attitude.calibration.solve import Solution, solve
+from boresight.sim.attitude.calibration.solve import Solution, observe, solve
 from boresight.sim.records.files import log_files, logs_of
 from boresight.sim.result import Result, plain
 
@@ -31,13 +29,7 @@ _WRONG, _WRONG_TURN = 30.0, 10.0
 def calibrated(
     *records: Any, field_ut: Sequence[float] = (), gravity: float = GRAVITY, sight_deg: float = 0.1
 ) -> Solution:
-    """Fit the registers to records; see `solve.solve`.
-
-    Raises
-    ------
-    InputError
-        A setting out of its range; what `records.observe` and `solve.solve` raise.
-    """
+    """Fit the registers to records; see `solve.solve`."""
     least, most = _FIELD_UT
     wanted = f"the local field east, north, up in uT, {least:g} to {most:g} in all"
     parts = np.asarray(field_ut, dtype=object)

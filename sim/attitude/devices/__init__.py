@@ -8,8 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-__all__ = ["COMPASS_FAULTS", "INERTIAL_FAULTS", "device_text"]
-
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(text.split())

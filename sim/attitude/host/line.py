@@ -45,16 +45,7 @@ class Reply:
 class Listener:
     """Decoder of a board's bytes: updates in frames, and replies.
 
-    Parameters
-    ----------
-    formats : mapping
-        Fraction bits of outputs by name, by the number of the estimator.
-
-    Attributes
-    ----------
-    error_count : int
-        Number of frames that were damaged or of another kind, without the first piece, which may
-        be incomplete.
+    ``formats`` are fraction bits of outputs by name, by the number of the estimator.
     """
 
     def __init__(self, formats: Mapping[int, Mapping[str, int]] = FORMATS) -> None:
@@ -63,6 +54,7 @@ class Listener:
 
     @property
     def error_count(self) -> int:
+        """Frames damaged or of another kind, without the first piece, which may be incomplete."""
         return self._decoder.dropped + self._others
 
     def feed(self, data: bytes) -> Iterator[Update | Reply]:
@@ -96,13 +88,7 @@ _WANTED = "a registers.json of `boresight compile`"
 class RegisterTable:
     """Registers by name, from a register map; or by address, without one.
 
-    Attributes
-    ----------
-    described : Description or None
-    formats : mapping
-        Fraction bits of outputs by name, by the number of the estimator.
-    clock_hz : float
-        Clock of the system, Hz; 100 MHz if the map lacks the register.
+    ``formats`` are those of a `Listener`; ``clock_hz`` is 100 MHz if the map lacks the register.
 
     Raises
     ------
@@ -136,13 +122,7 @@ class RegisterTable:
             self.formats = dict(enumerate(outputs))
 
     def find(self, name: str) -> Register:
-        """Return the register with a name or address.
-
-        Raises
-        ------
-        InputError
-            No such register.
-        """
+        """Return the register with a name or address."""
         registers = self.described.registers if self.described else ()
         for register in registers:
             if register.name == name:
@@ -164,13 +144,7 @@ class RegisterTable:
 
 
 def word_of(register: Register, text: str) -> int:
-    """Convert a value to a word: a number in the register's unit, or one of its names.
-
-    Raises
-    ------
-    InputError
-        The register cannot hold the value.
-    """
+    """Convert a value to a word: a number in the register's unit, or one of its names."""
     where = f"--write {register.name}"
     if register.access is Access.READ_ONLY:
         raise InputError.at(
@@ -234,15 +208,6 @@ def _serial(source: str, baud: int) -> Any:
 
 class BoardLine:
     """A serial port, or a file of bytes captured from one.
-
-    Parameters
-    ----------
-    source : str
-        Port or file.
-    baud : int
-        Bits per second.
-    listener : Listener
-        Decoder of the bytes.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.worlds.triad import Triad
+from boresight.sim.attitude.worlds import Triad
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -58,25 +58,11 @@ _ACC_LSB, _ACC_RANGE = 0.25e-3, 5.0  # g
 _MAG_LSB, _MAG_RANGE = 1.0 / 4500.0, 2.0  # G
 
 
-def gyro() -> Triad:
-    """ADIS16385, range 300 deg/s, [rad/s]: noise and bias of Table 2."""
-    return Triad(
-        math.radians(_GYRO_LSB),
-        math.radians(_GYRO_RANGE),
-        variance=TABLE_2.gyro,
-        bias=TABLE_2.gyro_bias,
-    )
-
-
-def accelerometer() -> Triad:
-    """ADIS16385, [m/s^2]: noise of Table 2."""
-    return Triad(GRAVITY * _ACC_LSB, GRAVITY * _ACC_RANGE, variance=TABLE_2.accelerometer)
-
-
-def magnetometer() -> Triad:
-    """HMR3300, [uT]: noise of Table 2."""
-    return Triad(GAUSS_UT * _MAG_LSB, GAUSS_UT * _MAG_RANGE, variance=TABLE_2.magnetometer)
-
+#: ADIS16385, range 300 deg/s, [rad/s]: noise and bias of Table 2.
+GYRO = Triad(math.radians(_GYRO_LSB), math.radians(_GYRO_RANGE), TABLE_2.gyro, TABLE_2.gyro_bias)
+#: ADIS16385, [m/s^2], and HMR3300, [uT]: noise of Table 2.
+ACCELEROMETER = Triad(GRAVITY * _ACC_LSB, GRAVITY * _ACC_RANGE, TABLE_2.accelerometer)
+MAGNETOMETER = Triad(GAUSS_UT * _MAG_LSB, GAUSS_UT * _MAG_RANGE, TABLE_2.magnetometer)
 
 #: Table 4; a unit of time is not printed.
 KP = (0.1414, 0.1414, 0.1)

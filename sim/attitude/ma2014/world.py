@@ -18,8 +18,8 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.paper import TABLE_1, TABLE_2, accelerometer, gyro, magnetometer
-from boresight.sim.attitude.worlds.triad import Triad, misalignment
+from boresight.sim.attitude.ma2014.paper import ACCELEROMETER, GYRO, MAGNETOMETER, TABLE_1, TABLE_2
+from boresight.sim.attitude.worlds import Triad, misalignment
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import matrix_to_quaternion, turns_between
@@ -117,9 +117,9 @@ def make_log(motion: Motion, case: str, seed: int) -> Record:
         turn = misalignment(rng, math.radians(_MISALIGNMENT_DEG))
         iron = np.diag([1.0 + _ELLIPSE, 1.0 - _ELLIPSE, 1.0])
     sensors = (
-        replace(gyro(), matrix=turn),
-        replace(accelerometer(), averaged=AVERAGED),
-        replace(magnetometer(), matrix=iron),
+        replace(GYRO, matrix=turn),
+        replace(ACCELEROMETER, averaged=AVERAGED),
+        replace(MAGNETOMETER, matrix=iron),
     )
     return _record(motion, sensors, LOOP_HZ, seed, TABLE_2.gyro_bias)
 

@@ -15,7 +15,7 @@ from boresight.cli import main
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.accuracy.peers import run_peer
-from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import SensorError, synthetic_log
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import boresight
-from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import SensorError, synthetic_log
 from boresight.sim.records import feed, files
 from boresight.sim.records.files import content_of
 from boresight.sim.records.selection import Selection, selected

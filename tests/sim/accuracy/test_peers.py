@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.sim.accuracy.peers import PEERS, run_peer
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis

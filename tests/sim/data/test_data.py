@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from boresight.sim.attitude.worlds.synthetic import synthetic_60s
+from boresight.sim.attitude.worlds import synthetic_60s
 from boresight.sim.data.convert_broad import convert
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
@@ -39,7 +39,7 @@ def test_bundled_file_is_up_to_date() -> None:
             getattr(new, key),
             rtol=0,
             atol=1e-11,
-            err_msg="regenerate with: python -m boresight.sim.attitude.worlds.synthetic "
+            err_msg="regenerate with: python -m boresight.sim.attitude.worlds "
             "sim/data/synthetic_60s.csv",
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from boresight.model.attitude.front.inertial import STAMP_BITS
+from boresight.model.attitude.front import STAMP_BITS
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples
 from boresight.sim.attitude.board.run import field_words, heading_words, inertial_words
 from boresight.sim.records.nine_axis import NineAxis

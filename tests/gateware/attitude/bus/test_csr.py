@@ -4,8 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.attitude.bus.counters import EventCounters
-from boresight.gateware.attitude.bus.csr import Csr
+from boresight.gateware.attitude.bus.csr import Csr, EventCounters
 from boresight.gateware.registers.model import Access, Register
 from tests.support.bench import pulse
 

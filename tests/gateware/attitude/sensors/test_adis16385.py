@@ -5,11 +5,11 @@ import random
 import numpy as np
 import pytest
 
-from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import (
+from boresight.gateware.attitude.sensors.adis16385 import (
     CONFIG_FRAMES,
     RUN_FRAMES,
     TEST_BITS,
+    Adis16385,
     Timing,
 )
 from tests.support.attitude.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
@@ -37,7 +37,7 @@ def test_samples_are_those_of_the_log(bench: ReaderBench) -> None:
         now, before = log[sample.line - 1], log[sample.line - 2]
         assert sample.words == (*now[:6], before[6], 0)
     assert [s.number for s in happened.samples] == list(range(50))
-    edges = {edge + reader.stamp_delay: edge for edge in happened.edges}
+    edges = {edge + 2: edge for edge in happened.edges}
     for sample in happened.samples:
         assert sample.time - edges[sample.stamp] == reader.burst_cycles
     assert set(happened.times("sample")) == {s.time for s in happened.samples}

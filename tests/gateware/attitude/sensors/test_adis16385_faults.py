@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.attitude.sensors.adis16385_device import CHECKED
+from boresight.gateware.attitude.sensors.adis16385 import CHECKED
 from tests.support.attitude.devices.adis16385_bench import (
     PERIOD,
     Happened,

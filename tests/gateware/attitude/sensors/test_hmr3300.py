@@ -8,8 +8,7 @@ import re
 
 from amaranth.hdl import Module
 
-from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, Hmr3300
-from boresight.gateware.attitude.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, Hmr3300, SentenceParser
 from tests.support.bench import Pins, put, run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick

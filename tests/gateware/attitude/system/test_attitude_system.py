@@ -2,8 +2,7 @@
 
 import pytest
 
-from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import Timing
+from boresight.gateware.attitude.sensors.adis16385 import Adis16385, Timing
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.attitude.system.programs import system_core

@@ -7,8 +7,7 @@ from boresight.firmware.build import CModel
 from boresight.gateware.attitude.system.programs import system_core, system_estimators
 from boresight.gateware.core import Core
 from boresight.model.attitude import FILTERS
-from boresight.model.attitude.front import FRONT
-from boresight.model.attitude.front.sensed import board_params
+from boresight.model.attitude.front import FRONT, board_params
 from boresight.model.declarations import Input, Output
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator

@@ -7,10 +7,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude import estimator
-from boresight.model.attitude.front.compass_field import CompassField
-from boresight.model.attitude.front.field import FIELD_LIMIT, CalibrateField
-from boresight.model.attitude.front.inertial import ACC_LIMIT, GYRO_LIMIT, CalibrateInertial
-from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS, SENSED, full_scale_params
+from boresight.model.attitude.front import (
+    ACC_COUNTS,
+    ACC_LIMIT,
+    FIELD_LIMIT,
+    GYRO_COUNTS,
+    GYRO_LIMIT,
+    SENSED,
+    CalibrateField,
+    CalibrateInertial,
+    CompassField,
+    full_scale_params,
+)
 from boresight.model.attitude.mekf import Mekf
 from tests.support.compiled_float import compiled_float
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.attitude.mekf import Mekf
-from boresight.model.attitude.mekf.interface import BIAS_SCALE, PAIRS, covariance_name
+from boresight.model.attitude.mekf import BIAS_SCALE, PAIRS, Mekf, covariance_name
 from boresight.sim.rotations.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,

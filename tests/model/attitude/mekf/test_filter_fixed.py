@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from boresight.firmware.build import CModel
-from boresight.model.attitude.mekf import Mekf
-from boresight.model.attitude.mekf.filter import YOUTH_ENDS, YOUTH_LSB, YOUTH_START
-from boresight.model.attitude.mekf.interface import PAIRS, covariance_name
+from boresight.model.attitude.mekf import (
+    PAIRS,
+    YOUTH_ENDS,
+    YOUTH_LSB,
+    YOUTH_START,
+    Mekf,
+    covariance_name,
+)
 from boresight.model.estimator import input_words, param_words
 from boresight.sim.rotations.rotation import rotate
 from tests.support.compiled_float import compiled_float

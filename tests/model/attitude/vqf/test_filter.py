@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.attitude.vqf import Vqf
-from boresight.model.attitude.vqf.interface import interface_of
-from boresight.model.attitude.vqf.settings import Settings
+from boresight.model.attitude.vqf import Settings, Vqf, interface_of
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre

@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.model.attitude.vqf.settings import Settings
+from boresight.model.attitude.vqf import Settings
 
 # -- coefficients are those of the authors' own implementation ------------------------------------
 

@@ -4,7 +4,7 @@ import pytest
 
 from boresight.sim.attitude.board.build import Board
 from boresight.sim.attitude.board.run import BoardRun, Stimulus, run_board, stimulus
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log
 from tests.support.attitude.board.shared import COMPLEMENTARY, shared_board
 
 UPDATES = 320

@@ -13,7 +13,7 @@ from boresight.model.estimator import Estimator
 from boresight.sim.attitude.board.build import SCALED, Board, make_board
 from boresight.sim.attitude.board.chain import NO_LINE, Samples, run_chain
 from boresight.sim.attitude.board.run import judge, run_board, stimulus
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log
 from tests.support.attitude.board.shared import Odd
 from tests.support.attitude.conductor_bench import play, sample_command
 

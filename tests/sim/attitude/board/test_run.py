@@ -12,14 +12,15 @@ from boresight.model.errors import InputError
 from boresight.sim.attitude.board.faults import WRONG_VALUES, is_good, trial_log
 from boresight.sim.attitude.board.run import (
     Judgement,
+    Line,
     inertial_words,
     judge,
+    read_trace,
     run_board,
     stimulus,
     writes,
 )
-from boresight.sim.attitude.board.trace import Line, read_trace
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.rtl.simulators import SimulationFailed

@@ -12,10 +12,8 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.sim.attitude import system
-from boresight.sim.attitude.calibration.__main__ import trial
-from boresight.sim.attitude.calibration.records import LINE
-from boresight.sim.attitude.calibration.solve import mounting
-from boresight.sim.attitude.calibration.world import calibration_records, device
+from boresight.sim.attitude.calibration.__main__ import calibration_records, device, trial
+from boresight.sim.attitude.calibration.solve import LINE, mounting
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Column, Record
 from tests.support.attitude.serial_board import SerialBoard

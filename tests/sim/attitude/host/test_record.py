@@ -16,9 +16,8 @@ from boresight.gateware.boards.frames import END
 from boresight.sim.attitude.board.run import run_board, stimulus
 from boresight.sim.attitude.devices import INERTIAL_FAULTS
 from boresight.sim.attitude.host.line import Listener, RegisterTable
-from boresight.sim.attitude.host.monitor import track_of
-from boresight.sim.attitude.host.record import log_of, static_noise
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.host.monitor import log_of, static_noise, track_of
+from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from tests.support.attitude.board.shared import MEKF, shared_board

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.sim.attitude.ma2014 import methods
-from boresight.sim.attitude.ma2014.methods import (
+from boresight.sim.attitude.ma2014 import experiment
+from boresight.sim.attitude.ma2014.experiment import (
     count_mismatches,
     gains,
     kalman_parameters,
@@ -20,7 +20,7 @@ from boresight.sim.records.nine_axis import NineAxis
 # --------------------------------------------------------------------------------------------------
 # the paper's settings reach the estimators, and the estimators do what is known in closed form
 
-METHODS = {m.key: m for m in methods.METHODS}
+METHODS = {m.key: m for m in experiment.METHODS}
 
 
 def test_gains_of_table_4_at_8_hz():
@@ -96,12 +96,12 @@ def test_a_c_model_that_differs_is_counted(monkeypatch):
     log = make_log(E2, "C", 1)
     assert count_mismatches(METHODS["complementary"], log) == 0
 
-    def wrong(*arguments, levels, inner=methods.run_forms, **options):
+    def wrong(*arguments, levels, inner=experiment.run_forms, **options):
         result = inner(*arguments, levels=levels, **options)
         result[levels.index("c")][0].words[17, 2] += 1
         return result
 
-    monkeypatch.setattr(methods, "run_forms", wrong)
+    monkeypatch.setattr(experiment, "run_forms", wrong)
     assert count_mismatches(METHODS["complementary"], log) == 1
 
 

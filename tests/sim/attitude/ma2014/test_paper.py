@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.paper import TABLE_2, accelerometer, gyro, magnetometer
+from boresight.sim.attitude.ma2014.paper import ACCELEROMETER, GYRO, MAGNETOMETER, TABLE_2
 
 
 def test_gyro_has_24000_counts_each_way():
-    g = gyro()
+    g = GYRO
     assert g.full_scale / g.lsb == pytest.approx(24000.0)
     assert np.degrees(g.full_scale) == pytest.approx(300.0)
     assert g.variance == TABLE_2.gyro and g.bias == TABLE_2.gyro_bias
 
 
 def test_accelerometer_has_20000_counts_each_way():
-    a = accelerometer()
+    a = ACCELEROMETER
     assert a.full_scale / a.lsb == pytest.approx(20000.0)
     assert a.full_scale == pytest.approx(5.0 * GRAVITY)
     assert a.variance == TABLE_2.accelerometer
 
 
 def test_magnetometer_is_in_microtesla():
-    m = magnetometer()
+    m = MAGNETOMETER
     assert m.full_scale == 200.0
     np.testing.assert_allclose(m.variance, (2.1e-2, 20.6e-2, 5.8e-2))
     assert m.lsb == pytest.approx(100.0 / 4500.0)

@@ -5,10 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from boresight.sim.attitude.robustness.__main__ import main
-from boresight.sim.attitude.robustness.runs import Levels, figures_of, run_estimator, summary
-from boresight.sim.attitude.robustness.variants import CASES
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.robustness import (
+    CASES,
+    Levels,
+    figures_of,
+    main,
+    run_estimator,
+    summary,
+)
+from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import euler_to_quaternion, quaternion_multiply

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.robustness import variants as v
-from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude import robustness as v
+from boresight.sim.attitude.worlds import SensorError, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import turns_between
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.sim.attitude.worlds.fast_turn import RAMP_S, fast_turn
-from boresight.sim.attitude.worlds.synthetic import synthetic_log
+from boresight.sim.attitude.worlds import RAMP_S, fast_turn, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import rotate, turns_between
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import SensorError, synthetic_log
 from boresight.sim.records.nine_axis import NineAxis
 
 FIELD = (-3.0, 28.0, -46.0)

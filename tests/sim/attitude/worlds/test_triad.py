@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from boresight.sim.attitude.worlds.triad import Triad, misalignment
+from boresight.sim.attitude.worlds import Triad, misalignment
 
 T = np.arange(4000) / 100.0
 PLAIN = Triad(0.0, 10.0)

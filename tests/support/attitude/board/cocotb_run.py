@@ -24,8 +24,8 @@ from boresight.sim.attitude.board.run import (
     cycles_limit,
     files_and_arguments,
     frames_of,
+    read_trace,
 )
-from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed
 from boresight.sim.rtl.verilator import build_program
 

@@ -14,8 +14,8 @@ from boresight.sim.attitude.board.run import (
     cycles_limit,
     files_and_arguments,
     frames_of,
+    read_trace,
 )
-from boresight.sim.attitude.board.trace import read_trace
 from boresight.sim.rtl.simulators import require
 
 #: Cycles of reset, as in the compiled bench.

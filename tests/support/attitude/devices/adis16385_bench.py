@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from boresight.gateware.attitude.sensors.adis16385 import Adis16385
-from boresight.gateware.attitude.sensors.adis16385_device import EVENTS, FLAG_MEANINGS, Timing
+from boresight.gateware.attitude.sensors.adis16385 import EVENTS, FLAG_MEANINGS, Adis16385, Timing
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
 from boresight.sim.rtl.compiled import build

@@ -54,22 +54,213 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import pitch_roll_heading_ht
-from boresight.model.algebra.covariance import symmetric
+from boresight.model.algebra.covariance import Symmetric, symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
-from boresight.model.attitude.mekf.covariance import element, predicted
-from boresight.model.attitude.mekf.interface import (
-    BIAS_SCALE,
-    FIELD_ONLY,
-    PAIRS,
-    PARAMS,
-    STATES,
-    STATUS_BITS,
-    covariance_name,
-)
+from boresight.model.attitude.table import params_of
 from boresight.model.errors import require_choice
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
+
+#: The bias error is carried as b times this, so that its covariance and that of the attitude are
+#: of a size.
+BIAS_SCALE = 64.0
+#: Error states: attitude error about east, north, up [rad]; bias error in body axes, scaled.
+AXES = ("e", "n", "u", "x", "y", "z")
+PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
+
+#: No attitude yet, which status bit 0 says.
+START = (("w", 1.0 - 2.0**-31), ("x", 0.0), ("y", 0.0), ("z", 0.0))
+
+#: Bits of the output ``status``.
+STATUS_BITS = {
+    0: "no attitude yet: no specific force so far",
+    1: "heading not aligned: no magnetometer sample so far, or a field along the vertical",
+    2: "accelerometer not used: no specific force",
+    3: "no magnetometer sample",
+    4: "field odd: it counts less than half as much as the undisturbed one",
+    5: "at rest: the gyro's bias is measured",
+    6: "the rate was at full scale within the last seconds: the attitude may be off",
+}
+
+
+def covariance_name(i: int, j: int) -> str:
+    """Name of the stored element (i, j), i <= j."""
+    return f"p_{AXES[i]}{AXES[j]}"
+
+
+PARAMS = params_of(
+    """
+    gyro_var 3e-05 1e-06 0.0156 rad^2/s
+        random walk of the attitude: small trusts the gyro, large the accelerometer and the
+        magnetometer
+    gyro_scale_var 2.4e-05 0 0.0039 s
+        more of it per (rad/s)^2 of rotation: scale and alignment errors of the gyro
+    bias_var 1.2e-07 3e-11 4e-07 (rad/s)^2/s
+        random walk of the gyro's bias: small holds the learnt bias, large follows its drift
+    tilt_var 0.00075 0.0001 1 rad^2*s
+        noise of the low-passed vertical, variance times time: small trusts the
+        accelerometer
+    heading_var 0.001 0.0001 3.6 rad^2*s
+        noise of the magnetic heading in the reference field, variance times time: small
+        trusts the magnetometer
+    rest_rate_per_s 0.3 0 4 1/s
+        how fast the bias goes to the gyro's mean at rest; 0 never
+    rest_var 1e-07 1e-09 6e-05 (rad/s)^2
+        twice the variance of the bias learnt so
+    force_rate_per_s 0.6 0.01 30 1/s
+        corner of the low-pass of the specific force in navigation axes: small averages
+        longer accelerations
+    field_trust_s 0.28 0 1000 s
+        how much the squared relative deviation of the field from its reference adds to
+        heading_var: 0 trusts every field
+    field_forget_per_s 0.4 0 30 1/s
+        how fast a deviation of the field is forgotten once it is over
+    field_follow_per_s 0.04 0 30 1/s
+        how fast the reference follows the field: large adopts a new place soon, 0 never
+    dip_trust_s 0.6 0 1000 s
+        how much the variance of the tilt, times the squared tangent of the dip, adds to
+        heading_var
+    start_var 0.12 0 0.25 rad^2*s
+        more random walk of the attitude while the means are young, over their squared age:
+        large follows accelerometer and magnetometer at the start
+    field_min_sq 4 0.1 4000 uT^2
+        squared field below which there is no sample
+    force_min_sq 4 0.1 80000 (m/s^2)^2
+        squared low-passed specific force below which it is not used
+    gyro_most_sq 1500 0.25 4800 (rad/s)^2
+        square of a rate a little less than the gyro's full scale: what an axis misses
+        beyond it is extrapolated, and the attitude follows the other sensors faster; one
+        that jumps there from far below is not believed
+    force_most_sq 12000 1 12000 (m/s^2)^2
+        squared deviation of the specific force from its mean beyond which it says nothing:
+        that of an accelerometer at full scale
+    gyro_rate_per_s 30 0.01 60 1/s
+        corner of the gyro's low-pass, which stops at full scale: its distance from the rate
+        tells the slope there
+    rest_motion_sq 0.4 0 900 (m/s^2)^2
+        most squared motion at rest: the force's deviation from its mean; 23 m/s^2 stand for
+        1 rad/s of the low-passed rate less the bias
+    rest_time_s 0.4985 0 30 s
+        how long that must last
+    p0_bias 4.5e-05 1e-11 6e-05 (rad/s)^2
+        variance of the gyro's bias at the start
+    update_s 0.0087 0.004 0.24 s
+        least time between two scalar updates
+    """
+)
+
+STATES = (
+    *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in START),
+    *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
+    *(State(covariance_name(i, j), -1.95, 1.95, "") for i, j in PAIRS),
+    *(State(f"force_{a}", -128.0, 128.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
+    *(State(f"field_{a}", -128.0, 128.0 * (1 - 2.0**-31), "uT") for a in "en"),
+    State("field_u", -444.0, 444.0, "uT"),
+    *(State(f"rate_{a}", -64.0, 64.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
+    State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known
+    State("vertical", -450.0, 450.0, "uT"),
+    State("youth", 0.0, 63.9, "1/s", 63.0),  # one over the age of the means
+    State("odd_sq", 0.0, 2.0, ""),
+    # whose turn it is, -1, 0, 1 first, second, third, and on top the time since the last one
+    State("turn", -1.0, 1.5, "s", -1.0),
+    # of the slope at full scale, the part that is missed by now
+    State("beyond", 0.0, 1.0 - 2.0**-31, ""),
+    State("fastest_sq", 0.0, 4800.0, "(rad/s)^2"),  # largest squared rate of late
+    State("rest_s", -1.0, 32.0, "s", -1.0),  # for how long at rest; -1: tilt not known
+    State("field_left", -0.25, 0.2499, "s"),  # for how long the field's direction is still used
+)
+
+#: Inputs, states and parameters that only a field needs, with their values without one.
+FIELD_ONLY = {
+    **{f"m{a}": 0.0 for a in "xyz"},
+    **{f"field_{a}": 0.0 for a in "enu"},
+    **{"horizontal": -1.0, "vertical": 0.0, "odd_sq": 0.0, "field_left": -1.0},
+    **{
+        q.name: q.default
+        for q in PARAMS
+        if q.name.startswith(("field_", "heading_")) or q.name == "dip_trust_s"
+    },
+}
+
+
+TRACE_LIMIT = 1.6  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
+GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
+P0_TILT, P0_HEADING = 0.07, 0.05  #: rad^2, variances of the first attitude.
+
+
+def element(value: Any) -> Any:
+    """An element of P, or of a row of it that was scaled down."""
+    return ops.bounded(value, -1.95, 1.95, "element of P, of limited trace")
+
+
+def predicted(
+    P: Symmetric,
+    gain: Any,
+    column: Any,
+    C: Any,
+    step: Any,
+    starts: tuple[Any, Any],
+    keep: Any,
+    rest_gain: Any,
+    attitude: Any,
+    growth: Any,
+    p: Any,
+) -> Symmetric:
+    """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
+
+    P0 of the attitude, and of the bias, where ``starts``. No growth while the trace is beyond
+    `TRACE_LIMIT`, which is more than three biases of the largest p0_bias, so that measurements
+    always end that.
+
+    ``gain`` and ``column`` are K (6,) and the row P_h: (6,) of the axis measured, biases times
+    `BIAS_SCALE`; ``step`` is the time since the last update [s]; ``keep`` and ``rest_gain`` are 1 -
+    k and k, the share of the bias that a gyro at rest leaves and gives; ``attitude`` is the random
+    walk of the attitude [rad^2/s], ``growth`` what youth adds to it.
+    """
+    trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
+    step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
+    A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
+    added = ops.saturated(attitude * step + growth * step, GROWTH_LIMIT)
+    walk = BIAS_SCALE * BIAS_SCALE * (p.bias_var * step + p.rest_var * rest_gain)
+    p0 = (P0_TILT, P0_TILT, P0_HEADING, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
+    factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
+
+    def updated(i: int, j: int) -> Any:
+        return P[i][j] * factor[(i > 2) + (j > 2)] - gain[i] * column[j]
+
+    # P_bb' = P_bb + Q_b, P_tb' = P_tb - A P_bb', P_tt' = P_tt - A P_tb'^T - P_tb' A^T + Q_t:
+    # the last is more by A P_bb' A^T, some 1e-9 rad^2, than the exact product, and so positive.
+    bias = symmetric(
+        3,
+        lambda i, j: element(
+            ops.where(
+                starts[1],
+                p0[3 + i] if i == j else 0.0,
+                updated(3 + i, 3 + j) + (walk if i == j else 0.0),
+            )
+        ),
+    )
+    across = [
+        [
+            element(ops.where(starts[0], 0.0, updated(i, 3 + k) - dot(A[i], bias[k])))
+            for k in range(3)
+        ]
+        for i in range(3)
+    ]
+
+    def tilt(i: int, j: int) -> Any:
+        if i == j:
+            value = updated(i, i) - 2.0 * dot(A[i], across[i]) + added
+        else:
+            value = updated(i, j) - dot(A[i], across[j]) - dot(across[i], A[j])
+        return element(ops.where(starts[0], p0[i] if i == j else 0.0, value))
+
+    top = symmetric(3, tilt)
+    return [[*top[i], *across[i]] for i in range(3)] + [
+        [*(across[i][k] for i in range(3)), *bias[k]] for k in range(3)
+    ]
+
 
 FORGET_BELOW_S, ANEW_BELOW_S = -0.245, -0.2  #: time steps, see `Mekf.step`.
 LONGEST_STEP_S = 0.25  #: a step below zero is that much less than the gap.

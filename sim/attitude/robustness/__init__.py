@@ -1,1 +1,0 @@
-"""Attitude filters on logs that are made harder in one way each."""

@@ -1,1 +1,0 @@
-"""Synthetic logs of a body that turns, and errors of its sensors."""
