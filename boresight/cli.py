@@ -213,7 +213,7 @@ def _code_of(error: BaseException) -> int:
     text = shortened(" ".join(f"{type(error).__name__}: {error}".split()), _LONGEST)
     tell(
         f"error: a bug of Boresight, {text} ({Path(last.filename).name}, line {last.lineno}); "
-        f"please report it with the traceback, which {DEBUG}=1 shows"
+        f"please report it with the traceback ({DEBUG}=1 shows it)"
     )
     return 3
 

@@ -197,7 +197,7 @@ def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
     except Exception as error:
         wanted, cause = f"an importable entry point ({point.value})", error
         found = f"{type(error).__name__}: {error}"
-    fix = "correct or remove the package that offers it"
+    fix = "correct or remove the package that registers it"
     raise InputError.at(where, wanted=wanted, found=found, fix=fix) from cause
 
 
@@ -248,7 +248,7 @@ def _module(path: Path, kind: str) -> ModuleType:
                 raise
             line, text = _error_line(error, file, path), _error_text(error)
             of_kalman = re.search(r"State\.__init__\(\) .* '(sd|sd_max)'$", text)
-            fix = "take State from boresight.kalman, which has it" if of_kalman else "correct it"
+            fix = "import State from boresight.kalman" if of_kalman else "correct it"
             raise InputError.at(line, wanted="an importable file", found=text, fix=fix) from error
     return module
 

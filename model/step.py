@@ -167,7 +167,7 @@ def check_arguments(where: str, name: str, method: Callable[..., Any]) -> None:
             where,
             wanted=f"{name}(self, x, u, p): states, inputs, parameters",
             found=f"{name}{signature} of the object",
-            fix="take these three, also where one is not needed",
+            fix="declare all three, even if one is not used",
         ) from None
 
 

@@ -131,7 +131,7 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
                 str(file),
                 wanted=f"an earlier result of the same {name}, {_text(value)}",
                 found=_text(was),
-                fix="compare with one of the same, or write it anew with --json",
+                fix="compare with one of the same, or write it again with --json",
             )
     changes.sort(key=lambda c: (not c["worse"], -(c["share"] or 0.0)))
     for change in changes:

@@ -92,7 +92,7 @@ def _written(instance: Experiment, data: Mapping[str, Any]) -> str:
         return json.dumps(data, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise InputError.at(
-            f"experiment {instance.name}, figures or details of its result",
+            f"experiment {instance.name}, figures or details",
             wanted="plain data: finite numbers, texts, lists, dictionaries",
             found=str(error),
             fix="convert it, for example by float()",

@@ -97,7 +97,7 @@ def _check_name(stem: str, typed: str) -> None:
             )
         except ValueError:  # __main__
             taken = True
-        objections["the name of an installed module, which it would hide"] = taken
+        objections["the name of an installed module"] = taken
     for objection, holds in objections.items():
         if holds:
             raise InputError.at(

@@ -263,7 +263,7 @@ def _in_loop(
             failures += [f"{first} and {name} part"] * (not {first, name} & _FLOATS)
     if loop.unused:
         lines.append(
-            f"not used of what {world.name} gives: {', '.join(loop.unused)}: no input, or "
+            f"unused values of {world.name}: {', '.join(loop.unused)}: no input, or "
             f"OUTPUT_true, of {estimator.name}"
         )
     if loops.keys() <= _FLOATS:

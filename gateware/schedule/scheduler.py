@@ -75,7 +75,7 @@ def _check_size(problem: ListProblem) -> None:
     if words > machine.rom_words:
         raise ScheduleError(
             f"{program.name}: program takes {words} microwords or more, the "
-            f"{machine.name} machine has {machine.rom_words}; compute less in a sample"
+            f"{machine.name} machine has {machine.rom_words}; compute less in an update"
         )
     used = {v for op in program.ops for v in op.operands()}
     constants = {program.values[n].initial for n in program.of_kind(Kind.CONST) if n in used}

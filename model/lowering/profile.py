@@ -82,7 +82,7 @@ class Profile:
         elif unknown := sorted((self.ranges.keys() | self.limits.keys()) - place.keys()):
             found = f"one with a value {unknown[0]}"
         if found:
-            fix = "make it anew with boresight fit, or leave it out with --profile none"
+            fix = "run boresight fit again, or leave it out with --profile none"
             wanted = f"a profile of {name} as it is now"
             raise InputError.at(self.place, wanted=wanted, found=found, fix=fix)
         ranges = {place[number]: range_ for number, range_ in self.ranges.items()}

@@ -418,7 +418,7 @@ class Check:
             return []
         if number not in self._examined:
             estimator, program = build.estimators[number], build.programs[number]
-            self.progress(f"claims of {estimator.name}")
+            self.progress(f"stated ranges of {estimator.name}")
             self._examined[number] = examine(estimator, program, build.nodes[number])
         return self._examined[number]
 

@@ -106,7 +106,7 @@ class Difference:
         else:
             verdict = f"{'within' if self.good else 'BEYOND'} {self.tolerance:.3g}"
             if self.output == ATTITUDE and self.largest == 180.0:
-                verdict += ", as one has a norm beyond 0.5 to 2, or is half a turn off"
+                verdict += ": one has a norm beyond 0.5 to 2, or is half a turn off"
         where = "" if self.at_step is None else f" in step {self.at_step}"
         text = f"max {self.largest:.3g}{unit}{where}, rms {self.rms:.3g}"
         if self.after is not None:

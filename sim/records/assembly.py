@@ -84,7 +84,7 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
         if len(s.stamps) and s.topic is not base.topic and not np.isfinite(table).any():
             what = "hold no number"
             if np.isfinite(s.values).any():
-                what = f"are at other times than those of {base.topic.name}: is its clock another?"
+                what = f"are at other times than those of {base.topic.name}: another clock?"
             notes.append(f"{s.topic.name}: its {len(s.stamps)} messages {what}")
         unit = s.source.unit or ("m" if s.source.frame == "geodetic" else None)
         for k, name in enumerate(s.source.columns):

@@ -248,7 +248,7 @@ def _table(
                 f"{path}, line {row + first_line}",
                 wanted="a sample",
                 found="the header again",
-                fix="remove the line; where a logger began anew, make two files of it",
+                fix="remove the line; if a logger started again there, make two files",
             )
             continue
         faults[names[column]] = InputError.at(

@@ -84,7 +84,7 @@ class World:
             f"world {self.name}",
             wanted="a world with draws",
             found=f"none for seed {seed}",
-            fix="write draw(self, seed), which stores the seed that start makes its noise of",
+            fix="write draw(self, seed), which stores the seed for the noise of start",
         )
 
     def bound(self) -> Mapping[str, FloatArray]:

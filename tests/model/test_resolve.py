@@ -275,12 +275,12 @@ def test_entry_points(installed: None) -> None:
     ]  # fmt: skip
     assert refused("broken") == (
         "estimator broken: wanted an importable entry point (package:broken), found "
-        "ImportError: no numpy; correct or remove the package that offers it"
+        "ImportError: no numpy; correct or remove the package that registers it"
     )
     for name, entry in (("number", "int"), ("world", "World")):
         assert refused(name) == (
             f"estimator {name}: wanted an entry point of a class derived from boresight.Estimator "
-            f"(package:{name}), found {entry}; correct or remove the package that offers it"
+            f"(package:{name}), found {entry}; correct or remove the package that registers it"
         )
 
 

@@ -82,7 +82,7 @@ def test_errors() -> None:
     with pytest.raises(
         ScheduleError,
         match=r"^random_1_32_30: program takes \d+ microwords or more, the "
-        r"fast machine has 16; compute less in a sample$",
+        r"fast machine has 16; compute less in an update$",
     ):
         schedule(p, dataclasses.replace(FAST, rom_words=16))
     crowd = random_program(1, n_ops=10, n_states=9)
