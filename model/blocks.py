@@ -39,12 +39,11 @@ class Cascade:
     Effects of fixed point:
 
     * **Ranges.** Between sections a signal may be larger than at either end.
-      `Cascade.largest_values` are sums of absolute impulse responses, which no input passes; leave
-      sections in scipy's order.
-    * **Rounding comes back through the poles.** `Cascade.rounding` bounds it, in last bits. At a
-      corner far below the sample rate it is large, (rate / 2 pi corner)^2: a constant may stay that
-      far off. Decimate first, or take `model.algebra.low_pass`, whose second state is as fine as it
-      is small.
+      `Cascade.largest_values` bounds it by sums of absolute impulse responses; leave sections in
+      scipy's order.
+    * **Rounding** is fed back through the poles. `Cascade.rounding` bounds it, in LSB. At a corner
+      far below the sample rate it is large, (rate / 2 pi corner)^2, and may be a constant error.
+      Decimate first, or use `model.algebra.low_pass`, whose second state has a finer LSB.
     * **Coefficients** are rounded to a word, relative 2^-W of the largest: poles at 1 - e move by
       about 2^-W / e. Narrow words need sections of lower Q.
 
@@ -95,9 +94,9 @@ class Cascade:
 
     @cached_property
     def rounding(self) -> float:
-        """Bound of the effect of all roundings on the output, in its last bits.
+        """Bound of the effect of all roundings on the output, in its LSB.
 
-        Half a bit of each section, through its own poles and the sections behind it.
+        Half an LSB of each section, through its own poles and the sections after it.
         """
         tails = [
             ((1.0, 0.0, 0.0, *self.sections[k][3:]), *self.sections[k + 1 :])
@@ -176,10 +175,9 @@ class MovingSum:
     """The sum of the last samples, the same code on floats and the tracer.
 
     The states hold the samples, and one accumulator adds them: nothing drifts, and the sum is
-    rounded once. A running sum (plus the newest, minus the oldest sample) needs the same states, is
-    exact only in a word that holds the whole sum in the last bit of a sample, and never recovers
-    from an upset. A core has room for 128 states (`docs/engine.md`): longer windows are sums of
-    sums, each over samples that a counter groups.
+    rounded once. A running sum (plus the newest, minus the oldest sample) needs the same states, a
+    word that holds the whole sum with the LSB of a sample, and never recovers from an upset. A core
+    has room for 128 states (`docs/engine.md`): for longer windows, add sums of groups of samples.
 
     Parameters
     ----------

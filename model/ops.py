@@ -143,7 +143,7 @@ def _is_traced(condition: Any) -> bool:
 
 
 def named(name: str, x: Any) -> Any:
-    """``x``; in the program its value carries this name."""
+    """Return ``x`` under a name, which reports and messages show."""
     return x.tracer.new("named", x, data=(name,)) if isinstance(x, Scalar) else x
 
 
@@ -156,8 +156,8 @@ def bounded(x: Any, low: float, high: float, reason: str, *, unless: str = "") -
     Parameters
     ----------
     unless : str
-        In which legal conditions the value leaves the range all the same: then nothing is claimed
-        but that the flag tells where its word saturates. It changes no bit of the program.
+        Situation in which the value may leave the range; its word then saturates and raises the
+        flag. It changes no bit of the program.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def bounded(x: Any, low: float, high: float, reason: str, *, unless: str = "") -
 
 
 def where(condition: Any, yes: Any, no: Any) -> Any:
-    """``yes`` where the condition holds, else ``no``."""
+    """``yes`` if the condition holds, else ``no``."""
     if (each := _each(where, condition, yes, no)) is not None:
         return each
     if _is_traced(condition):
@@ -204,7 +204,7 @@ def saturated(x: Any, limit: float) -> Any:
 
 
 def flip(condition: Any, x: Any) -> Any:
-    """-x where the condition holds, else ``x``."""
+    """-x if the condition holds, else ``x``."""
     if _is_traced(condition):
         return condition.tracer.new("flip", condition, condition.tracer.lift(x))
     if type(condition) is bool and _plain(x):
@@ -223,7 +223,7 @@ def minimum(a: Any, b: Any) -> Any:
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """The larger of two. ``maximum(x, c)`` of a constant c > 0 makes a divisor of any ``x``."""
+    """The larger of two. With a constant c > 0, ``maximum(x, c)`` is a valid divisor."""
     return _call("larger", a, b)
 
 
@@ -268,7 +268,7 @@ def wrap_turns(x: Any) -> Any:
 
 
 def sincos_ht(x: Any) -> tuple[Any, Any]:
-    """sin(pi x), cos(pi x) of ``x`` half turns; InputError where it is known to be another unit."""
+    """sin(pi x), cos(pi x) of ``x`` half turns; InputError of another known unit."""
     _check_half_turns(x)
     return _call("sin", x), _call("cos", x)
 
@@ -276,8 +276,8 @@ def sincos_ht(x: Any) -> tuple[Any, Any]:
 def rsqrt(x: Any) -> Any:
     """1 / sqrt(x) of x >= 0.
 
-    In fixed point arguments below 2^-22 of the full scale (W = 32) count as that; multiply the
-    result by something before you store it, so that its exponent stays free.
+    In fixed point, arguments below 2^-22 of the full scale (W = 32) are replaced by that value.
+    Multiply the result before you store it, so that its exponent stays free.
     """
     return _call("rsqrt", x)
 
@@ -285,7 +285,7 @@ def rsqrt(x: Any) -> Any:
 def sqrt(x: Any) -> Any:
     """Square root of x >= 0.
 
-    In fixed point x * rsqrt(x): too small below the least argument of `rsqrt`.
+    In fixed point x * rsqrt(x), which is too small below the smallest argument of `rsqrt`.
     """
     return _call("sqrt", x)
 
@@ -309,12 +309,12 @@ def tanh(x: Any) -> Any:
 
 
 def asin_ht(x: Any) -> Any:
-    """Half turns whose sine is ``x`` in [0, 0.7188): up to an eighth of a turn and a little."""
+    """Angle in half turns whose sine is ``x`` in [0, 0.7188)."""
     return _call("asin", x)
 
 
 def atan2_ht(y: Any, x: Any) -> Any:
-    """Angle of the vector (x, y) in half turns, [-1, 1); of the zero vector 0.
+    """Angle of the vector (x, y) in half turns, [-1, 1); 0 for the zero vector.
 
     InputError when compiled if the ranges of x and y differ by more than 2^22 in words of 32 bits,
     2^12 in words of 18.
@@ -325,7 +325,7 @@ def atan2_ht(y: Any, x: Any) -> Any:
 def inverse(matrix: Any, least: float | None = None) -> Any:
     """Inverse (n, n) of a symmetric positive definite matrix; see `solve`.
 
-    Of S >= diag(r), an element is at most 1 / sqrt(r_i r_j).
+    If S >= diag(r), an element is at most 1 / sqrt(r_i r_j).
     """
     s = np.asarray(matrix, dtype=object)
     result = solve(s, np.eye(len(s)), least)
@@ -341,9 +341,9 @@ def inverse(matrix: Any, least: float | None = None) -> Any:
 def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
     """X of ``matrix`` X = ``right``, of a symmetric positive definite matrix.
 
-    By Cholesky's factor, S = L L^T, L U = B, L^T X = U, whose divisions are products with inverse
-    roots: their exponents stay free. Of S = H P H^T + R, as in K^T = S^-1 H P, no pivot is below
-    the variance in R.
+    By Cholesky's factor, S = L L^T, L U = B, L^T X = U, with inverse roots as factors, whose
+    exponents stay free. For S = H P H^T + R, as in K^T = S^-1 H P, no pivot is below the variance
+    in R.
 
     Parameters
     ----------
@@ -351,13 +351,13 @@ def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
         Only the lower triangle is read.
     right : (n,) or (n, m)
     least : float, optional
-        Least eigenvalue; by default the least value of each element of the diagonal, which is right
-        for a sum of a covariance and a diagonal matrix. It is a claim, which `check` tests.
+        Smallest eigenvalue, which `check` tests. By default the smallest value of each element of
+        the diagonal, as for the sum of a covariance and a diagonal matrix.
 
     Returns
     -------
     (n,) or (n, m)
-        In a word, a result has the last bit of its largest value, right / least: bound it closer.
+        The LSB of a result follows from its largest value, right / least: bound it closer.
 
     Raises
     ------
