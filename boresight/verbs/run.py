@@ -162,7 +162,7 @@ def _copied(log: Any, output: str | Path | None) -> Result:
         raise InputError.at(
             "--output",
             wanted=f"a file name that ends with {', '.join(FORMATS)}",
-            found="none" if output is None else str(output),
+            found=str(output or "none"),
             fix="name it",
         )
     count, notes = 0, dict[str, None]()

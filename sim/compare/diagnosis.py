@@ -212,7 +212,8 @@ def _weakest(
 def near_floor(of: Traced, ranges: WordRanges, reached: Mapping[int, Range]) -> str:
     """The root or reciprocal whose argument came nearest to its floor, within `_NEAR`; or empty."""
     arithmetic, nearest, text = of.program.arithmetic, _NEAR, ""
-    for _, part, held in _normalising(of.nodes, of.value_of):
+    last = {node.number: n for n, node in of.nodes.items()}  # a copy in the function's format
+    for _, part, held in _normalising(of.nodes, last):
         low, high = reached[held]
         size, at = (low, ranges.low_at) if low > 0.0 else (max(-high, 0.0), ranges.high_at)
         full = max(abs(part.args[0].low), abs(part.args[0].high))
