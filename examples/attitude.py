@@ -1,11 +1,11 @@
 """Attitude and gyro bias from gyro, accelerometer and magnetometer, written as a model.
 
-Six error states and three scalar measurements: the specific force points up, whatever else
-accelerates the body counts as noise; the field points north. Both are gated: innovations beyond
-four standard deviations, and fields of another strength, are left out. The outputs are those of the
-predicted state, which leave the core before this sample's measurements are taken into account, as
-those of `mekf` do. It starts level and pointing north, and finds the attitude from there within
-seconds; a start in any attitude, restarts and status words are what `mekf` has and this has not.
+Six error states and three scalar measurements: the specific force points up, and other
+accelerations are noise; the field points north. Gates reject innovations beyond four standard
+deviations, and fields of another strength. Outputs are those of the predicted state, which leave
+the core before the measurements of this sample are processed, as those of `mekf`. The filter starts
+level and pointing north, and finds the attitude within seconds. Unlike `mekf` it has no start in
+any attitude, no restarts and no status words.
 """
 
 from boresight import Input, Output, Param, ops
@@ -45,7 +45,7 @@ class AttitudeFromModel(Kalman):
     prior = True
 
     def f(self, x, u, p):
-        """The turn of the step; more than half a radian is none of a body."""
+        """Rotation of one step, limited to half a radian."""
         pairs = zip(u.g, x.b, strict=True)
         return {"q": [ops.saturated(u.dt * (g - b), 0.5) for g, b in pairs]}
 
@@ -53,7 +53,7 @@ class AttitudeFromModel(Kalman):
         return {"q": p.gyro_var * u.dt, "b": p.bias_var * u.dt}
 
     def measure(self, x, u, p):
-        """Up, by force; north, by the field: what of both is off in navigation axes."""
+        """The vertical by the force, north by the field, in navigation axes."""
         up, vertical = x.q.observed([c * (1.0 / GRAVITY) for c in u.a], (0.0, 0.0, 1.0))
         field, north = x.q.observed([c * (1.0 / FIELD) for c in u.m], (0.0, p.north, 0.0))
         up, east = [ops.saturated(c, 2.0) for c in up], ops.saturated(field[0], 2.0)

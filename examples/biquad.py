@@ -6,9 +6,9 @@ same output within the tolerance::
     boresight check biquad.py biquad.csv
     boresight run biquad.py biquad.csv --levels fixed -o out.csv
 
-A cascade of second order keeps its bits where one filter of fourth order would lose them: its
-poles lie close together, and its coefficients would have to be far finer than its signal. The gain
-of the whole stands in the first section, so that nothing grows on the way.
+Sections of second order keep their bits. One filter of fourth order would have poles close
+together, and coefficients that have to be far finer than its signal. The first section has the
+whole gain, so that no signal grows on the way.
 """
 
 from boresight import Estimator, Input, Output, State

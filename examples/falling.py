@@ -34,7 +34,7 @@ class Falling(Kalman):
         return {"h": x.h + DT * x.v, "v": x.v + DT * (drag - 9.81e-3)}
 
     def noise(self, x, u, p):
-        """Of the velocity, for Euler's error, and of the drag."""
+        """Noise of the velocity, for the error of Euler's step, and of the drag."""
         return {"h": 1e-6, "v": 1e-5, "c": 1e-6}
 
     def measure(self, x, u, p):

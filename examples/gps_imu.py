@@ -47,7 +47,7 @@ class GpsImu(Kalman):
         }
 
     def noise(self, x, u, p):
-        """Of accelerometer and gyro; drift of the bias."""
+        """Noise of accelerometer and gyro; drift of the bias."""
         return {"speed": 1e-4, "heading": 4e-9, "bias": 1e-10}
 
     def measure(self, x, u, p):

@@ -40,7 +40,7 @@ class Induction(Kalman):
         }
 
     def noise(self, x, u, p):
-        """Of currents and flux, for Euler's step; the speed's is what follows a start."""
+        """Noise of currents and flux, for Euler's step; that of the speed follows a start."""
         return {"ia": 1e-3, "ib": 1e-3, "fa": 1e-7, "fb": 1e-7, "w": 1.0}
 
     def measure(self, x, u, p):

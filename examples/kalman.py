@@ -32,7 +32,7 @@ class Kalman(kalman.Kalman):
         return {"pos": x.pos + u.dt * x.vel}
 
     def noise(self, x, u, p):
-        """Variance of the velocity that a step adds."""
+        """Variance that a step adds to the velocity."""
         return {"vel": u.dt * p.q}
 
     def measure(self, x, u, p):

@@ -1,14 +1,14 @@
 """Attitude of gyro and accelerometer after Madgwick (2010), six axes.
 
 ``madgwick.csv`` is a hand that turns a sensor at 100 Hz, with the true attitude. The package
-``ahrs`` has the same filter in floating point (`ahrs.filters.Madgwick`), but for the step near
-level, which shrinks here; with that in it the quaternions are the same within 1e-6::
+``ahrs`` has the same filter in floating point (`ahrs.filters.Madgwick`). Here the step shrinks near
+level; with the same step, the quaternions agree within 1e-6::
 
     boresight check madgwick.py:Madgwick madgwick.csv
     boresight accuracy madgwick.py:Madgwick madgwick.csv
 
-Vectors are normalised by an inverse root, whose results are unit vectors: `ops.bounded` says so,
-since intervals see three components of which each could be 1.
+Vectors are normalised by an inverse root. `ops.bounded` states that the results are unit vectors,
+which interval arithmetic cannot know.
 """
 
 from boresight import Estimator, Input, Output, Param, State, ops
@@ -19,8 +19,8 @@ Q = ("qw", "qx", "qy", "qz")
 class Madgwick(Estimator):
     """Gradient descent against gravity.
 
-    The step is one of constant length only above a gradient of 0.02: below, it shrinks with the
-    gradient, so that the root never sees less than 4e-4 of its 16.
+    The step has a constant length above a gradient of 0.02. Below, it shrinks with the gradient,
+    so that the argument of the root is at least 4e-4, of a range up to 16.
     """
 
     inputs = (

@@ -1,6 +1,6 @@
 """Speed control of a motor: a PI controller, and the motor that it drives.
 
-The motor is a world: it is told the drive and gives the speed that an encoder shows::
+The motor is a world: it gets the drive and returns the speed that an encoder measures::
 
     boresight run pi.py:Pi pi.py:Motor --levels fixed -o loop.csv
     boresight run pi.py:Pi pi.py:Motor --levels rtl --steps 300

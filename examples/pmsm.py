@@ -39,7 +39,7 @@ class Pmsm(Kalman):
         }
 
     def noise(self, x, u, p):
-        """Of the voltages, of the load, of Euler's step."""
+        """Noise of the voltages, of the load, of Euler's step."""
         return {"ia": 1e-4, "ib": 1e-4, "speed": 1e-3, "angle": 1e-9}
 
     def measure(self, x, u, p):

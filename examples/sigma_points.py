@@ -20,7 +20,7 @@ def moved(points):
 
 
 def within(x, largest):
-    """What deviations and gains are bounded by: sqrt(3 P), sqrt(P / R) / 2."""
+    """Bounds of deviations and gains: sqrt(3 P), sqrt(P / R) / 2."""
     return ops.bounded(x, -largest, largest, "Cauchy and Schwarz")
 
 

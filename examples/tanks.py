@@ -27,7 +27,7 @@ class Tanks(Kalman):
         return {"h1": x.h1 + DT / 28.0 * (u.pump - q1), "h2": x.h2 + DT / 32.0 * (q1 - q2)}
 
     def noise(self, x, u, p):
-        """Waves, and Euler's step."""
+        """Noise of waves and of Euler's step."""
         return {"h1": 1e-3, "h2": 1e-3}
 
     def measure(self, x, u, p):

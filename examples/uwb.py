@@ -30,7 +30,7 @@ class Uwb(Kalman):
         return {"px": x.px + DT * x.vx, "py": x.py + DT * x.vy}
 
     def noise(self, x, u, p):
-        """Someone who walks."""
+        """Noise of a walking person."""
         return {"vx": 0.04, "vy": 0.04}
 
     def measure(self, x, u, p):

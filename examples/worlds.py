@@ -15,7 +15,7 @@ from boresight import World
 
 
 class Sensors(World):
-    """Sensors whose samples no output changes; a subclass writes ``columns``."""
+    """Sensors that do not depend on outputs; a subclass has ``columns``."""
 
     def __init__(self, n=400, seed=1):
         self.n, self.seed = n, seed
@@ -28,7 +28,7 @@ class Sensors(World):
         yield self.columns(np.arange(self.n))
 
     def noisy(self, values, sd):
-        """Values as a sensor with noise of ``sd`` gives them."""
+        """Values with noise of standard deviation ``sd``."""
         return values + self.noise(0.0, sd, self.n)
 
 
@@ -231,7 +231,7 @@ class Induction(Sensors):
 
 
 class Charge(Sensors):
-    """A cell of 2.5 Ah that is drawn from in pulses; its voltage with 5 mV of noise."""
+    """A cell of 2.5 Ah under pulses of current; its voltage with 5 mV of noise."""
 
     def columns(self, k):
         i = np.where(k % 60 < 40, 4.0, -1.0) + np.sin(0.1 * k)
@@ -329,7 +329,7 @@ class Adaptive(Sensors):
 
 
 class Loop(World):
-    """A plant in a loop; a subclass writes ``start`` and ``moved``."""
+    """A plant in a loop; a subclass has ``start`` and ``moved``."""
 
     def __init__(self, n=400):
         self.n = n
