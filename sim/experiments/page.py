@@ -24,24 +24,21 @@ def render(
 def target_rows(targets: Iterable[Target]) -> list[dict[str, object]]:
     """Targets as rows of a table."""
     rows, before = list[dict[str, object]](), ""
-    for target in targets:  # a note that parts share stands once
-        rows.append(_row(target, "" if target.note == before else target.note))
+    for target in targets:
+        text = "pass" if target.good else "FAIL" if target.binding else "miss"
+        verdict = Verdict(text, target.good) if target.judged else None
+        least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
+        note = "" if target.note == before else target.note  # one that parts share stands once
         before = target.note
+        row: dict[str, object] = {
+            "what": f"{target.name}, {target.part}" if target.part else target.name,
+            "source": target.source,
+            "value": f"{number(target.value, 3)} {unit(target.unit)}".rstrip(),
+            "runs, least to most": least or None,
+            **target.beside,
+            "target": target.limits or None,
+            "verdict": verdict or (f"not judged: needs {target.needs}" if target.needs else None),
+            "note": "; ".join(filter(None, ["reported" * (not target.binding), note])) or None,
+        }
+        rows.append(row)
     return rows
-
-
-def _row(target: Target, note: str) -> dict[str, object]:
-    """A target as cells by column."""
-    text = "pass" if target.good else "FAIL" if target.binding else "miss"
-    verdict = Verdict(text, target.good) if target.judged else None
-    least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
-    return {
-        "what": f"{target.name}, {target.part}" if target.part else target.name,
-        "source": target.source,
-        "value": f"{number(target.value, 3)} {unit(target.unit)}".rstrip(),
-        "runs, least to most": least or None,
-        **target.beside,
-        "target": target.limits or None,
-        "verdict": verdict or (f"not judged: needs {target.needs}" if target.needs else None),
-        "note": "; ".join(filter(None, ["reported" * (not target.binding), note])) or None,
-    }
