@@ -173,7 +173,7 @@ def test_a_gap_is_named_by_its_time_and_a_cure(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("t,a\n0.00,1\n0.01,1\n0.02,1\n0.52,1\n")
     message = "wanted a time step dt of 0 to 0.02 s, the declared range, found 0.5; correct "
-    remedy = "run the rows before and behind it by --to and --from; clamp=True would clamp dt"
+    remedy = "run the rows before and after it by --to and --from; clamp=True would clamp dt"
     for record, where in (
         (read_record(path), rf"{re.escape(str(path))}, line 5, column t"),
         (Record.of({"t": [0.0, 0.01, 0.02, 0.52]}), r"record, t\[3\]"),
