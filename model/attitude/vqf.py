@@ -38,7 +38,7 @@ from boresight.model.algebra.quaternion import (
 from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.attitude.table import params_of
 from boresight.model.declarations import Input, Param, State
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
@@ -96,13 +96,9 @@ class Settings:
             ("acc_tau_s", self.acc_tau_s, 0.5, 30.0),
             ("mag_tau_s", self.mag_tau_s, 0.5, 100.0),
         ):
-            if not low <= value <= high:
-                raise InputError.at(
-                    f"vqf, {name}",
-                    wanted=f"{low:g} to {high:g}",
-                    found=f"{value:g}",
-                    fix="choose a value inside the range",
-                )
+            good = isinstance(value, int | float) and low <= value <= high
+            fix = "choose a value inside the range"
+            require(good, f"vqf, {name}", f"{low:g} to {high:g}", value, fix)
 
     @property
     def step_s(self) -> float:

@@ -99,7 +99,10 @@ class AttitudeBoard(BoardSystem):
         filters: Sequence[Named] = FILTERS if chosen.name in FILTERS else [chosen]
         machine_named(config)
         require_choice("source", source, _SOURCES)
-        require(0.05 <= seconds <= _LONGEST_S, "seconds", f"0.05 to {_LONGEST_S:g}", seconds)
+        good = isinstance(seconds, int | float) and 0.05 <= seconds <= _LONGEST_S
+        require(good, "seconds", f"0.05 to {_LONGEST_S:g}", seconds)
+        good = feed is None or isinstance(feed, Mapping)
+        require(good, "feed", "values by input, for example {'allowed': 50}", feed)
         updates = round(seconds * REAL.rate_hz)
         record = _default_log(updates) if log is None else record_of(log)
         if len(record) < max(updates, _SHORT):
@@ -216,11 +219,12 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
                 found=repr(name),
                 fix="leave it out, or correct the name",
             )
-        if not value.low <= number <= value.high:
+        is_number = isinstance(number, int | float)
+        if not (is_number and value.low <= number <= value.high):
             raise InputError.at(
                 f"feed {name}",
                 wanted=f"{value.low:g} to {value.high:g} {value.unit}".rstrip(),
-                found=f"{number:g}",
+                found=f"{number:g}" if is_number else repr(number),
                 fix="choose a value inside the range",
             )
         words[name] = int(Format(32, value.frac).quantise(number))

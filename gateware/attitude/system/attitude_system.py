@@ -371,6 +371,8 @@ def system_design(core: Core, clock_hz: int) -> AttitudeSystem:
         )
     try:
         return AttitudeSystem(core=core, clock_hz=clock_hz)
+    except InputError:
+        raise
     except ValueError as error:
         raise InputError.at(
             "clock",

@@ -172,7 +172,7 @@ def system_map(
     A word of the results has the estimators' name with the prefix ``result_`` or ``input_``, or its
     number if the names differ. A word whose fraction bits differ among estimators has no ``frac``
     here; the records of the programs have it. Of the ``events`` bit 0 comes first; ``bad_address``
-    is added after them. ``feed`` are the inputs read from registers (`plan.Feed`).
+    is added after them. ``feed`` are the inputs read from registers (`programs.Feed`).
     """
     description = describe(core)
     word, programs = description.word, description.programs[: -len(FRONT_NAMES)]

@@ -76,7 +76,12 @@ def feed_of(programs: Sequence[Program]) -> Feed:
         if word not in constants:
             constants.append(word)
         if len(constants) > _MOST_CONSTANTS:
-            raise ValueError(f"constants must be {_MOST_CONSTANTS} or fewer: {constants}")
+            raise InputError.at(
+                "estimators",
+                wanted=f"{_MOST_CONSTANTS} or fewer different values of missing= on a board",
+                found=f"{len(constants)} or more",
+                fix="use missing=0 or missing='hold', or leave estimators out",
+            )
         return _CONSTANTS + constants.index(word)
 
     def fed(program: Program, number: int) -> tuple[Fed, bool]:

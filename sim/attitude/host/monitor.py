@@ -253,7 +253,7 @@ def _csv(track: Track) -> str:
     names = dict.fromkeys(name for update in track.updates for name in update.values)
     rows = [",".join(["number", "time_s", *names, "flags"])]
     for number, time_s, update in zip(track.number, track.time_s, track.updates, strict=True):
-        cells = {name: f"{value:.9g}" for name, value in update.values.items()}
+        cells = {name: f"{value:.10g}" for name, value in update.values.items()}
         if update.is_attitude and "status" in cells:
             cells["status"] = f"0x{int(update.values['status']):02x}"
         values = [cells.get(name, "") for name in names]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from boresight.firmware.build import CModel
-from boresight.gateware.attitude.system.programs import system_core, system_estimators
+from boresight.gateware.attitude.system.programs import feed_of, system_core, system_estimators
 from boresight.gateware.core import Core
 from boresight.model.attitude import FILTERS
 from boresight.model.attitude.front import FRONT, board_params
@@ -64,6 +64,17 @@ def estimator(*inputs: Input, outputs: int = 1) -> Estimator:
     made.inputs = inputs
     made.outputs = tuple(Output(f"out{k}") for k in range(outputs))
     return made
+
+
+def test_so_many_values_of_missing_fields() -> None:
+    fields = [
+        [Input(n, -200.0, 200.0, "uT", missing=first + k) for k, n in enumerate(("mx", "my", "mz"))]
+        for first in (1.0, 4.0, 7.0)
+    ]
+    programs = [e.compile() for e in system_estimators([estimator(*f) for f in fields])[:3]]
+    assert len(feed_of(programs[:2]).constants) == 6
+    with pytest.raises(InputError, match="^estimators: wanted 8 or fewer different values"):
+        feed_of(programs)
 
 
 def test_inputs_take_the_words_of_the_sensors() -> None:

@@ -23,6 +23,7 @@ def test_words_of_given_values() -> None:
         ({}, {"gust": 0.0}, "feed gust: wanted an input without a sensor: none declared, "),
         (REGISTERS, {"wind": 4.25}, "feed wind: wanted -4 to 4 m/s, found 4.25; choose a value"),
         (REGISTERS, {"wind": float("nan")}, "feed wind: wanted -4 to 4 m/s, found nan; "),
+        (REGISTERS, {"wind": "x"}, "feed wind: wanted -4 to 4 m/s, found 'x'; "),
     ],
 )
 def test_refused(registers, values, message) -> None:
