@@ -84,9 +84,9 @@ class Engine(wiring.Component):
             operands.parity.eq(parity),
         ]
 
-        granted = sequencer.grant
+        # A change of program and a restart are granted, too, whatever is on the bus meanwhile.
+        granted = sequencer.grant & ~registers.switch
         if self.selector:
-            granted = granted & ~registers.switch  # the bus may request a parameter meanwhile
             m.d.comb += [
                 registers.choice.eq(self.choice),
                 self.chosen.eq(registers.chosen),

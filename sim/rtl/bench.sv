@@ -201,10 +201,9 @@ module bench #(
             in_payload <= {index == counts[record] - 1, word[WORD-1:0]};
         end
         out_ready <= stall == 0 || (lfsr[3] ^ lfsr[17]) || (now && order[next+1] == -1);
+        // An idle bus carries anything.
         bus_stb <= waits && !counting && !resets;
-        if (next < 3 * orders) begin
-            bus_addr <= order[next+1];
-            bus_data <= order[next+2];
-        end
+        bus_addr <= waits && !resets ? order[next+1] : lfsr[9:0];
+        bus_data <= waits && !resets ? order[next+2] : lfsr;
     end
 endmodule

@@ -86,6 +86,12 @@ def test_every_cycle_of_several_programs(config: str) -> None:
     check(core, [*events, (2, None), (1, None), (0, None)])
 
 
+def test_what_an_idle_bus_carries() -> None:
+    """The bench's idle bus shows any register of the second lane; nothing is written there."""
+    core = build_core(ALL["battery"]().compile(), "fast")
+    check(core, [event for cycle in range(1, 300, 15) for event in in_cycle(cycle)])
+
+
 @pytest.mark.parametrize("name", sorted(ALL))
 def test_shipped_programs(name: str) -> None:
     """In 20 cycles spread over an update."""
