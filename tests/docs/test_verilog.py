@@ -21,7 +21,8 @@ FILES = {"python": ["track.py"], "verilog": ["sample.v", "demo.v"], "c": ["drive
 def test_every_block(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    blocks = re.findall(r"```(\w+)\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+    page = PAGE.read_text(encoding="utf-8")
+    blocks = re.findall(r"```(\w+)\n(.*?)```", page, re.S)
     monkeypatch.chdir(tmp_path)
     names = {kind: iter(files) for kind, files in FILES.items()}
     for kind, text in blocks:
@@ -45,15 +46,12 @@ def test_every_block(
             if program == "make":
                 assert "PASS core: 120 words of 60 records" in said
     assert compared == 2
-    subprocess.run(
-        ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Icore", "-fsyntax-only", "driver.c"],
-        check=True,
-    )
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Icore", "-fsyntax-only"]
+    subprocess.run(["gcc", *flags, "driver.c"], check=True)
     core = (tmp_path / "core" / "README.md").read_text()
-    formats = re.findall(r"`(\w+)` is `(fixed<\S+>)`", PAGE.read_text(encoding="utf-8"))
+    formats = re.findall(r"`(\w+)` is `(fixed<\S+>)`", page)
     assert len(formats) == 2
     assert all(f"| `{name}` | `{form}` |" in core for name, form in formats)
-    page = PAGE.read_text(encoding="utf-8")
     for name in integration_names(generic=False, axi=True):
         assert f"`{name.partition('/')[0]}" in page, name
     capsys.readouterr()

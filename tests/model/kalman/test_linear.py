@@ -73,7 +73,7 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
         ((A, B, C, D), {"R": None}, "give R="),
         ((A, B, C, D), {"P": [1.0, 0.0]}, "larger diagonal"),
         ((A, B, C, D), {"x": [1.0]}, "2 largest"),
-        (signal.dlti([1.0], [1.0, -0.5], dt=0.1), {}, "TransferFunctionDiscrete'; convert it: SYSTEM.to_ss"),
+        (signal.dlti([1.0], [1.0, -0.5], dt=0.1), {}, "TransferFunctionDiscrete'; convert it"),
         (
             SimpleNamespace(**vars(FILTERPY), alpha=1.05),
             {},

@@ -103,9 +103,7 @@ def test_misuse_is_refused(x: Any) -> None:
     same = x
     assert x == same and (x != same) is np.False_
     for combine in (operator.and_, operator.xor):
-        with pytest.raises(
-            InputError, match="wanted conditions such as x < 1.0, found 1 in a condit"
-        ):
+        with pytest.raises(InputError, match="conditions such as x < 1.0, found 1 in a condit"):
             combine(x < 1.0, 1)
 
 

@@ -211,18 +211,14 @@ def test_an_exception_changes_no_bit_and_withdraws_the_claim() -> None:
     assert said.compile().digest == silent.compile().digest
     result = checked(said, a=[0.0, 0.9], b=np.zeros(2))
     assert result.good and result.claims[0].status == "excepted"
-    text = r"1 not judged, since some inputs reach the exception: "
-    assert re.search(
-        text + r"so it is \(test_claims\.py, line \d+\), unless a is large", str(result)
-    )
+    text = r"1 not judged, since .*: so it is \(test_claims\.py, line \d+\), unless a is large"
+    assert re.search(text, str(result))
 
 
 def test_a_state_out_of_its_range_fails_on_the_log_and_is_told_of_the_search() -> None:
     result = checked(Integral(), a=[1.0, 0.5])
     assert result.good and [c.status for c in result.claims] == ["left", "proven"]
-    assert "inputs within their ranges can take s out of its range (test_claims.py, line" in str(
-        result
-    )
+    assert "can take s out of its range (test_claims.py, line" in str(result)
     short = Integral()  # a word that ends where the range does: the value beyond it is told
     short.states = (State("s", -4.0, 3.999), Integral.states[1])
     claim = next(c for c in checked(short, a=[1.0, 0.5]).claims if c.state == "s")
