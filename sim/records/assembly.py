@@ -55,14 +55,9 @@ class _Series:
 
 
 def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
-    """Return the columns of sources.
+    """The columns of sources.
 
-    Raises
-    ------
-    InputError
-        The file is damaged; a topic or a field is not there; several topics could be meant.
-    ToolMissing
-        The package that reads the file is not installed.
+    InputError for damage, and for a topic or field that is missing or may be one of several.
     """
     recording = read(path, {source.label for source in sources})
     notes = list(recording.notes)

@@ -21,7 +21,15 @@ from boresight.model.words.program import Program
 from boresight.sim.records.files import Log, recording_of
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import ROWS, Place, Record, check_norm, joined, truth_names
+from boresight.sim.records.record import (
+    ROWS,
+    Place,
+    Record,
+    check_norm,
+    joined,
+    rows_of,
+    truth_names,
+)
 from boresight.sim.records.selection import Clock, selection
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
@@ -113,10 +121,7 @@ class Feed:
     def spans(self, anew: bool) -> Iterator[tuple[FloatArray, bool]]:
         """Inputs from one restart to the next, and whether they begin from the initial states.
 
-        Parameters
-        ----------
-        anew : bool
-            Whether the first row does.
+        ``anew``: whether the first row does.
         """
         starts = sorted({0, *np.flatnonzero(self.restarts).tolist()})
         for start, stop in pairwise([*starts, len(self)]):
@@ -129,14 +134,10 @@ class Feed:
 
 
 def feed(estimator: Estimator, record: Record) -> Feed:
-    """Select, convert and check an estimator's inputs.
+    """An estimator's inputs, selected, converted and checked.
 
-    Raises
-    ------
-    InputError
-        No column for an input, a unit that is unknown or of another dimension, a missing sample of
-        an input without ``missing``, a value outside the declared range of an input without
-        ``clamp``, or a sample rate other than the estimator is designed for.
+    InputError for no column, a unit of another dimension, a missing sample, a value outside the
+    declared range, or a sample rate other than the estimator's.
     """
     (result,) = feeds(estimator, [record])
     return result
@@ -165,13 +166,7 @@ class LongFeed:
         return first.warnings
 
     def parts(self) -> Iterator[Feed]:
-        """The rows, `ROWS` at a time: the log is read and checked each time.
-
-        Raises
-        ------
-        InputError
-            As `feed`, and as the log's reader.
-        """
+        """The rows, `ROWS` at a time; of a long log it is read and checked each time."""
         yield from feeds(self.estimator, self.log.blocks(ROWS))
 
 
@@ -183,10 +178,7 @@ def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
 class Feeder:
     """`feed` of a record in pieces; the rate is that of the first.
 
-    Raises
-    ------
-    InputError
-        Gaps of the selected rows restart the estimator, which does not restart.
+    InputError if gaps are to restart an estimator that does not restart.
     """
 
     def __init__(self, estimator: Estimator) -> None:
@@ -209,6 +201,8 @@ class Feeder:
     def take(self, record: Record) -> Feed:
         """The next piece."""
         estimator, reader = self.estimator, self._reader
+        if not reader.rows:
+            record = self._complete(record)
         start, self._place = reader.rows, record.place
         if "dt" not in record.columns:
             self._place = replace(record.place, by_time=True)
@@ -240,6 +234,18 @@ class Feeder:
             else np.zeros(len(record), dtype=bool),
             self._warnings(record, inputs, new, truth),
         )
+
+    def _complete(self, record: Record) -> Record:
+        """A slice from the first row on in which every held input has had a sample."""
+        held = [i.name for i in self.estimator.inputs if i.missing == "hold"]
+        known = {n: ~np.isnan(record.numbers(n)) for n in held if n in record.columns}
+        late = {n: int(np.argmax(k)) for n, k in known.items() if k.any() and not k[0]}
+        if not late or not selection().sliced:
+            return record
+        start = max(late.values())
+        note = f"{', '.join(late)}: no sample at the start of the slice; rows left out: {start}"
+        self._notes[note] = None
+        return rows_of(record, start, len(record))
 
     def _warnings(
         self, record: Record, inputs: FloatArray, new: BoolArray, truth: Mapping[str, FloatArray]

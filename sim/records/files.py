@@ -119,23 +119,14 @@ _MEMORY_LIMIT = 8 << 20
 def read_record(path: str | os.PathLike[str]) -> Record:
     """Read a log file.
 
-    Raises
-    ------
-    InputError
-        It cannot be read or holds no log; the one-line message names the file, the line and the
-        column (for ``.npz`` the array and the index, counted from 0).
+    The InputError of one that is no log names file, line and column (of ``.npz`` the array, and the
+    index from 0).
     """
     return joined([*blocks_of(path)])
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
-    """Return the logs at some paths; a folder stands for every file of `FORMATS` below it.
-
-    Raises
-    ------
-    InputError
-        A folder without logs.
-    """
+    """The logs at some paths; a folder stands for every file of `FORMATS` below it."""
     out: list[Path] = []
     for path in map(Path, paths):
         logs = {path}
@@ -189,10 +180,7 @@ def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[
 def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Record]:
     """Read a log file in pieces of so many rows, each with its time steps.
 
-    Raises
-    ------
-    InputError
-        As `read_record`; rows before a fault have been given then.
+    Rows before a fault have been given when its InputError is raised.
     """
     yield from resized(blocks_of(path, steps=True), rows)
 
@@ -201,11 +189,6 @@ def blocks_of(path: str | os.PathLike[str], *, steps: bool = False) -> Iterator[
     """A log file in blocks, or the rows of it that are selected.
 
     They have their time steps where ``steps`` says so, or where rows are selected.
-
-    Raises
-    ------
-    InputError
-        As `read_pieces`.
     """
     blocks, rows = _blocks(Path(path)), selection()
     return rows.pieces(timed(blocks)) if steps or not rows.is_identity else blocks
@@ -295,12 +278,7 @@ class Log:
     ) -> Log:
         """The leading samples of a log file, or of data in memory (`Record.of`).
 
-        A file of more than 8 MB is read again each time, but for ``load``.
-
-        Raises
-        ------
-        InputError
-            Bad data; of a long file only the first rows are read.
+        A file of more than 8 MB is read again each time, but for ``load``; here its first rows are.
         """
         if isinstance(data, Log):
             return data
@@ -331,13 +309,7 @@ class Log:
         return sum(map(len, self.blocks(ROWS)))
 
     def blocks(self, rows: int) -> Iterator[Record]:
-        """The samples in blocks of so many rows, with their time steps; one as it is.
-
-        Raises
-        ------
-        InputError
-            As `read_pieces`.
-        """
+        """The samples in blocks of so many rows, with their time steps; one as it is."""
         if isinstance(self.data, Record):
             fits = len(self.data) <= rows
             yield from [self.data] if fits else resized(timed([self.data]), rows)
@@ -351,15 +323,7 @@ class Log:
 
 
 def logs_of(logs: Iterable[Any], steps: int | None = None, *, load: bool = False) -> list[Log]:
-    """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ...
-
-    ``load``: see `Log.of`.
-
-    Raises
-    ------
-    InputError
-        A bad log, or a folder without logs.
-    """
+    """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ..."""
     paths = (log_files([x]) if isinstance(x, str | Path) else [x] for x in logs)
     out, unnamed = list[Log](), 0
     for log in chain.from_iterable(paths):

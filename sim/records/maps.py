@@ -79,13 +79,7 @@ def ready_map(name: str) -> tuple[Source, ...]:
 
 
 def read_map(path: str | Path) -> tuple[Source, ...]:
-    """The sources of a file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no map; the message names the source by its number, from 1.
-    """
+    """The sources of a file; an InputError names the source by its number, from 1."""
     return _sources(Path(path))
 
 

@@ -55,13 +55,10 @@ class NineAxis:
 
     @classmethod
     def of(cls, record: Record) -> NineAxis:
-        """Return the sensors of a record, with converted units.
+        """The sensors of a record, with converted units.
 
-        Raises
-        ------
-        InputError
-            A column is missing, a gyro or accelerometer sample too, a field or an attitude is
-            there in part, or an attitude has not the norm one.
+        InputError for a missing column or sample, a field or attitude that is there in part, or an
+        attitude without the norm one.
         """
         triads = {key: _stack(record, names, unit) for key, (names, unit) in TRIADS.items()}
         names = truth_names(record)

@@ -26,6 +26,8 @@ _REPEATED, _HELD, _JUMP, _OFTEN, _LEVELS, _EVEN = 0.2, 0.03, 5.0, 10, 20, 0.2
 #: Samples at an end of the values: least number, times those in the 2 % beside it, and least finest
 #: steps from end to end.
 _AT_END, _CROWD, _STEPS = 5, 2.0, 200.0
+#: Least share of the log that a sensor lacks at the end.
+_ENDED = 0.05
 
 
 class _Rule(NamedTuple):
@@ -71,16 +73,8 @@ def warnings_of(
 ) -> tuple[str, ...]:
     """One line for each sensor with implausible values, or with some axes missing.
 
-    Parameters
-    ----------
-    inputs : (n, n_inputs)
-        In the declared units.
-    new : bool (n, n_inputs)
-        New samples; others are ignored.
-    truth : mapping of str to float64 (n,), optional
-        The log's attitude, among others; NaN where it has none.
-    clamped : mapping of str to int, optional
-        Samples that were beyond their range, by input.
+    ``inputs`` are in the declared units; samples that are not ``new`` are ignored. ``truth``: the
+    log's attitude, among others, NaN where it has none. ``clamped``: samples beyond their range.
     """
     uneven = False
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
@@ -93,6 +87,7 @@ def warnings_of(
             warnings.append(f"{' '.join(names)}: {incomplete} rows have some of them, not all")
         if not rows.any():
             continue
+        warnings += _ended(" ".join(names), np.asarray(rows))
         declared = estimator.inputs[columns[0]]
         is_field = declared.unit == "uT" and len(columns) == 3
         zeros = rows & (inputs[:, columns] == 0.0).all(axis=1)
@@ -200,6 +195,15 @@ def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
         names.append(declared.name)
         columns.append(k)
     return list(groups.values())
+
+
+def _ended(names: str, rows: BoolArray) -> Iterator[str]:
+    """A sensor whose samples end long before the log does."""
+    at = np.flatnonzero(rows)
+    behind = len(rows) - 1 - int(at[-1])
+    longest = max(int(np.diff(at).max(initial=0)), int(at[0]))
+    if len(at) > _LEVELS and behind > max(_ENDED * len(rows), 3 * longest):
+        yield f"{names}: no sample in the last {behind} of {len(rows)} rows: did the sensor stop?"
 
 
 def _held(sensor: Triad) -> Iterator[str]:

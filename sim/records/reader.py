@@ -102,13 +102,7 @@ class InputReader:
         return inputs, new
 
     def number(self, name: str, value: object, n: int = 1) -> FloatArray:
-        """Values (n, runs) of another column of the next rows, NaN where a value is missing.
-
-        Raises
-        ------
-        InputError
-            The value is not a number, or infinite.
-        """
+        """Values (n, runs) of another column of the next rows, NaN where a value is missing."""
         numbers = np.empty((n, self.runs))
         numbers[:] = self._numbers(name, value, (n, self.runs))
         if np.isinf(numbers).any():

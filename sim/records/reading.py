@@ -21,17 +21,9 @@ def reason(error: OSError) -> str:
 
 
 def read_bytes(path: str | os.PathLike[str], wanted: str) -> bytes:
-    """Content of a file, or of a pipe.
+    """Content of a file or pipe; ``wanted`` is the expected one, for the message.
 
-    Parameters
-    ----------
-    wanted : str
-        Expected content, for the message: "a log file that can be read".
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or is a device, which may be endless.
+    InputError for one that cannot be read, and for a device, which may be endless.
     """
     with opened(path, wanted) as file:
         return file.read()
@@ -55,14 +47,9 @@ def opened(path: str | os.PathLike[str], wanted: str) -> Iterator[BinaryIO]:
 
 
 def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
-    """Content of a JSON file, as plain data.
+    """Content of a JSON file, as plain data; ``wanted`` is the expected one.
 
-    Stricter than Python: NaN, infinity and repeated names in an object are errors.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or is not JSON; the message has the location.
+    Stricter than Python's: NaN, infinity and repeated names in an object are errors.
     """
     content = read_bytes(path, f"{wanted} that can be read")
     try:

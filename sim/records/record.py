@@ -141,7 +141,9 @@ class Record:
                 self.source or f"record {self.name!r}",
                 wanted="columns with one value for each sample, at least one",
                 found=found or "no column",
-                fix="give every column the same number of values",
+                fix="give every column the same number of values"
+                if len(first) > 1
+                else "write at least one sample",
             )
         for name, column in self.columns.items():
             infinite = np.isinf(column.values)
@@ -188,12 +190,9 @@ class Record:
         return self
 
     def values(self, name: str, unit: str) -> FloatArray:
-        """Return a column in a unit; without conversion if the column has no unit.
+        """A column in a unit; without conversion if it has none.
 
-        Raises
-        ------
-        InputError
-            The column is not numbers; its unit is unknown or of another dimension.
+        InputError for no numbers, or a unit that is unknown or of another dimension.
         """
         values, column = self.numbers(name), self.columns[name]
         if column.unit in (None, unit) or unit in EXACT_UNITS:
@@ -268,13 +267,7 @@ class Record:
 
 
 def steps_of(where: str, t: npt.NDArray[Any]) -> FloatArray:
-    """Step that ends at each sample, (n,); the first one is the median of the next 1,000.
-
-    Raises
-    ------
-    InputError
-        There is only one sample.
-    """
+    """Step that ends at each sample, (n,); the first one is the median of the next 1,000."""
     if len(t) < 2:
         raise InputError.at(
             where,
@@ -330,13 +323,7 @@ def rows_of(record: Record, start: int, end: int) -> Record:
 
 
 def timed(blocks: Iterable[Record]) -> Iterator[Record]:
-    """Blocks of one log, each with its time steps as a part of the log.
-
-    Raises
-    ------
-    InputError
-        A time that does not increase from one block to the next.
-    """
+    """Blocks of one log, each with its time steps as a part of the log; its times must rise."""
     blocks, first = iter(blocks), list[Record]()
     for block in blocks:
         first.append(block)
@@ -417,7 +404,9 @@ def _late_remedy(t: Column, row: int, previous: float) -> str:
             )
     if row > 1 and t.values[row - 2] < t.values[row] and (np.diff(t.values[row:][:8]) > 0.0).all():
         return "if the time of the row before is wrong, remove that row; otherwise sort the rows"
-    return "sort the rows"
+    if (t.values[row:] <= previous).sum() > 8:  # sorted, two recordings would be mixed
+        return "the clock steps back (a logger began anew?): make two logs, the second from here on"
+    return "sort the rows by their times"
 
 
 def _gravity(unit: str, wanted: str) -> str:
@@ -448,20 +437,10 @@ def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
 def columns_of(
     where: str, arrays: Sequence[tuple[str, npt.NDArray[Any]]], *, copy: bool = True
 ) -> tuple[dict[str, Column], dict[str, InputError]]:
-    """Convert arrays by name to columns, with units from brackets in the names.
+    """Columns by name, with units from brackets in the names, and the faults of some.
 
-    Without ``copy`` the arrays are those of the columns, where they can be, and belong to them.
-
-    Returns
-    -------
-    columns : dict of str to Column
-    faults : dict of str to InputError
-        Of arrays that are not one-dimensional or not numeric, whose columns are NaN.
-
-    Raises
-    ------
-    InputError
-        Something without rows, or a name occurs twice.
+    An array that is not one-dimensional or not numeric has a fault, and NaN as its column. Without
+    ``copy`` the arrays belong to the columns.
     """
     columns: dict[str, Column] = {}
     faults: dict[str, InputError] = {}
@@ -497,13 +476,7 @@ def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | Non
 
 
 def split_header(where: str, head: str) -> tuple[str, str | None]:
-    """Name and unit of ``gx[deg/s]``; None as unit without brackets.
-
-    Raises
-    ------
-    InputError
-        Brackets that do not match, or no name. The unit is checked at its use.
-    """
+    """Name and unit of ``gx[deg/s]``; None without brackets. The unit is checked at its use."""
     name, bracket, rest = head.strip().partition("[")
     name, unit = name.strip(), rest.strip()
     if not bracket:

@@ -39,20 +39,7 @@ def _damage(path: Path, wanted: str, error: Exception, fix: str) -> InputError:
 
 
 def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
-    """Topics of a flight log; of several instances of one, all but the first have a number.
-
-    Parameters
-    ----------
-    wanted : collection of str, optional
-        Names of topics; all by default.
-
-    Raises
-    ------
-    InputError
-        The content is none, or damaged.
-    ToolMissing
-        pyulog is not installed.
-    """
+    """Topics of a flight log; of several instances of one, all but the first have a number."""
     content = read_bytes(path, "a log file that can be read")
     read = optional("pyulog").ULog
     notes = []
@@ -79,11 +66,6 @@ def _complete_messages(content: bytes) -> tuple[bytes, int, bool]:
     """The whole messages, how many bytes between them are none, and whether the last one is cut.
 
     A log ends wherever the power failed, and a bad sector damages its middle.
-
-    Raises
-    ------
-    ValueError
-        It is no log.
     """
     if not content.startswith(_MAGIC):
         raise ValueError("the first bytes are not those of a ULog")
@@ -123,20 +105,7 @@ def _begins(content: bytes, offset: int) -> bool:
 
 
 def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:
-    """Topics of a bag.
-
-    Parameters
-    ----------
-    wanted : collection of str, optional
-        Names or types of topics; all by default.
-
-    Raises
-    ------
-    InputError
-        It is none, or damaged before the first message.
-    ToolMissing
-        rosbags is not installed.
-    """
+    """Topics of a bag, all or those of some names or types."""
     reader = optional("rosbags.highlevel").AnyReader
     types = optional("rosbags.typesys")
     if not os.path.isdir(path):

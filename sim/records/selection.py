@@ -107,17 +107,12 @@ class Selection:
         return "".join(f" --{name} {value}" for name, value in values.items() if value)
 
     @property
-    def _sliced(self) -> bool:
+    def sliced(self) -> bool:
+        """The rows begin or end within the log."""
         return self.start_s > 0.0 or math.isfinite(self.end_s)
 
     def pieces(self, blocks: Iterable[Record]) -> Iterator[Record]:
-        """The selected rows of blocks that have their time steps and follow each other.
-
-        Raises
-        ------
-        InputError
-            A gap that is refused; no row; no times, of which a slice or gaps are wanted.
-        """
+        """The selected rows of blocks that have their time steps and follow each other."""
         available = count = 0
         where = ""
 
@@ -129,7 +124,7 @@ class Selection:
 
         def chosen() -> Iterator[Record]:
             nonlocal available
-            rows = timed(self._slice(named())) if self._sliced else named()
+            rows = timed(self._slice(named())) if self.sliced else named()
             for block in _marked(rows, self.gaps) if self.gaps else rows:
                 available += len(block)
                 yield block

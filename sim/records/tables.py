@@ -36,13 +36,7 @@ _LARGEST = 4 << 30
 
 
 def records_of(path: Path, blocks: Iterable[Arrays]) -> Iterator[Record]:
-    """The records of a file's arrays, in blocks that follow each other.
-
-    Raises
-    ------
-    InputError
-        None, two of one name, or one that is no column; the message names array and index, from 0.
-    """
+    """The records of a file's arrays, in blocks that follow each other."""
     start, where = 0, str(path)
     for arrays in blocks:
         if not arrays:
@@ -101,8 +95,8 @@ def _steps(
     t = columns["t"].values
     if fs is None:
         dt = steps_of(where, t)
-    elif fs.shape == () and fs.dtype.kind in "iuf" and np.isfinite(fs) and fs > 0:
-        dt = np.full(len(t), 1.0 / float(fs))
+    elif fs.size == 1 and fs.dtype.kind in "iuf" and 0.0 < fs.item() < np.inf:
+        dt = np.full(len(t), 1.0 / float(fs.item()))
     else:
         raise InputError.at(
             f"{where}, fs",
@@ -149,15 +143,9 @@ def read_mat(file: BinaryIO) -> Iterator[Arrays]:
         raise ValueError("version 7.3, which is HDF5: save it with -v7") from None
     units = contents.pop("units", np.zeros(0))
     heads = {n: f"{n}[{units[n].item().item()}]" for n in units.dtype.names or ()}
-    yield [(heads.get(n, n), _vector(n, a)) for n, a in contents.items() if n[:2] != "__"]
-
-
-def _vector(name: str, value: Any) -> npt.NDArray[Any]:
-    """MATLAB has matrices only: a row or a column is a vector, and the rate a number."""
-    array: npt.NDArray[Any] = np.asarray(value)
-    if name == "fs" and array.size == 1:
-        return array.reshape(())
-    return array.ravel() if array.ndim == 2 and 1 in array.shape else array
+    arrays = {heads.get(n, n): np.asarray(a) for n, a in contents.items() if n[:2] != "__"}
+    # MATLAB has matrices only: a row or a column is a vector.
+    yield [(n, a.ravel() if a.ndim == 2 and 1 in a.shape else a) for n, a in arrays.items()]
 
 
 def read_feather(file: BinaryIO) -> Iterator[Arrays]:

@@ -1,8 +1,8 @@
 """CSV logs: one header, one line per sample; errors name line and column.
 
-Comment lines (``#``) may precede the header. A header field is ``NAME`` or ``NAME[unit]``; an empty
-field, or ``nan``, means that there is no new sample. Quotes may be around fields, within a line. A
-column with other texts can be read, but not be used.
+Comment lines (``#``, ``%``, ``//``) may precede the header. A header field is ``NAME`` or
+``NAME[unit]``; an empty field, or ``nan``, means that there is no new sample. Quotes may be around
+fields, within a line. A column with other texts can be read, but not be used.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _BLOCK = 1 << 22
 _SEPARATORS = (
     (";", "semicolons", "tr ';,' ',.'"),
     ("\t", "tabs", "tr '\\t,' ',.'"),
+    ("|", "bars", "tr '|,' ',.'"),
     (" ", "blanks", "tr -s ' ' ','"),
 )
 
@@ -53,20 +54,9 @@ def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
 
 
 def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
-    """Read a CSV log in blocks.
+    """Read a CSV log in blocks; ``path`` is for its name and messages.
 
-    Parameters
-    ----------
-    path : Path
-        Path for the record's name and messages.
-    file : binary file
-        Its content.
-
-    Raises
-    ------
-    InputError
-        The content is not such a table; the message names line and column. Rows before have been
-        given then.
+    An InputError names line and column; rows before have been given then.
     """
     top, offset, is_empty = 0, 0, True
     while True:
@@ -84,7 +74,11 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         is_empty = is_empty and not line.strip()
         top, offset = top + 1, offset + len(line)
         text = _text(path, top, offset - len(line), line).rstrip("\n")
-        if text.strip() and not text.startswith("#") and text.strip().strip('"') != "sep=,":
+        if (
+            text.strip()
+            and not text.startswith(("#", "%", "//"))
+            and text.strip().strip('"') != "sep=,"
+        ):
             break
     heads = _header(path, top, text)
     first, pending = top + 1, b""
@@ -157,6 +151,8 @@ def _text(path: Path, first: int, offset: int, content: bytes) -> str:
 def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
     where = f"{path}, line {number}"
     first = 1
+    if line.startswith("version https://git-lfs"):
+        raise InputError.at(where, wanted="a log", found="a pointer of Git LFS", fix="git lfs pull")
     if said := re.fullmatch(r"\W*sep=(.)\W*", line):
         line, first = f"a{said[1]}b", number + 1  # of the line below, which has the names
     for separator, name, command in _SEPARATORS:
@@ -208,8 +204,8 @@ def _fields(where: str, line: str) -> list[str]:
         raise InputError.at(
             where,
             wanted="quotes around whole fields, each within the line",
-            found="another one",
-            fix="correct the line",
+            found="one that does not end, or text beside one",
+            fix='remove it, or write "" for a quote within a field',
         ) from None
     return fields
 
@@ -217,13 +213,7 @@ def _fields(where: str, line: str) -> list[str]:
 def _table(
     path: Path, first_line: int, names: list[str], rows: list[str]
 ) -> tuple[FloatArray, dict[str, InputError]]:
-    """Values (rows, columns), NaN for no number, and by column its first text that is none.
-
-    Raises
-    ------
-    InputError
-        A line of too few or too many fields.
-    """
+    """Values (rows, columns), NaN for no number, and by column its first text that is none."""
     width = len(names)
     split = [
         _fields(f"{path}, line {k + first_line}", row) if '"' in row else row.split(",")
@@ -298,13 +288,9 @@ def _number(field: str) -> float | None:
 
 
 def _fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
-    """Parse lines of plain numbers, as `_table` does; None where anything is unusual.
+    """Parse lines of plain numbers, as `_table` does; NaN for an empty field, or "nan".
 
-    Returns
-    -------
-    float64 (rows, columns) or None
-        NaN for an empty field, or "nan". None: pyarrow is not here, or the lines must be looked at
-        one by one, for whatever they hold that is no finite number.
+    None without pyarrow, or where lines hold anything else and must be looked at one by one.
     """
     try:
         csv, arrow = import_module("pyarrow.csv"), import_module("pyarrow")

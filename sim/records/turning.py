@@ -48,8 +48,14 @@ _DELAYS_S = np.linspace(-2.0, 2.0, 101)
 #: Mean force of windows, m/s^2: least in most, most in a quarter; shares of rates and their changes
 #: in a turn that is steady.
 _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
-#: Share of the field that an offset has at least, and of its scatter that is left without it.
-_OFFSET, _LEFT = 0.2, 0.6
+#: s, windows in which small errors are fitted, the share of them that is kept, and the least
+#: scatter without an offset over that with it from which on the offset is known.
+_FIT_S, _KEPT, _KNOWN = 2.0, 0.7, 1.2
+#: Turns about a second axis, as a share of those about the first, that are none.
+_FLAT = 0.2
+#: Symmetric matrices without trace: what soft iron adds to a field of one length.
+_SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
+_SHAPES += [np.eye(3)[[j, k]].T @ np.eye(3)[[k, j]] for j, k in ((0, 1), (0, 2), (1, 2))]
 #: Activity of force and rates: s of a block, least and longest delay, and from the best one to
 #: others; least correlation in standard deviations, and of others as a share of the best.
 _STEP_S, _LATE_S, _LATEST_S, _APART_S, _ALIKE, _OTHER = 0.01, 0.034, 0.4, 0.05, 8.0, 0.6
@@ -143,6 +149,72 @@ class _Finding(NamedTuple):
     unlike: bool = False
 
 
+class _Kind(NamedTuple):
+    """A small error: when it is told, and the warning.
+
+    ``least``, ``most``: its size as a share of the vector, in rad/s, as a share, or in s.
+    ``times``, ``of_force``: least scatter without it over that with it, of field and force.
+    """
+
+    least: float
+    most: float
+    times: float
+    of_force: float
+    line: str
+
+
+#: Accelerations, and a sensor off the axis of the turns, look like an offset of the force.
+_ERRORS = {
+    "offset": _Kind(
+        *(0.2, 1.5, 2.0, 8.0),
+        "{sensor}: an offset of {numbers} {unit} explains how they turn {why}",
+    ),
+    "bias": _Kind(
+        *(0.1, 3.0, 2.0, 2.0),
+        "{rates}: an offset of {numbers} rad/s explains how {sensor} turn: subtract it",
+    ),
+    "scale": _Kind(0.1, 0.5, 2.0, 2.0, "{rates}: {times:.2g} times as large as {sensor} turn"),
+    "scales": _Kind(0.15, 0.6, 2.0, 2.0, "{rates}: {scales} times as large as {sensor} turn"),
+    "iron": _Kind(
+        *(0.1, 1.0, 2.5, math.inf),
+        "{sensor}: longer in some directions than in others (soft iron): calibrate the axes",
+    ),
+    "late rate": _Kind(0.04, 1.0, 1.25, math.inf, "{rates}: {moved}, by how {sensor} turn"),
+    "late": _Kind(0.04, 1.0, 1.25, math.inf, "{sensor}: {moved}, by the rates {rates}"),
+}
+#: Errors that are fitted together, and of them those that are told.
+_TOGETHER = (
+    (("offset", "bias", "scale", "iron"), ("offset", "bias", "scale", "iron")),
+    (("offset", "bias", "scale", "late rate", "late"), ("late rate", "late")),
+    (("offset", "bias", "scales"), ("scales",)),
+)
+
+
+class _Error(NamedTuple):
+    """An error by its name in `_ERRORS`, and its factors."""
+
+    name: str
+    value: FloatArray
+
+    def line(self, rates: str, sensor: str, is_force: bool) -> str:
+        """The warning."""
+        late = self.value - np.median(self.value)
+        k = int(np.abs(late).argmax())
+        axis = (rates if self.name == "late rate" else sensor).split()[k % 3]
+        return _ERRORS[self.name].line.format(
+            rates=rates,
+            sensor=sensor,
+            numbers=", ".join(
+                f"{x:.2g}" for x in np.where(np.abs(self.value) < 0.01, 0.0, self.value)
+            ),
+            times=1.0 / (1.0 - min(self.value[0], 0.9)),
+            scales=", ".join(f"{1.0 / (1.0 - min(x, 0.9)):.2g}" for x in self.value),
+            moved=f"{axis} is {abs(late[k]):.1g} s {'late' if late[k] > 0.0 else 'early'}",
+            unit="m/s^2" if is_force else "uT",
+            why="(has the device removed gravity?)" if is_force else "(iron): subtract it",
+        )
+
+
 class _Windows:
     """Blocks and windows of a log of rates, and the turn in each block."""
 
@@ -182,20 +254,6 @@ class _Windows:
             q = quaternion_multiply(turns[k], half)
         return np.moveaxis(turns, 0, 2)
 
-    def offset(self, v: FloatArray) -> FloatArray:
-        """What (3,) taken from a vector (blocks, 3) lets it turn as the rates say."""
-        turns = self.turns(np.eye(3)[None], np.arange(self.count))[0]
-        values = v.reshape(self.count, self.blocks, 3)
-        known = np.isfinite(values[..., :1])
-        # R (v - h) is constant in a window: R v - mean = (R - mean R) h.
-        columns = [rotate(turns, x) for x in (np.where(known, values, 0.0), *np.eye(3))]
-        count = np.maximum(known.sum(axis=1, keepdims=True), 1)
-        means = [np.where(known, x, 0.0).sum(axis=1, keepdims=True) / count for x in columns]
-        y, *r = (
-            np.where(known, x - mean, 0.0).ravel() for x, mean in zip(columns, means, strict=True)
-        )
-        return np.asarray(np.linalg.lstsq(np.stack(r, axis=1), y, rcond=0.1)[0])
-
     def turned_back(
         self, turns: FloatArray, v: FloatArray, some: IntArray, late: int = 0
     ) -> FloatArray:
@@ -214,22 +272,14 @@ def contradictions(
 ) -> tuple[list[str], bool]:
     """A line for each sensor, or reference attitude, that contradicts the others.
 
-    The second result is whether the rates explain how one of the others turns.
-
-    Parameters
-    ----------
-    rates, force, field : Triad
-        rad/s, m/s^2, uT.
-    attitude : Triad
-        Quaternions from sensor to east, north, up.
-    dt : (n,)
-        Time steps [s].
+    The second result is whether the rates [rad/s] explain how one of the others turns: force
+    [m/s^2], field [uT], attitude from sensor to east, north, up. ``dt`` are the time steps [s].
     """
     speed = float(np.median(np.linalg.norm(rates.values[rates.new], axis=1)))
     short_s = min(max(0.7 / max(speed, 1e-9), _SHORT_S), _LONG_S)
-    lengths_s = (short_s, max(short_s, _WEIGHT_S), _LONG_S)
-    short, weighed, long = (_Windows(rates, dt, s) for s in lengths_s)
-    findings, iron = list[_Finding | None](), list[str]()
+    lengths_s = (short_s, max(short_s, _WEIGHT_S), _FIT_S, _LONG_S)
+    short, weighed, fitted, long = (_Windows(rates, dt, s) for s in lengths_s)
+    findings, error, sensor = list[_Finding | None](), None, field.names if field else ""
     if force is not None:
         lengths = np.linalg.norm(force.values, axis=1)
         new = force.new & (lengths > 0.0)
@@ -237,13 +287,28 @@ def contradictions(
             means = long.means(force.values / np.median(lengths[new]), new)
             findings.append(_finding(force.names, long, [means], True))
     if field is not None:
-        found, iron = _field(short, field)
-        findings.append(found)
+        means = short.means(field.values, field.new & (field.values != 0.0).any(axis=1))
+        offset, error = _errors(fitted, field, False)
+        found = as_is = _finding(field.names, short, [_units(means)], False)
+        if offset.any():
+            found = _finding(field.names, short, [_units(means - offset)], False)
+        if as_is is not None and found is not None and (as_is.cause or not found.cause):
+            axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
+            is_told = error is not None and error.name == "offset" and not as_is.stuck
+            if not is_told or axes and found.scatter > 0.5 * as_is.after:
+                found = as_is
+                error = error if error is not None and error.name != "offset" else None
+        findings.append(found or as_is)
+    if force is not None and error is None:
+        sensor, (_, error) = force.names, _errors(fitted, force, True)
     own = None
     if attitude is not None:
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
         findings.append(own)
-    lines = [*_rate_lines(rates.names, findings)] or iron
+    lines = [*_rate_lines(rates.names, findings)]
+    is_scale = all(f is None or not f.cause or "scale" in f.cause.about for f in findings)
+    if error is not None and (not lines or error.name == "bias" and is_scale):
+        lines = [error.line(rates.names, sensor, sensor == (force and force.names))]
     agree = any(f is not None and f.fits and f.cause is None for f in findings)
     if own is not None and attitude is not None and not own.fits:
         for text, other in _OTHERS.items():
@@ -262,6 +327,12 @@ def contradictions(
     if not lines and field is not None:
         lines = [*_dip(long, force, field)]
     return lines, agree
+
+
+def _units(vectors: FloatArray) -> FloatArray:
+    """Vectors (n, 3) of length one; NaN for zero."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0.0, lengths, np.nan))
 
 
 def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
@@ -348,31 +419,86 @@ def _finding(
     return _Finding(names, None, before, before, fits, unlike=unlike)
 
 
-def _field(windows: _Windows, field: Triad) -> tuple[_Finding | None, list[str]]:
-    """What a field says, with and without its offset; a line about a large one."""
-    means = windows.means(field.values, field.new & (field.values != 0.0).any(axis=1))
+def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArray, _Error | None]:
+    """The small error of the rates, or of a vector, that best explains how the vector turns.
 
-    def finding(values: FloatArray) -> _Finding | None:
-        lengths = np.linalg.norm(values, axis=1, keepdims=True)
-        units = values / np.where(lengths > 0.0, lengths, np.nan)
-        return _finding(field.names, windows, [units], False)
+    Several are fitted at once. One is told if it is large, and the scatter without it much more.
+    The offset of the vector, told or not, is the first result.
+    """
+    values = windows.means(sensor.values, sensor.new & (sensor.values != 0.0).any(axis=1))
+    v = values.reshape(windows.count, windows.blocks, 3)
+    known = np.isfinite(v[..., :1])
+    some = np.flatnonzero(known.sum(axis=(1, 2)) >= _FILLED)
+    if len(some) < _FEWEST or windows.block_s * windows.blocks < 0.9 * _WEIGHT_S:
+        return np.zeros(3), None
+    extents = np.linalg.svd(windows.steps[some].reshape(-1, 3), compute_uv=False)
+    if is_force and extents[1] < _FLAT * extents[0]:  # a steady acceleration is an offset there
+        return np.zeros(3), None
+    v, known, steps = v[some], known[some], windows.steps[some]
+    count = known.sum(axis=1, keepdims=True)
+    turns = windows.turns(np.eye(3)[None], some)[0]
+    back = rotate(turns, np.where(known, v, 0.0))
+    mean = back.sum(axis=1, keepdims=True) / count
+    body = rotate(quaternion_conjugate(turns), np.broadcast_to(mean, v.shape))
+    speed, axes = steps / windows.block_s, np.eye(3)[:, None, None]
 
-    as_is = finding(means)
-    if as_is is None:
-        return None, []
-    offset = windows.offset(means)
-    corrected = finding(means - offset)
-    if corrected is None or as_is.cause is None and corrected.cause is not None:
-        return corrected or as_is, []
-    radius = float(np.nanmedian(np.linalg.norm(means - offset, axis=1)))
-    share = float(np.linalg.norm(offset)) / radius
-    # A small turn of a field without some of it is that of slower rates.
-    is_better = corrected.scatter < min(min(share, _LEFT) * as_is.scatter, 0.5 * as_is.after)
-    if not (share > _OFFSET and corrected.fits and is_better):
-        return as_is, []
-    text = ", ".join(f"{round(x)}" for x in offset)
-    line = f"{field.names}: an offset of {text} uT explains how they turn (iron): subtract it"
-    return corrected, [line]
+    def drift(turn: FloatArray) -> FloatArray:
+        # Rates w + e turn a vector back by R: d(R v)/dt = R (e x v) = (R e) x (R v).
+        return np.cross(np.cumsum(rotate(turns, turn), axis=-2), mean)
+
+    columns = {
+        "offset": rotate(turns, axes),
+        "bias": drift(windows.block_s * axes * np.ones(v.shape)),
+        "scale": drift(steps[None]),
+        "scales": drift(steps * axes),
+        "iron": rotate(turns, np.stack([body @ shape for shape in _SHAPES])),
+        # A late sample is x - late dx/dt; of a vector dv/dt = v x w.
+        "late rate": drift(-np.gradient(speed, axis=1) * axes),
+        "late": rotate(turns, np.cross(speed, body) * axes),
+    }
+
+    def centred(x: FloatArray) -> FloatArray:
+        return np.where(known, x - np.where(known, x, 0.0).sum(-2, keepdims=True) / count, 0.0)
+
+    y = centred(back)
+    columns = {name: centred(x) for name, x in columns.items()}
+    used = np.ones(len(y), dtype=bool)
+
+    def fit(names: Iterable[str]) -> tuple[FloatArray, FloatArray]:
+        """Factors of columns, and the scatter in each window."""
+        x = np.moveaxis(np.concatenate([columns[name] for name in names]), 0, -1)
+        flat = x[used].reshape(-1, x.shape[-1])
+        factors = np.linalg.lstsq(flat, y[used].ravel(), rcond=1e-6)[0]
+        return factors, ((y - x @ factors) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]
+
+    usual = float(np.nanmedian(np.linalg.norm(v, axis=-1)))
+    offset = np.zeros(3)
+    for together, told in _TOGETHER:
+        names = [n for n in together if not is_force or _ERRORS[n].of_force < math.inf]
+        used[:] = True
+        for _ in range(2):  # without the windows that fit least
+            _, scatter = fit(names)
+            used = scatter <= np.quantile(scatter, _KEPT)
+        factors, scatter = fit(names)
+        least, best, start = max(float(scatter[used].mean()), 1e-12), 1.0, 0
+        found: _Error | None = None
+        for name in names:
+            kind, value = _ERRORS[name], factors[start : start + len(columns[name])]
+            start += len(value)
+            size = np.abs(value - np.median(value) if "late" in name else value).max()
+            size /= usual if name == "offset" else 1.0
+            is_large = name in told and kind.least < size < kind.most
+            if is_large or (name == "offset" and name in told):
+                others = [n for n in names if n != name]
+                ratio = float(fit(others)[1][used].mean()) / least
+                share = ratio / (kind.of_force if is_force else kind.times)
+                if is_large and share > best:
+                    best, found = share, _Error(name, value)
+                if name == "offset" and ratio > _KNOWN:
+                    offset = value
+        if found is not None:
+            break
+    return offset, found
 
 
 def _is_sure(after: FloatArray, before: FloatArray) -> bool:

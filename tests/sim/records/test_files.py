@@ -436,7 +436,7 @@ def test_archives(arrays: Any, wanted: dict[str, Any]) -> None:
         ({"fs": 0.0, "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found 0.0; correct "),
         ({"fs": np.nan, "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found nan; "),
         ({"fs": np.inf, "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found inf; "),
-        ({"fs": [8.0], "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found [8.0]; "),
+        ({"fs": [8, 8], "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found [8, 8]; "),
         ({"fs": "8", "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found '8'; "),
         ({"restart": [True], "t": T}, "walk.npz, array restart: wanted truth values, shape (4,), "
          "found bool, shape (1,); store one for each sample"),

@@ -256,3 +256,13 @@ def test_rows_behind_a_gap_are_run_from_the_time_of_the_first() -> None:
         (record,) = Selection.of(start=start).pieces(timed(blocks))
         assert record.columns["t"].values[0] == 15.4
         assert feed(ShortSteps(), record).inputs[:, 1] == pytest.approx(np.full(460, 0.01))
+
+
+def test_a_slice_begins_at_the_first_sample_of_what_is_held() -> None:
+    class Held(Sum):
+        inputs = (Input("z", -1.0, 1.0, missing="hold"),)
+
+    with selected(Selection.of(start=0.01)):
+        result = feed(Held(), Record.of({"t": [0.01, 0.02, 0.03], "z": [np.nan, 0.5, np.nan]}))
+    assert result.inputs.tolist() == [[0.5], [0.5]]
+    assert result.warnings == ("z: no sample at the start of the slice; rows left out: 1",)
