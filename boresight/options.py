@@ -73,7 +73,7 @@ Config: TypeAlias = Annotated[
     ),
 ]
 Word: TypeAlias = Annotated[int, Parameter(help="Word width in bits, 18 to 32.")]
-Level: TypeAlias = Annotated[Sequence[str], _plain(_split, name="--levels", metavar="LEVEL,...")]
+Level: TypeAlias = Annotated[Sequence[str], _plain(_split, name="--levels", metavar="FORM,...")]
 Steps: TypeAlias = Annotated[
     int | None, Parameter(help="Use at most this many samples of each source.")
 ]

@@ -101,7 +101,7 @@ def run(
         Seed of the world's draw, as in montecarlo; by default the world as it is.
     output : path, optional
         File for the outputs of a log or the records of a loop; the suffix decides the format, and
-        angles are in degrees. The command line writes ESTIMATOR-LEVEL.csv by default. A folder
+        angles are in degrees. The command line writes ESTIMATOR-FORM.csv by default. A folder
         for the board.
     rows : int, optional
         Read, run and write a file in pieces of so many rows, for a log that is longer than memory;
@@ -138,7 +138,7 @@ def run(
             drawn(world, seed)
         return _in_loop(world, build, levels or ["c"], steps, output, progress)
     require(seed is None, "seed", "a world", "a log", "leave it out")
-    require(len(levels) < 2, "levels", "a world", "a log", "choose one level")
+    require(len(levels) < 2, "levels", "a world", "a log", "choose one form")
     return _on_log(build, source, levels[0] if levels else "fixed", steps, output, rows)
 
 

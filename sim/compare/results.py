@@ -254,7 +254,7 @@ class CheckResult:
         """What is wrong, one line each; empty if `good`."""
         levels = [f"{x.level} in {x.simulator}: {x.failure}" for x in self.levels if x.failure]
         book = [] if self.book.good else [self.book.line()]
-        none = [] if self.levels else ["no level was run"]
+        none = [] if self.levels else ["no form was run"]
         claims = [claim.failure for claim in self.claims if claim.failure]
         wrong = [f"against truth: {e.line()}" for e in self.truth if not e.good]
         faults = [*claims, *book, *self.book.faults, *([] if self.comparison else wrong)]

@@ -109,4 +109,4 @@ def test_verdict(checked: CheckResult) -> None:
         "FAILED: complementary on synthetic_60s: c in gcc: 2 of 5 updates differ"
     )
     none = dataclasses.replace(checked, levels=())
-    assert verdict([none]) == "FAILED: no level was run"
+    assert verdict([none]) == "FAILED: no form was run"
