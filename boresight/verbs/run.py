@@ -390,17 +390,10 @@ def _on_log(
         target = OutputFile(output, inputs=inputs)
     summary = _Summary(estimator, whole=rows is None)
 
-    def runs(machine: Machine) -> Iterator[tuple[Feed, Loop]]:
-        """The level on the log, piece by piece, with what it ran on."""
-        read = _read(log, steps, rows)
-        anew = True
-        for columns in feeds(estimator, read):
-            (loop,) = drive(columns, machine, anew=anew)
-            anew = False
-            yield columns, loop
-
     def written(machine: Machine) -> Iterator[Record]:
-        for columns, loop in runs(machine):
+        """The level on the log, piece by piece: its rows, if a file takes them."""
+        for piece, columns in enumerate(feeds(estimator, _read(log, steps, rows))):
+            (loop,) = drive(columns, machine, anew=piece == 0)
             summary.add(columns, loop)
             if target is not None:
                 yield _record(estimator, columns.t, loop.outputs)
@@ -428,7 +421,7 @@ def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
     yield from Log("", Path(log), steps).blocks(rows)
 
 
-def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start: int = 0) -> None:
+def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start: int) -> None:
     """Raise InputError if an output of the steps from ``start`` on is infinite."""
     infinite = {o: int(np.argmax(at)) for o, v in outputs.items() if (at := np.isinf(v)).any()}
     if infinite:
