@@ -125,8 +125,9 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Shortest word, in bits, in which the estimator's claims about its values hold.
     least_word: int = 18
-    #: Largest angle [deg] from float64 in the first rows, at rest with the noise of sensors, by the
-    #: shortest word from which on it holds; empty: unknown.
+    #: Largest angle [deg] from float64 in the first rows with an attitude, at rest with the noise
+    #: of sensors in fields up to 75 deg steep, by the shortest word from which on it holds; empty:
+    #: unknown.
     start_deg: Mapping[int, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.
     nis_freedom: int = 0
@@ -273,8 +274,8 @@ class Estimator:
         if bound <= FINE_START:
             return ""
         return (
-            f"{self.name}: the first rows are up to {bound:g} deg from float64 in a word of {word} "
-            f"bits, {FINE_START:g} deg from {fine} bits on"
+            f"{self.name}: the first rows with an attitude are up to {bound:g} deg from float64 "
+            f"in a word of {word} bits, {FINE_START:g} deg from {fine} bits on"
         )
 
     def compile_traced(self, *, word: int = 32) -> tuple[Program, dict[int, Node]]:

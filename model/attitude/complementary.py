@@ -110,7 +110,7 @@ class Complementary(Estimator):
     )
     outputs = OUTPUTS
     restarts = True
-    start_deg = {18: 0.4, 20: 0.1, 22: 0.02}  # but for the vertical: status bit 6
+    start_deg = {18: 0.5, 20: 0.1, 22: 0.04, 23: 0.02}  # but for the vertical: status bit 6
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
 

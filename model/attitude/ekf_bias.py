@@ -143,7 +143,7 @@ class EkfBias(Estimator):
     outputs = OUTPUTS
     restarts = True
     least_word = 20
-    start_deg = {20: 2.5, 21: 0.8, 24: 0.2, 25: 0.1, 26: 0.04, 27: 0.02}
+    start_deg = {20: 3.0, 21: 1.5, 24: 0.2, 25: 0.15, 26: 0.08, 27: 0.06, 28: 0.02}
     status_bits = STATUS_BITS
     urgent = 7
 

@@ -99,7 +99,7 @@ class EkfQuaternion(Estimator):
     )
     outputs = OUTPUTS
     restarts = True
-    start_deg = {18: 8.0, 22: 0.4, 25: 0.05, 26: 0.02}
+    start_deg = {18: 0.08, 19: 0.04, 20: 0.02}  # once aligned: float64 takes rows, too
     status_bits = STATUS_BITS
     urgent = 7
 

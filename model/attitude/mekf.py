@@ -364,7 +364,7 @@ class Mekf(Estimator):
     states = STATES
     outputs = OUTPUTS
     restarts = True
-    start_deg = {18: 0.3, 20: 0.1, 22: 0.03, 23: 0.01}
+    start_deg = {18: 0.5, 20: 0.15, 22: 0.04, 23: 0.02}
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
     magnetic = True

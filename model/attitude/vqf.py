@@ -580,7 +580,7 @@ class Vqf(Estimator):
     name = "vqf"
     outputs = OUTPUTS
     restarts = True
-    start_deg = {18: 2.5, 22: 0.4, 23: 0.2, 24: 0.1, 25: 0.04, 26: 0.02}
+    start_deg = {18: 3.0, 22: 0.5, 23: 0.3, 24: 0.15, 25: 0.08, 26: 0.04, 27: 0.02}
     status_bits = STATUS_BITS
     urgent = 7
     settings = Settings()
