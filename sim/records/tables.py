@@ -2,16 +2,15 @@
 
 Each gives arrays by the names of the columns, with units in brackets; in a MAT file, whose names
 cannot hold them, in a struct ``units``. Arrays of several columns are split: ``gyr``, ``acc`` and
-``mag`` (n, 3) into ``gx`` to ``mz``, and ``q`` (n, 4) into ``qw`` to ``qz``. ``fs``, or
-``restart``, makes a column ``dt``: 1/fs or the differences of ``t``, and `RESTART_S` where a filter
-restarts.
+``mag`` (n, 3) into ``gx`` to ``mz``, and ``q`` (n, 4) into ``qw`` to ``qz``. ``fs`` [Hz] makes a
+column ``dt``.
 """
 
 from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, BinaryIO, TypeAlias
@@ -21,10 +20,10 @@ import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.tools.extras import optional
 from boresight.sim.records.nine_axis import TRIADS
-from boresight.sim.records.record import RESTART_S, Place, Record, columns_of, name_of, steps_of
+from boresight.sim.records.record import Place, Record, columns_of, name_of
 
 #: Arrays by the names of their columns.
 Arrays: TypeAlias = Sequence[tuple[str, npt.NDArray[Any]]]
@@ -49,69 +48,27 @@ def records_of(path: Path, blocks: Iterable[Arrays]) -> Iterator[Record]:
 
 
 def _flattened(where: str, arrays: Arrays) -> Arrays:
-    """Split arrays of several columns, and make ``fs`` and ``restart`` a column ``dt``.
-
-    Beside a column ``dt``, ``restart`` stays one.
-    """
+    """Split arrays of several columns, and make ``fs`` a column ``dt``."""
     flat: list[tuple[str, npt.NDArray[Any]]] = []
-    has_steps = any(key.partition("[")[0].strip() == "dt" for key, _ in arrays)
-    made = ("fs",) if has_steps else ("fs", "restart")
-    extra = {key: array for key, array in arrays if key in made}
+    rate: npt.NDArray[Any] | None = None
     for key, array in arrays:
         names = _TRIPLES.get(key)
-        if key in extra:
-            continue
-        if names is None or array.ndim == 1:
+        if key == "fs":
+            rate = array
+        elif names is None or array.ndim == 1:
             flat.append((key, array))
-        elif array.ndim == 2 and array.shape[1] == len(names):
-            flat += [(name, array[:, k]) for k, name in enumerate(names)]
         else:
-            raise InputError.at(
-                f"{where}, array {key}",
-                wanted=f"shape (n, {len(names)})",
-                found=str(array.shape),
-                fix="store one row per sample",
-            )
-    return [*flat, ("dt", _steps(where, dict(flat), **extra))] if extra else flat
-
-
-def _steps(
-    where: str,
-    flat: Mapping[str, npt.NDArray[Any]],
-    fs: npt.NDArray[Any] | None = None,
-    restart: npt.NDArray[Any] | None = None,
-) -> FloatArray:
-    """Time steps of a rate [Hz], or of the times, with restarts."""
-    if "t" not in flat or "dt" in flat:
-        raise InputError.at(
-            where,
-            wanted="t, and no dt, beside fs or restart",
-            found=", ".join(flat),
-            fix="give the times, or the steps themselves in dt",
-        )
-    columns, faults = columns_of(where, [("t", flat["t"])])
-    if faults:
-        raise faults["t"]
-    t = columns["t"].values
-    if fs is None:
-        dt = steps_of(where, t)
-    elif fs.size == 1 and fs.dtype.kind in "iuf" and 0.0 < fs.item() < np.inf:
-        dt = np.full(len(t), 1.0 / float(fs.item()))
-    else:
-        raise InputError.at(
-            f"{where}, fs",
-            wanted="one number above 0 (Hz)",
-            found=repr(fs.tolist())[:40],
-            fix="correct it, or leave it out to use the times",
-        )
-    if restart is not None and (restart.shape != dt.shape or restart.dtype.kind not in "biu"):
-        raise InputError.at(
-            f"{where}, array restart",
-            wanted=f"truth values, shape {dt.shape}",
-            found=f"{restart.dtype}, shape {restart.shape}",
-            fix="store one for each sample",
-        )
-    return dt if restart is None else np.where(restart != 0, RESTART_S, dt)
+            is_table = array.ndim == 2 and array.shape[1] == len(names)
+            wanted = f"shape (n, {len(names)})"
+            place, fix = f"{where}, array {key}", "store one row per sample"
+            require(is_table, place, wanted, str(array.shape), fix)
+            flat += [(name, array[:, k]) for k, name in enumerate(names)]
+    if rate is not None and flat:
+        is_rate = rate.size == 1 and rate.dtype.kind in "iuf" and 0.0 < rate.item() < np.inf
+        fix = "correct it, or leave it out to use the times"
+        require(is_rate, f"{where}, fs", "one number above 0 (Hz)", rate.tolist(), fix)
+        flat.append(("dt", np.full(flat[0][1].shape[:1], 1.0 / float(rate.item()))))
+    return flat
 
 
 def read_npz(file: BinaryIO) -> Iterator[Arrays]:
