@@ -145,23 +145,9 @@ class Input:
     def with_source(
         self, words: SourceFormat, word: int, *, of: str, unit: str, where: str
     ) -> Input:
-        """Return the input as it reads words of a source.
+        """Return the input as it reads words of a source called ``of``.
 
-        Parameters
-        ----------
-        words : SourceFormat
-            Format and range of the words.
-        word : int
-            W.
-        of, unit : str
-            Name of the source, for messages; unit of its words.
-        where : str
-            Location of the input, for messages.
-
-        Raises
-        ------
-        InputError
-            The unit differs, or the range exceeds the input's and ``clamp`` is False.
+        InputError: the unit differs, or the range exceeds the input's and ``clamp`` is False.
         """
         place = placed(self.line, f"{where}, input {self.name}")
         fix = "declare the input in that unit, and convert in step"

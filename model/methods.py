@@ -22,23 +22,11 @@ def called(
     answer: str = "correct what it returns",
     **options: Any,
 ) -> T:
-    """Call a method of a user's class.
+    """Call a method of a user's class that returns a ``kind``; ``answer`` is the remedy if not.
 
-    Parameters
-    ----------
-    where, wanted, fix : str
-        For the message (`InputError.at`); the line of the error is added to ``where``.
-    kind : type or union of types
-        Of what the method returns.
-    answer : str
-        The remedy where it returns anything else.
-
-    Raises
-    ------
-    InputError
-        The method raises something, does not take these arguments, or returns no ``kind``.
-    Exception
-        Unchanged: our own kinds, lack of memory, and errors without a line of a user.
+    The line of the error is added to ``where``. InputError: the method raises, does not take these
+    arguments, or returns something else. Our own kinds of exceptions, lack of memory, and errors
+    without a line of a user pass unchanged.
     """
     try:
         result = call(*args, **options)

@@ -38,15 +38,9 @@ def evaluate(
 ) -> dict[int, Any]:
     """Compute every expression of one recorded update in float64, by number.
 
-    Parameters
-    ----------
-    trace : Trace
-    leaves : mapping of (kind, name) to (rows,)
-        Inputs ("input"), parameters ("param") and states ("state").
-    noise : callable, optional
-        Applied to each argument that is a number.
-    claims : bool
-        Hold values of `ops.bounded` in their ranges, as their words do.
+    ``leaves``: inputs, parameters and states by ("input", NAME) and so on, (rows,) each; ``noise``
+    is applied to each argument that is a number; with ``claims`` values of `ops.bounded` are held
+    in their ranges, as their words are.
     """
     values: dict[int, Any] = {}
     for e in trace.needed:
@@ -71,21 +65,11 @@ def check_recorded(
     inputs: FloatArray | None = None,
     params: Mapping[str, float] | None = None,
 ) -> None:
-    """Compare one update in numpy with its record.
+    """Compare one update in numpy with its record, of ``inputs`` (rows, n_inputs) and ``params``.
 
-    Parameters
-    ----------
-    estimator : Estimator
-    inputs : (rows, n_inputs), optional
-        Inputs in their units; by default drawn from the declared ranges, as the states are.
-    params : mapping, optional
-        Parameter values; by default drawn, too.
-
-    Raises
-    ------
-    InputError
-        The step raises, cannot be recorded, or its record computes something else. Differences
-        that rounding explains, and infinite values, count as equal.
+    Without them they are drawn from the declared ranges, as the states are. InputError: the step
+    raises, cannot be recorded, or its record computes something else. Differences that rounding
+    explains, and infinite values, count as equal.
     """
     leaves, trace = sample(estimator, inputs, params), estimator.record()
     results = [
@@ -161,12 +145,8 @@ def sample(
 ) -> Leaves:
     """Values of all leaves, (rows,) each, by kind and name; the same at each call.
 
-    Parameters
-    ----------
-    inputs : (n, n_inputs), optional
-        Inputs, of which rows are taken at even distances; by default, as states always, drawn.
-    params : mapping, optional
-        Parameters, with defaults for those that it lacks; by default drawn.
+    Rows of ``inputs`` are taken at even distances; without, they are drawn, as states always are,
+    and parameters where ``params`` is None.
     """
     if inputs is None or not len(inputs):
         inputs, rows = None, _ROWS

@@ -60,14 +60,7 @@ class _Undeclared(InputError, AttributeError):
 
 
 class Values(SimpleNamespace):
-    """Values of one kind by name, the arguments of a step.
-
-    Parameters
-    ----------
-    kind : str
-        "input", "parameter" or "state", for messages.
-    values : mapping
-    """
+    """Values of one ``kind`` by name ("input", "parameter", "state"), the arguments of a step."""
 
     __slots__ = ("_names",)
 
@@ -99,18 +92,10 @@ def checked(
     *,
     arrays: bool = False,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Call ``step`` of the estimator ``name`` and check what it returns.
+    """Call ``step`` of the estimator ``name``; with ``arrays`` values may be those of several runs.
 
-    Parameters
-    ----------
-    arrays : bool
-        Whether each value may be an array with one element for each of several runs.
-
-    Raises
-    ------
-    InputError
-        ``step`` raises, or returns anything but two dictionaries with a number for each declared
-        state and output.
+    InputError: ``step`` raises, or returns anything but two dictionaries with a number for each
+    declared state and output.
     """
     place = place_of_function(step)
     where = placed(place, f"step of {name}")

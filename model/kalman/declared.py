@@ -297,11 +297,8 @@ def spread(
 ) -> dict[str, Any]:
     """Values by the name of each component, of values by names and by names of vectors.
 
-    Raises
-    ------
-    InputError
-        No mapping; a name that is no component's nor vector's; another number of components; a
-        value that is no number.
+    InputError: no mapping, an unknown name, another number of components, a value that is no
+    number.
     """
     members = {m: (m,) for group in groups.values() for m in group}
     out: dict[str, Any] = {}

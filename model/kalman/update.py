@@ -568,10 +568,7 @@ def _is_unit(row: Slope) -> bool:
 def moved(kalman: Kalman, after: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
     """What replaces each state and memory; of an attitude the turn, by the names of its errors.
 
-    Raises
-    ------
-    InputError
-        A name that is no state's.
+    InputError: a name that is no state's.
     """
     memory_names = [s.name for s in kalman.memory if s.name != DITHER]
     groups = {**kalman.groups, **{name: (name,) for name in memory_names}, **axes_of(memory_names)}
@@ -588,10 +585,7 @@ def noise_of(
 ) -> dict[tuple[int, int], Any]:
     """Variances and covariances of the process noise, by the numbers of two error states.
 
-    Raises
-    ------
-    InputError
-        A name that is no state's, a variance that may be negative, a covariance that is too large.
+    InputError: an unknown name, a variance that may be negative, a covariance that is too large.
     """
     where = placed(place_of_function(kalman.noise), f"noise of {kalman.name}")
     pairs = [n for n in noise if isinstance(n, tuple)] if isinstance(noise, Mapping) else []
@@ -627,11 +621,8 @@ def errors_of(kalman: Kalman, pair: tuple[Any, ...], where: str) -> tuple[str, .
 def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
     """What ``measure`` returned; angles in half turns wrap, arc tangents in rad or degrees too.
 
-    Raises
-    ------
-    InputError
-        No measurement, something else, one whose z, h or r is no number, an error of
-        `check_units`, or an angle over a full turn in another unit than half turns.
+    InputError: no measurement, something else, one whose z, h or r is no number, an error of
+    `check_units`, or an angle over a full turn in another unit than half turns.
     """
     found = result if isinstance(result, tuple | list) else [result]
     where = placed(place_of_function(kalman.measure), f"measure of {kalman.name}")
@@ -699,10 +690,7 @@ def in_range(value: Any, s: Any) -> Any:
 def measurements_of(kalman: Kalman, x: Any, u: Any, p: Any) -> list[Measurement]:
     """What ``measure`` returns of predicted states ``x``; z and h of a late one are those of then.
 
-    Raises
-    ------
-    InputError
-        As of `checked_measurements`; a delay without a known time step.
+    InputError: as of `checked_measurements`; a delay without a known time step.
     """
     found = checked_measurements(kalman, kalman.measure(x, u, p))
     for delay in sorted({m.delay for m in found} - {0.0}):

@@ -93,14 +93,9 @@ class Fusion:
         return self.word(node, frac=frac)
 
     def word(self, node: Node, *, frac: int | None = None, odd: bool | None = None) -> int:
-        """The value that holds ``node``.
+        """The value that holds ``node``; InputError if no word does, or none that can take part.
 
         ``frac`` asks for an exact binary point, ``odd`` for an odd or even one.
-
-        Raises
-        ------
-        InputError
-            No word does, or none that takes part in what is computed with it.
         """
         try:
             return self._word(node, frac, odd)

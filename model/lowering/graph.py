@@ -131,19 +131,8 @@ def expand(
 ) -> tuple[Graph, list[Any]]:
     """The graph of a record, and the node (or flag) of each of its expressions.
 
-    Parameters
-    ----------
-    tracer : Tracer
-    limits : mapping of int to (float, float), optional
-        Divisions and roots, by number, whose last argument is held in such a range
-        (`Graph.limited`).
-    arithmetic : Arithmetic
-        That of the words; by default of 32 bits.
-
-    Raises
-    ------
-    InputError
-        An argument's range exceeds what its function takes; the message gives the author's line.
+    ``limits``: divisions and roots, by number, whose last argument is held in such a range
+    (`Graph.limited`). InputError: an argument's range exceeds what its function takes.
     """
     graph, made, limits = Graph(tracer.name, arithmetic), list[Any](), limits or {}
     for e in tracer.expressions:

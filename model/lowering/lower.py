@@ -170,18 +170,9 @@ def lower(
 ) -> tuple[Program, dict[int, Node]]:
     """Compile a recorded step, with the formats of a profile of it.
 
-    Returns
-    -------
-    program : Program
-        Without ports.
-    nodes : dict of int to Node
-        The node of each value of the program that holds one, by value number.
-
-    Raises
-    ------
-    InputError
-        An argument's range exceeds what its function takes, a range is not finite, or a term
-        passes the accumulator: the message names the line, the value and a cure.
+    Returns the program, without ports, and the node of each of its values that holds one.
+    InputError: an argument's range exceeds what its function takes, a range is not finite, or a
+    term passes the accumulator; with the line, the value and a cure.
     """
     graph, expanded = expand(trace.tracer, profile.limits if profile else None, arithmetic)
     low = Fusion(graph, arithmetic)

@@ -34,17 +34,8 @@ def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
     """Refuse words whose last bit is too coarse for the outputs and states computed from them.
 
     Such a word reaches an output or a next state, as a copy, a term of a sum, a side of a selection
-    or times a constant, and its last bit there exceeds the limit (`limits`).
-
-    Parameters
-    ----------
-    program, nodes
-        As `Estimator.compile_traced` gives them.
-
-    Raises
-    ------
-    InputError
-        See above; with the line that computes the word.
+    or times a constant, and its last bit there exceeds the limit (`limits`). The InputError names
+    the line that computes the word.
     """
     walk = _Walk(program, nodes)
     for number, limit, reason in limits(program, nodes):

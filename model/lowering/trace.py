@@ -62,14 +62,9 @@ NO_CONDITION: Refused = {
 
 
 def repeatable(same: bool, line: str = "") -> None:
-    """Refuse a step that computes something else when it runs again, unless it is the same.
+    """Refuse a step that computes something else when it runs again, unless it is the ``same``.
 
     ``line``: source location, by default the author's line that runs.
-
-    Raises
-    ------
-    InputError
-        See above.
     """
     found = "another expression the second time"
     fix = "no random numbers, no time, nothing kept in self: use states and inputs"
@@ -100,15 +95,8 @@ class Refuses:
 class Expression:
     """One expression.
 
-    Attributes
-    ----------
-    kind : str
-        "leaf", "const", an operation or a function, named as the method of
-        `model.lowering.graph.Graph` that takes ``args`` and then ``data``.
-    number : int
-        Position in the order in which they were first computed.
-    line : str
-        Where its author wrote it: "file.py, line 41".
+    ``kind`` is "leaf", "const", or the method of `model.lowering.graph.Graph` that takes ``args``
+    and then ``data``; ``number`` the position in the order of computation; ``line`` the author's.
     """
 
     tracer: Tracer
@@ -415,18 +403,9 @@ class Tracer:
 class Trace:
     """One recorded update of an estimator.
 
-    Attributes
-    ----------
-    inputs : sequence of Scalar
-        In stream order.
-    params : sequence of (Scalar, float, str)
-        Each with its default and meaning.
-    states : sequence of (Scalar, float, Scalar)
-        Each with its initial value and what replaces it.
-    outputs : mapping of str to Scalar
-        Named results in stream order.
-    fracs : mapping of str to int
-        Fraction bits of the inputs whose words are not of the finest format of their range.
+    Inputs in stream order; outputs by name, likewise; of each parameter its default and meaning; of
+    each state its initial value and what replaces it; ``fracs``: fraction bits of the inputs whose
+    words are not of the finest format of their range.
     """
 
     tracer: Tracer

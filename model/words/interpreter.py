@@ -22,23 +22,11 @@ FEW = 16
 
 
 class Interpreter:
-    """Interpreter of a `Program`, bit by bit as the core; a few runs in plain integers.
+    """Interpreter of a `Program`, bit by bit as the core; ``runs`` independent runs side by side.
 
-    Parameters
-    ----------
-    program : Program
-        Program to run.
-    runs : int
-        Number of independent runs; every word is an int64 array of that length.
-
-    Attributes
-    ----------
-    values : list of int64 arrays (runs,)
-        Every word of the last update by value number (states: the words *before* the update).
-    params : dict of value number to word
-        Parameters; assign to change.
-    saturations : int64 array (number of values,)
-        Number of saturations of each value since the start, over all runs.
+    ``values``: every word of the last update by value number, int64 (runs,), of states the words
+    *before* it. ``params``: words by value number; assign to change. ``saturations``: of each value
+    since the start, over all runs.
     """
 
     def __init__(self, program: Program, runs: int = 1) -> None:
@@ -57,23 +45,10 @@ class Interpreter:
         self._update: Update | None = None  # made at its first use
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
-        """Run one update.
+        """Run one update on words (n_inputs, runs), in stream order.
 
-        Parameters
-        ----------
-        inputs : int64 (n_inputs, runs)
-            Input words in stream order.
-
-        Returns
-        -------
-        outputs : int64 (n_outputs, runs)
-        saturated : bool (runs,)
-            Whether a `SAT` operation of this update clamped its result.
-
-        Raises
-        ------
-        ValueError
-            The shape is wrong, or a word or parameter is not an integer that fits.
+        Returns output words (n_outputs, runs), and whether a `SAT` operation clamped, bool (runs,).
+        ValueError: a wrong shape, or a word or parameter that is no integer that fits.
         """
         p = self.program
         words = np.asarray(inputs)

@@ -315,19 +315,13 @@ _WHEN = {When.ALWAYS: (True, False), When.IF: (False, True), When.UNLESS: (True,
 def total_of(op: Op, words: Callable[[int], W], domain: Any) -> W:
     """Sum of an operation: ``2^(G-1) + sum_k sign_k * floor(a_k * b_k / 2^s_k)``.
 
-    Parameters
-    ----------
-    op : Op
-    words : callable
-        Word of a value, by its number.
-    domain : object
-        Its methods are ``fraction(word)``, the bits below the segment index; ``sign``, ``index``
-        of a word, or with ``quarter`` of the word plus a quarter of the range; the normalisation
-        ``count(word)``; ``coefficient(block, coefficient, index)`` of the table memory;
-        ``product``; ``amount(shift, scale, count)``, the shift less a part of the count, not below
-        0; ``shifted(product, amount)``; ``total(sum or None, shifted, negate, take)``, the sum
-        (None: the rounding half) and a term that is subtracted under ``negate`` and takes part
-        under ``take``.
+    ``words`` gives the word of a value by its number. The methods of ``domain`` are
+    ``fraction(word)``, the bits below the segment index; ``sign``, ``index`` of a word, or with
+    ``quarter`` of the word plus a quarter of the range; the normalisation ``count(word)``;
+    ``coefficient(block, coefficient, index)`` of the table memory; ``product``; ``amount(shift,
+    scale, count)``, the shift less a part of the count, not below 0; ``shifted(product, amount)``;
+    ``total(sum or None, shifted, negate, take)``, the sum (None: the rounding half) and a term that
+    is subtracted under ``negate`` and takes part under ``take``.
     """
     flag = None if op.flag is None else domain.sign(words(op.flag), quarter=op.flag_quarter)
     count = None if op.norm is None else domain.count(words(op.norm))

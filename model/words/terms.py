@@ -146,13 +146,9 @@ class Terms:
 class Meaning:
     """Results of a program in one update, for all inputs, parameters and states.
 
-    Attributes
-    ----------
-    values : tuple of int
-        Term of each value, by its number.
-    flagged : frozenset of int
-        Terms of the results that raise a flag when they overflow: clamped words the saturation
-        flag, words modulo 2^W that of inputs beyond their ranges.
+    ``values``: the term of each value, by its number. ``flagged``: terms of the results that raise
+    a flag when they overflow: clamped words the saturation flag, words modulo 2^W that of inputs
+    beyond their ranges.
     """
 
     values: tuple[int, ...]

@@ -65,8 +65,9 @@ class ClaimResult:
 
     def note(self) -> str:
         """A state that legal inputs take out of its range, which is no fault on this log."""
+        where = f" ({self.line})" if self.line else ""
         return (
-            f"inputs within their ranges can take {self.state} out of its range ({self.line}): to "
+            f"inputs within their ranges can take {self.state} out of its range{where}: to "
             f"{self._reached:.4g}, beyond [{self.low:g}, {self.high:g}]; widen it, or limit "
             f"{self.state} in the step"
         )
