@@ -154,13 +154,10 @@ class Estimator:
     def check_declarations(self) -> None:
         """Refuse declarations that contradict each other.
 
-        Raises
-        ------
-        InputError
-            A declaration that is not a tuple of its kind, a name that is illegal or occurs twice, a
-            parameter with the name of an input or state, no output, ``urgent`` above the number of
-            outputs, ``valid_of`` without an input that has samples, ``rates_hz`` that are no rates
-            of the log and of inputs.
+        InputError: a declaration that is not a tuple of its kind, a name that is illegal or occurs
+        twice, a parameter with the name of an input or state, no output, ``urgent`` above the
+        number of outputs, ``valid_of`` without an input that has samples, ``rates_hz`` that are no
+        rates of the log and of inputs.
         """
         _check_interface(self)
 
@@ -303,11 +300,8 @@ class Estimator:
     def record(self) -> Trace:
         """Record one `step`; refuse it if a second run records other operations.
 
-        Raises
-        ------
-        InputError
-            Declarations that contradict each other; no input; an error of `checked_step`; or a
-            second run that differs.
+        InputError: declarations that contradict each other; no input; an error of `checked_step`;
+        or a second run that differs.
         """
         self.check_declarations()
         where = placed(self._line, f"estimator {self.name}")
@@ -325,10 +319,7 @@ class Estimator:
     def trace(self) -> Trace:
         """Record one `step`.
 
-        Raises
-        ------
-        InputError
-            As `checked_step`.
+        InputError: as `checked_step`.
         """
         tracer = Tracer(self.name)
 

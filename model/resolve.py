@@ -85,19 +85,11 @@ def _profile(source: Named, estimator: Estimator) -> Profile | None:
 def estimator_of(source: Named) -> Estimator:
     """Return the estimator that a name, class or object stands for, with checked declarations.
 
-    Its profile is attached, if there is one (`profiles`), and tolerances (`tolerances`).
-
-    Parameters
-    ----------
-    source : str, class or Estimator
-        Texts have the form given at the head of this module.
-
-    Raises
-    ------
-    InputError
-        Unknown name; a file that does not exist, does not import, or holds no estimator or
-        several; arguments that the constructor does not take; declarations that contradict each
-        other; a file of `profiles` that holds no profile, or none of this estimator.
+    Texts have the form given at the head of this module. Its profile is attached, if there is one
+    (`profiles`), and tolerances (`tolerances`). InputError: an unknown name; a file that does not
+    exist, does not import, or holds no estimator or several; arguments that the constructor does
+    not take; declarations that contradict each other; a file of `profiles` that holds no profile,
+    or none of this estimator.
     """
     estimator = load(source, Estimator, "estimator", ESTIMATOR_GROUP)
     estimator.check_declarations()
@@ -127,14 +119,7 @@ def names_of_entry_points(group: str) -> list[str]:
 
 
 def offered(base: type[T], kind: str, group: str) -> tuple[dict[str, type[T]], tuple[str, ...]]:
-    """Return the classes of a group of entry points, by name; see `load` for the parameters.
-
-    Returns
-    -------
-    classes : dict of str to type
-    unusable : tuple of str
-        One line for each entry point that cannot be loaded.
-    """
+    """Return the classes of a group of entry points by name, and a line for each that fails."""
     classes: dict[str, type[T]] = {}
     unusable = []
     for point in sorted(metadata.entry_points(group=group), key=lambda point: point.name):
@@ -148,12 +133,7 @@ def offered(base: type[T], kind: str, group: str) -> tuple[dict[str, type[T]], t
 def load(source: Any, base: type[T], kind: str, group: str) -> T:
     """Return an object of class ``base``, as `estimator_of` does.
 
-    Parameters
-    ----------
-    kind : str
-        For messages: "estimator", "world".
-    group : str
-        Group of entry points.
+    ``kind`` is "estimator" or "world", for messages; ``group`` that of the entry points.
     """
     if isinstance(source, base):
         return source

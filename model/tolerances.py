@@ -27,10 +27,7 @@ _TEXT = re.compile(r"\s*(\w+)\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*
 def tolerances(texts: Iterable[str]) -> Iterator[None]:
     """Judge outputs of the estimators that are looked up by name by these tolerances.
 
-    Raises
-    ------
-    InputError
-        No estimator was looked up.
+    InputError: no estimator was looked up.
     """
     context: tuple[tuple[str, ...], set[str]] = (tuple(texts), set())
     token = _tolerances.set(context)
@@ -50,10 +47,8 @@ def tolerances_now() -> tuple[str, ...]:
 def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output, ...]:
     """Return the outputs of an estimator, with the tolerances of `tolerances`.
 
-    Raises
-    ------
-    InputError
-        A text of another form, an output that the estimator does not have, a unit of another kind.
+    InputError: a text of another form, an output that the estimator does not have, a unit of
+    another kind.
     """
     texts, estimators = _tolerances.get()
     if not texts:

@@ -66,10 +66,7 @@ def check_unit(where: str, unit: object) -> None:
 def linear(unit: str, wanted: str) -> tuple[float, float]:
     """``(factor, offset)`` of ``value_in_wanted = factor * value_in_unit + offset``.
 
-    Raises
-    ------
-    UnitError
-        A unit is unknown, or the dimensions differ.
+    UnitError: a unit is unknown, or the dimensions differ.
     """
     if unit == wanted:
         return 1.0, 0.0
@@ -120,10 +117,7 @@ def _powers(unit: str) -> dict[str, int]:
 def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, float]:
     """`linear` of a number that was typed with a unit, for a value with the unit ``wanted``.
 
-    Raises
-    ------
-    InputError
-        The unit is unknown, of another dimension, or ``wanted`` is empty.
+    InputError: the unit is unknown, of another dimension, or ``wanted`` is empty.
     """
     try:
         if not wanted:  # an angle would be a plain number, too

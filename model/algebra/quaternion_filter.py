@@ -81,10 +81,7 @@ def require_unclamped(
 
     ``limits``: largest product of a parameter and ``scale``; ``beside``: what else counts.
 
-    Raises
-    ------
-    InputError
-        A value is too large for ``scale``.
+    InputError: a value is too large for ``scale``.
     """
     scale = values["scale"]
     for name, limit in limits.items():

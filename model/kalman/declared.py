@@ -190,10 +190,7 @@ class Measurement:
 def check_units(m: Measurement) -> None:
     """Refuse a measurement whose z, h and r are known to have units that do not belong together.
 
-    Raises
-    ------
-    InputError
-        h has another unit than z, or r another one than the square.
+    InputError: h has another unit than z, or r another one than the square.
     """
     z, h, r = (_unit(value) for value in (m.z, m.h, m.r))
     where = placed(m.line, "measurement")

@@ -656,10 +656,7 @@ def _in_half_turns(m: Measurement) -> Measurement:
 def _is_angle(m: Measurement) -> bool:
     """Whether units say that z or h is an angle in half turns.
 
-    Raises
-    ------
-    InputError
-        It is another angle, over one full turn: its innovation would jump where it wraps.
+    InputError: it is another angle, over one full turn: its innovation would jump where it wraps.
     """
     units = [ops.unit_of(value) for value in (m.z, m.h)]
     fix = 'declare input and state as ("NAME", -1.0, 1.0, "ht"), whose log columns are converted; '

@@ -31,20 +31,10 @@ Range: TypeAlias = tuple[float, float]
 class Profile:
     """Ranges of one estimator's values.
 
-    Attributes
-    ----------
-    estimator : str
-        Name.
-    record : str
-        `record_digest` of the step that was run.
-    logs : sequence of str
-        Names of the logs, or the world, that were run.
-    ranges : mapping of int to (float, float)
-        For the formats, by the number of the expression; of a comparison that of the difference.
-    limits : mapping of int to (float, float)
-        Limits of the last argument of a division or root whose interval does not exclude zero.
-    place : str
-        The file that it was read from.
+    ``record`` is the `record_digest` of the step that was run on the ``logs``; ``ranges`` are for
+    the formats, by the number of the expression, of a comparison that of the difference; ``limits``
+    those of the last argument of a division or root whose interval does not exclude zero; ``place``
+    is the file that it was read from.
     """
 
     estimator: str
@@ -68,10 +58,7 @@ class Profile:
     def check(self, trace: Trace, name: str, inputs: Sequence[Input]) -> Profile:
         """Return it with the numbers of this record of a step; see `record_digest`.
 
-        Raises
-        ------
-        InputError
-            It was made of another step or other declarations.
+        InputError: it was made of another step or other declarations.
         """
         place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
         found = ""
@@ -131,10 +118,7 @@ def record_digest(trace: Trace, inputs: Sequence[Input]) -> str:
 def read_profile(path: str | Path) -> Profile:
     """A profile that `boresight fit` wrote.
 
-    Raises
-    ------
-    InputError
-        There is no such file, or it holds something else.
+    InputError: there is no such file, or it holds something else.
     """
     found = "another kind of file"
     try:

@@ -316,10 +316,7 @@ class Tracer:
     def lift(self, x: Any) -> Scalar:
         """A scalar as it is, a number as a constant.
 
-        Raises
-        ------
-        InputError
-            It is neither, or of another record.
+        InputError: it is neither, or of another record.
         """
         if isinstance(x, Scalar):
             repeatable(x.tracer is self)
@@ -382,10 +379,7 @@ class Tracer:
     def power(self, a: Scalar, n: Any) -> Scalar:
         """a^n of a whole number n, as products: squares of squares; (1 / a)^-n below zero.
 
-        Raises
-        ------
-        InputError
-            n is no whole number.
+        InputError: n is no whole number.
         """
         fix = "write ops.sqrt(x) for x**0.5, ops.exp(n * ops.log(x)) for others"
         whole = not isinstance(n, Scalar) and int(n) == n
@@ -430,10 +424,7 @@ class Trace:
 def finite(number: float, where: Callable[[], str]) -> float:
     """``number``, without the sign of zero; ``where`` finds the place for a message.
 
-    Raises
-    ------
-    InputError
-        It is not finite.
+    InputError: it is not finite.
     """
     number = float(number) + 0.0
     require(math.isfinite(number), where, "finite constants", number, "correct how it is computed")
