@@ -129,7 +129,6 @@ def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> dict[str, Any]:
     """Figures and curves of one record; ``several``: warnings name it."""
     columns, rows = check.given, _Rows(check)
-    truth = not columns.record.comparison
     for part in check.parts():
         rows.add(part)
     has_times = columns.t is not None
@@ -138,7 +137,7 @@ def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> d
         "samples": rows.count,
         "seconds": _number(rows.last) if has_times else None,
         "word": check.build.word,
-        "reference": None if not rows.references else "truth" if truth else "comparison",
+        "reference": None if not rows.references else "comparison" if check.comparison else "truth",
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
         **rows.rmse(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
 
@@ -107,6 +108,13 @@ def test_the_page_has_the_figures_and_needs_nothing_else(report) -> None:
     assert text.count("<svg") == 3 and "test_report.py, line" in text
     assert "no synthesis was run" in text
     assert render_html(report) == text
+
+
+def test_another_device_is_a_comparison(build, checked) -> None:
+    """A bundled log's attitude is a device's estimate, which no row of the log says."""
+    for comparison, text in ((True, "a comparison, not truth"), (False, "the exact truth")):
+        page = render_html(report_data(build.core, replace(checked, comparison=comparison)))
+        assert text in page
 
 
 def test_curves_lose_no_peak(checked, report) -> None:
