@@ -233,7 +233,7 @@ def test_objects_are_checked() -> None:
     made = Mekf()
     made.urgent = 99
     result = refused(made)
-    assert re.match(r"filter\.py, line \d+, estimator mekf: wanted urgent of 0 to ", result)
+    assert re.match(r"mekf\.py, line \d+, estimator mekf: wanted urgent of 0 to ", result)
 
 
 class Offered(Estimator):
