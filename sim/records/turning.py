@@ -53,6 +53,8 @@ _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
 _FIT_S, _KEPT, _KNOWN = 2.0, 0.7, 1.2
 #: Turns about a second axis, as a share of those about the first, that are none.
 _FLAT = 0.2
+#: By how much more an error must show in flat or short turns.
+_SURER = (1.0, 1.4)
 #: Symmetric matrices without trace: what soft iron adds to a field of one length.
 _SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
 _SHAPES += [np.eye(3)[[j, k]].T @ np.eye(3)[[k, j]] for j, k in ((0, 1), (0, 2), (1, 2))]
@@ -292,12 +294,14 @@ def contradictions(
         found = as_is = _finding(field.names, short, [_units(means)], False)
         if offset.any():
             found = _finding(field.names, short, [_units(means - offset)], False)
+        is_offset = error is not None and error.name == "offset"
+        is_told = is_offset and found is not None and found.fits
         if as_is is not None and found is not None and (as_is.cause or not found.cause):
             axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
-            is_told = error is not None and error.name == "offset" and not as_is.stuck
+            is_told = is_told and not as_is.stuck
             if not is_told or axes and found.scatter > 0.5 * as_is.after:
-                found = as_is
-                error = error if error is not None and error.name != "offset" else None
+                found, is_told = as_is, False
+        error = error if is_told or not is_offset else None
         findings.append(found or as_is)
     if force is not None and error is None:
         sensor, (_, error) = force.names, _errors(fitted, force, True)
@@ -429,10 +433,12 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
     v = values.reshape(windows.count, windows.blocks, 3)
     known = np.isfinite(v[..., :1])
     some = np.flatnonzero(known.sum(axis=(1, 2)) >= _FILLED)
-    if len(some) < _FEWEST or windows.block_s * windows.blocks < 0.9 * _WEIGHT_S:
+    if len(some) < _FEWEST:
         return np.zeros(3), None
     extents = np.linalg.svd(windows.steps[some].reshape(-1, 3), compute_uv=False)
-    if is_force and extents[1] < _FLAT * extents[0]:  # a steady acceleration is an offset there
+    is_short = windows.block_s * windows.blocks < 0.9 * _WEIGHT_S
+    is_flat = is_short or bool(extents[1] < _FLAT * extents[0])
+    if is_flat and is_force:  # a steady acceleration is an offset there
         return np.zeros(3), None
     v, known, steps = v[some], known[some], windows.steps[some]
     count = known.sum(axis=1, keepdims=True)
@@ -466,14 +472,16 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
 
     def fit(names: Iterable[str]) -> tuple[FloatArray, FloatArray]:
         """Factors of columns, and the scatter in each window."""
-        x = np.moveaxis(np.concatenate([columns[name] for name in names]), 0, -1)
-        flat = x[used].reshape(-1, x.shape[-1])
-        factors = np.linalg.lstsq(flat, y[used].ravel(), rcond=1e-6)[0]
+        parts = [column for name in names for column in columns[name]]
+        x = np.stack(parts, axis=-1) if parts else np.zeros((*y.shape, 0))
+        flat = x[used].reshape(y[used].size, len(parts))
+        factors = np.linalg.lstsq(flat, y[used].ravel(), rcond=0.1 if is_flat else 1e-6)[0]
         return factors, ((y - x @ factors) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]
 
     usual = float(np.nanmedian(np.linalg.norm(v, axis=-1)))
     offset = np.zeros(3)
-    for together, told in _TOGETHER:
+    # Turns about one axis, and short ones, do not tell other errors from an offset.
+    for together, told in ((("offset",),) * 2,) if is_flat else _TOGETHER:
         names = [n for n in together if not is_force or _ERRORS[n].of_force < math.inf]
         used[:] = True
         for _ in range(2):  # without the windows that fit least
@@ -487,11 +495,11 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
             start += len(value)
             size = np.abs(value - np.median(value) if "late" in name else value).max()
             size /= usual if name == "offset" else 1.0
-            is_large = name in told and kind.least < size < kind.most
+            is_large = name in told and _SURER[is_flat] * kind.least < size < kind.most
             if is_large or (name == "offset" and name in told):
                 others = [n for n in names if n != name]
                 ratio = float(fit(others)[1][used].mean()) / least
-                share = ratio / (kind.of_force if is_force else kind.times)
+                share = ratio / (kind.of_force if is_force else _SURER[is_flat] * kind.times)
                 if is_large and share > best:
                     best, found = share, _Error(name, value)
                 if name == "offset" and ratio > _KNOWN:
