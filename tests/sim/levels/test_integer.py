@@ -55,9 +55,6 @@ def test_every_word_of_an_update() -> None:
         seen = level.words_of_update(RECORDS[:n])
         assert [s.value for s in seen] == [op.dest for op in level.program.ops]
         assert all(s.word == wanted[s.value][0] and s.cycle is None for s in seen)
-    states = Emitted(Build(Leaky())).run(RECORDS[:3]).states
-    assert states is not None
-    assert level.words_of_update(RECORDS[5:7], [RECORDS[3:5]], states[-1]) == seen
 
 
 def test_a_run_of_a_log() -> None:
