@@ -1,6 +1,6 @@
 """Choose the formats of values from runs of the estimator.
 
-boresight fit my_filter.py log.csv  # my_filter.fit.json, which every verb finds beside it
+boresight fit my_filter.py log.csv  # a profile, which every verb finds beside the file
 boresight fit my_filter.py folder world.py:World  # from several logs and a closed loop
 boresight fit mekf log.csv -o mekf.fit.json  # for: check mekf log.csv --profile mekf.fit.json
 boresight fit "board(field_ut=(0, 27.9, -46.2))" logs -o calibration.json  # registers of a board
@@ -77,10 +77,9 @@ def fit(
     word : int
         Word width for the comparison; the profile serves every width.
     steps : int, optional
-        Use at most so many updates of each source.
+        Use at most this many samples of each source.
     output : path, optional
-        File of the profile; by default FILE.fit.json beside the estimator, where every verb finds
-        it.
+        File of the profile; by default beside the estimator, where every verb finds it.
 
     Returns
     -------
@@ -114,7 +113,9 @@ def fit(
     records: dict[str, Inputs] = {}
 
     def keep(name: str, inputs: Inputs) -> None:
-        records[f"{name} {len(records) + 1}" if name in records else name] = inputs
+        while name in records:
+            name += f" {len(records) + 1}"
+        records[name] = inputs
 
     for log in logs_of(logs, steps):
         keep(log.name, partial(_inputs, found, log))

@@ -38,6 +38,13 @@ def test_a_log_that_restarts(here: Path, data) -> None:
     assert found["saturated_updates"] == 0 and found["errors"][0]["after"] == 0.0
 
 
+def test_logs_of_one_name(here: Path, data) -> None:
+    for name in ("x/a 3.csv", "y/a.csv", "z/a.csv"):
+        Path(name).parent.mkdir()
+        Path(name).write_bytes(Path("mine.csv").read_bytes())
+    assert [*data("fit mine.py x y z")["records"]] == ["a 3", "a", "a 3 3"]
+
+
 def test_refused(here: Path, refused) -> None:
     assert "at least one log or world" in refused("fit mine.py")
     assert "nosuch.csv" in refused("fit mine.py nosuch.csv")
