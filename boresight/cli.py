@@ -159,7 +159,7 @@ def _usage(error: CycloptsError, verb: str) -> InputError:
     where = verb if argument is None or not argument.names else argument.names[0]
     if isinstance(error, bad.UnknownOptionError):
         word = error.token.keyword or error.token.value
-        flags = [name for a in error.argument_collection for name in a.names]
+        flags = [name for a in error.argument_collection if a.parse for name in a.names]
         near = get_close_matches(word.partition("=")[0], flags, 1, 0.6)
         fix = f"write {near[0]}; {fix}" if near else f"leave it out; {fix}"
         return InputError.at(verb, wanted="an option of this verb", found=word, fix=fix)
