@@ -23,13 +23,13 @@ def render(
 
 def target_rows(targets: Iterable[Target]) -> list[dict[str, object]]:
     """Targets as rows of a table."""
-    rows, before = list[dict[str, object]](), ""
+    rows, before = list[dict[str, object]](), ("", "", "")
     for target in targets:
         text = "pass" if target.good else "FAIL" if target.binding else "miss"
         verdict = Verdict(text, target.good) if target.judged else None
         least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
-        note = "" if target.note == before else target.note  # one that parts share stands once
-        before = target.note
+        said = target.name, target.source, target.note
+        note, before = target.note if said != before else "", said  # of parts: it stands once
         row: dict[str, object] = {
             "what": f"{target.name}, {target.part}" if target.part else target.name,
             "source": target.source,
