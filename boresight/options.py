@@ -131,7 +131,7 @@ class LogRows(Group):
     gaps: Annotated[
         str | None,
         Parameter(
-            help="refuse or restart, at gaps of three median steps; by default a gap is one step."
+            help="refuse or restart, at steps above three medians; by default a gap is one step."
         ),
     ] = None
     map: Annotated[

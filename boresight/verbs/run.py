@@ -263,8 +263,8 @@ def _in_loop(
             failures += [f"{first} and {name} part"] * (not {first, name} & _FLOATS)
     if loop.unused:
         lines.append(
-            f"unused values of {world.name}: {', '.join(loop.unused)}: no input, or "
-            f"OUTPUT_true, of {estimator.name}"
+            f"not used: {', '.join(loop.unused)} of {world.name}, neither inputs nor "
+            f"OUTPUT_true of {estimator.name}"
         )
     if loops.keys() <= _FLOATS:
         lines.append("no fixed point was judged: choose --levels fixed, c or rtl")
