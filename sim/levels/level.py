@@ -25,18 +25,17 @@ class Run:
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
     """
 
-    #: dict of str to float64 (n,): In their units.
+    #: By name, (n,) in their units.
     outputs: dict[str, FloatArray]
-    #: int64 (n, n_outputs) or None: Output words; None for floating point.
+    #: (n, n_outputs); None for floating point.
     words: IntArray | None = None
-    #: bool (n,) or None: Updates in which an operation was clamped.
+    #: (n,): updates in which an operation was clamped.
     saturated: BoolArray | None = None
-    #: int64 (n, n_states) or None: State words after each update, where the level shows them.
+    #: (n, n_states): words after each update, where the level shows them.
     states: IntArray | None = None
-    #: bool (n,) or None: Updates with an input word beyond its declared range.
+    #: (n,): updates with an input word beyond its declared range.
     beyond: BoolArray | None = None
-    #: int64 (n, n_outputs), (n,) or None: See `sim.rtl.replay.RtlRun`; None for levels without a
-    #: clock.
+    #: (n, n_outputs) and (n,): see `sim.rtl.replay.RtlRun`; None for levels without a clock.
     latency_cycles: IntArray | None = field(default=None, repr=False)
     interval_cycles: IntArray | None = field(default=None, repr=False)
     #: Reason why the run is not valid evidence; normally empty.

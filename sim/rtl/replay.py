@@ -49,17 +49,16 @@ class RegisterWrite:
 class RtlRun:
     """Result of a replay."""
 
-    #: int64 (steps, n_outputs): Output words in stream order, padded with 0.
+    #: (steps, n_outputs): words in stream order, padded with 0.
     outputs: IntArray
-    #: bool (steps,): The update's flags: a result was clamped; an input word was beyond its
-    #: declared range.
+    #: (steps,): a result was clamped; an input word was beyond its declared range.
     saturated: BoolArray
     beyond: BoolArray
-    #: int64 (steps, n_outputs): Cycles from the first input word taken to each output word taken,
-    #: both inclusive; 0 for a word that was not given.
+    #: (steps, n_outputs): cycles from the first input word taken to each output word taken, both
+    #: inclusive; 0 for a word that was not given.
     latency_cycles: IntArray
-    #: int64 (steps,): Cycles from the first input word taken until the next record could begin; -2:
-    #: a `Reset` came before.
+    #: (steps,): cycles from the first input word taken until the next record could begin; -2: a
+    #: `Reset` came before.
     interval_cycles: IntArray
     #: Register writes of the traced update.
     writes: tuple[RegisterWrite, ...] = ()
@@ -69,9 +68,9 @@ class RtlRun:
 class Batch:
     """Records for a bench."""
 
-    #: int64 (steps, widest): Words of each record, padded; the first ``n_in`` count.
+    #: (steps, widest): words of each record, padded; the first ``n_in`` count.
     inputs: IntArray
-    #: int64 (steps,): Numbers of input and output words of each record.
+    #: (steps,): numbers of input and output words of each record.
     n_in: IntArray
     n_out: IntArray
     #: In the order of records, the reset of one behind its writes.
