@@ -110,7 +110,7 @@ class AttitudeBoard(BoardSystem):
                 f"log {record.name!r}",
                 wanted=f"{max(updates, _SHORT)} rows or more",
                 found=str(len(record)),
-                fix="give a longer log, or fewer --seconds",
+                fix="give a longer log, or fewer seconds",
             )
         names = ", ".join(estimator_of(f).name for f in filters)
         say(f"core with {names} and the calibration, {config}")
@@ -169,8 +169,8 @@ def write_board(
     ``runs`` has a row for each filter. ``in_registers_us``: most time from data-ready to the
     registers, ``predicted_us`` by the schedule. ``beside_program_us``: time of the core beside its
     programs. ``frame_end_us``: from data-ready to the last bit of the frame. ``mismatches``: words
-    of frames that differ from the integer models. ``good``: nothing was lost,
-    differs or is damaged.
+    of frames that differ from the integer models. ``good``: nothing was lost, differs or is
+    damaged.
     """
     board = make_board(REAL, core=core)
     words = feed_words(board.system.plan.feed.registers, feed or {})

@@ -373,7 +373,7 @@ class Conductor(wiring.Component):
                 "ports": In(ResultPort(word=word)).array(2),  # by `interface.Place`
                 "events": Out(len(self.EVENTS)),
                 # The core's registers: parameters and status. The program is not chosen here.
-                # Writes take 2 cycles more than those of a core, to be acknowledged early.
+                # Writes take 2 cycles more than those of a core: acknowledged early in a cycle.
                 "bus": In(BusSignature(word=word)),
                 **(feed if plan.feed.registers else {}),
             }

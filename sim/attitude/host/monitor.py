@@ -403,7 +403,7 @@ def monitor(
     if suffix not in (None, ".png", ".svg", ".pdf"):
         raise InputError.at(
             "--output",
-            wanted="a name with .png, .svg or .pdf",
+            wanted="a name with .csv, .png, .svg or .pdf",
             found=str(plot),
             fix="give such a name",
         )

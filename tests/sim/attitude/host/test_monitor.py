@@ -173,7 +173,7 @@ def test_registers_by_name(registers, capsys) -> None:
         (("--read", "5000"), "wanted an address from 0 to 4095, found 5000"),
         (("--steps", "0"), "--steps: wanted 1 or more, found 0"),
         (("--baud", "0"), "--baud: wanted 1 to 100,000,000, found 0"),
-        (("-o", "out.gif"), "--output: wanted a name with .png, .svg or .pdf, found out.gif"),
+        (("-o", "out.gif"), "--output: wanted a name with .csv, .png, .svg or .pdf, found out.gif"),
         (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
         (("-o", "out.png"), "wanted frames with attitudes, found none;"),
     ],
