@@ -296,9 +296,10 @@ def contradictions(
             found = _finding(field.names, short, [_units(means - offset)], False)
         is_offset = error is not None and error.name == "offset"
         is_told = is_offset and found is not None and found.fits
-        if as_is is not None and found is not None and (as_is.cause or not found.cause):
+        is_worse = as_is is not None and found is not None and found.scatter > 1.2 * as_is.scatter
+        if as_is is not None and found is not None and (is_worse or as_is.cause or not found.cause):
             axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
-            is_told = is_told and not as_is.stuck
+            is_told = is_told and not (is_worse or as_is.stuck)
             if not is_told or axes and found.scatter > 0.5 * as_is.after:
                 found, is_told = as_is, False
         error = error if is_told or not is_offset else None
