@@ -377,6 +377,6 @@ def system_design(core: Core, clock_hz: int) -> AttitudeSystem:
         raise InputError.at(
             "clock",
             wanted="a clock from which both serial rates can be divided",
-            found=f"{clock_hz} Hz",
-            fix=str(error),
+            found=f"{clock_hz / 1e6:g} MHz",
+            fix="choose 23 MHz or more",
         ) from error
