@@ -53,7 +53,7 @@ _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
 _FIT_S, _KEPT, _KNOWN = 2.0, 0.7, 1.2
 #: Turns about a second axis, as a share of those about the first, that are none.
 _FLAT = 0.2
-#: By how much more an error must show in flat or short turns.
+#: By how much more an offset must show that is fitted alone.
 _SURER = (1.0, 1.4)
 #: Symmetric matrices without trace: what soft iron adds to a field of one length.
 _SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
@@ -189,6 +189,7 @@ _TOGETHER = (
     (("offset", "bias", "scale", "iron"), ("offset", "bias", "scale", "iron")),
     (("offset", "bias", "scale", "late rate", "late"), ("late rate", "late")),
     (("offset", "bias", "scales"), ("scales",)),
+    (("offset",), ("offset",)),
 )
 
 
@@ -476,16 +477,16 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
         parts = [column for name in names for column in columns[name]]
         x = np.stack(parts, axis=-1) if parts else np.zeros((*y.shape, 0))
         flat = x[used].reshape(y[used].size, len(parts))
-        factors = np.linalg.lstsq(flat, y[used].ravel(), rcond=0.1 if is_flat else 1e-6)[0]
+        factors = np.linalg.lstsq(flat, y[used].ravel(), rcond=1e-6 if len(parts) > 3 else 0.1)[0]
         return factors, ((y - x @ factors) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]
 
     usual = float(np.nanmedian(np.linalg.norm(v, axis=-1)))
     offset = np.zeros(3)
     # Turns about one axis, and short ones, do not tell other errors from an offset.
-    for together, told in ((("offset",),) * 2,) if is_flat else _TOGETHER:
+    for together, told in _TOGETHER[-1:] if is_flat else _TOGETHER[: 3 if is_force else 4]:
         names = [n for n in together if not is_force or _ERRORS[n].of_force < math.inf]
-        used[:] = True
-        for _ in range(2):  # without the windows that fit least
+        used[:], surer = True, _SURER[len(names) == 1]
+        for _ in range(2 if is_flat or len(names) > 1 else 0):  # without what fits least
             _, scatter = fit(names)
             used = scatter <= np.quantile(scatter, _KEPT)
         factors, scatter = fit(names)
@@ -496,11 +497,11 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
             start += len(value)
             size = np.abs(value - np.median(value) if "late" in name else value).max()
             size /= usual if name == "offset" else 1.0
-            is_large = name in told and _SURER[is_flat] * kind.least < size < kind.most
+            is_large = name in told and surer * kind.least < size < kind.most
             if is_large or (name == "offset" and name in told):
                 others = [n for n in names if n != name]
                 ratio = float(fit(others)[1][used].mean()) / least
-                share = ratio / (kind.of_force if is_force else _SURER[is_flat] * kind.times)
+                share = ratio / (kind.of_force if is_force else surer * kind.times)
                 if is_large and share > best:
                     best, found = share, _Error(name, value)
                 if name == "offset" and ratio > _KNOWN:
