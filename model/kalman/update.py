@@ -31,7 +31,7 @@ from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_c
 from boresight.model.lowering.trace import Condition, Expression, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
-from boresight.model.units import same_unit
+from boresight.model.units import linear, same_unit
 
 if TYPE_CHECKING:
     from boresight.model.kalman.kalman import Kalman
@@ -723,8 +723,9 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
             out[s.name] = in_range(now[s.name] - steps * change, s)
         return out
 
-    if any(i.name == "dt" for i in kalman.inputs):
-        back = Values("input", {**vars(u), "dt": -delay})
+    if dt := next((i for i in kalman.inputs if i.name == "dt"), None):
+        steps = delay * linear("s", dt.unit)[0] if dt.unit else delay
+        back = Values("input", {**vars(u), "dt": -steps})
         after = moved_by(now, back)
         return _seen(kalman, x, {s.name: in_range(after[s.name], s) for s in scalars})
     rate = kalman.rates_hz.get("dt", 0.0)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
-from boresight.model.declarations import QUATERNION, Input
+from boresight.model.declarations import EXACT_UNITS, QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.methods import called
@@ -23,6 +23,7 @@ from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import (
     ROWS,
+    Column,
     Place,
     Record,
     check_norm,
@@ -424,6 +425,8 @@ def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray
     largest = float(np.abs(record.values("t", "s")).max())
     # Each time is rounded, and their difference; --every adds so many.
     rounding = 2.0 * selection().every * largest * np.finfo(np.float32 if is_single else float).eps
+    if declared.unit not in ("", *EXACT_UNITS):
+        rounding *= linear("s", declared.unit)[0]
     for limit in (declared.low, declared.high):
         steps = np.where(np.abs(steps - limit) <= rounding, limit, steps)
     return steps
@@ -432,7 +435,7 @@ def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray
 def _values(record: Record, declared: Input) -> FloatArray:
     """Values of an input's column in its unit, NaN where there is no new sample."""
     if declared.name not in record.columns:
-        return record.steps()
+        record = record.derived({"dt": Column(record.steps(), "s")})
     fault = record.faults.get(declared.name)
     if fault is not None and declared.missing is not None:
         parts = fault.parts

@@ -190,11 +190,13 @@ class Record:
         return self
 
     def values(self, name: str, unit: str) -> FloatArray:
-        """A column in a unit; without conversion if it has none.
+        """A column in a unit; without conversion if it has none (dt wants seconds).
 
         InputError for no numbers, or a unit that is unknown or of another dimension.
         """
         values, column = self.numbers(name), self.columns[name]
+        if name == "dt":
+            unit = unit or "s"
         if column.unit in (None, unit) or unit in EXACT_UNITS:
             return values
         assert column.unit is not None
@@ -228,7 +230,7 @@ class Record:
             return self
         columns = dict(self.columns)
         if "t" in columns and "dt" not in columns:
-            columns["dt"] = Column(self.steps())
+            columns["dt"] = Column(self.steps(), "s")
         return rows_of(self.derived(columns), 0, steps)
 
     @classmethod
@@ -345,7 +347,7 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
                 raise _time_error(block, 0, column_last)
             steps = np.diff(t, prepend=t_last)
         t_last, column_last = float(t[-1]), float(block.columns["t"].values[-1])
-        columns = {**block.columns, "dt": Column(steps)}
+        columns = {**block.columns, "dt": Column(steps, "s")}
         yield block.derived(columns, replace(block.place, by_time=True))
 
 

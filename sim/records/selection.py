@@ -219,7 +219,7 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
                 )
             count, longest = count + int(gaps.sum()), max(longest, float(steps.max()))
             dt = np.where(gaps, RESTART_S, block.steps())
-            block = replace(block, columns={**block.columns, "dt": Column(dt)})
+            block = replace(block, columns={**block.columns, "dt": Column(dt, "s")})
         pending = block
     if pending is not None:
         if count:

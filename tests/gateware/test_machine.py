@@ -45,5 +45,5 @@ def test_stages_at_every_depth() -> None:
 
 
 def test_depth_is_part_of_the_name() -> None:
-    with pytest.raises(InputError, match="2048, behind it -d9, -d10 or -d12 for another depth"):
+    with pytest.raises(InputError, match="2048, followed by -d9, -d10 or -d12 for another depth"):
         machine_named("small-d7")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -48,17 +50,24 @@ class LateByInput(Late):
     inputs = (*ByHand.inputs, Input("dt", 0.0, 0.1, "s"))
 
 
+class LateInMilliseconds(Late):
+    inputs = (*ByHand.inputs, Input("dt", 0.0, 100.0, "ms"))
+
+    def f(self, x, u, p):
+        return super().f(x, SimpleNamespace(acc=u.acc, dt=0.001 * u.dt), p)
+
+
 T = DT * np.arange(300)
 LOG = {
     "acc": -4.0 * np.sin(T),
     "z": 4.0 * np.sin(T - DELAY) + np.random.default_rng(1).normal(0.0, 0.2, 300),
     "h_true": 4.0 * np.sin(T),
-    "dt": np.full(300, DT),
+    "dt[s]": np.full(300, DT),
 }
 LOG["z"][100::50] += 40.0
 
 
-@pytest.mark.parametrize("late", [Late, LateByDifference, LateByInput])
+@pytest.mark.parametrize("late", [Late, LateByDifference, LateByInput, LateInMilliseconds])
 def test_a_late_measurement_is_that_of_then(late: type[Kalman]) -> None:
     (result,) = boresight.check(late, LOG, levels=("fixed", "c"))["results"]
     assert result.good, result.lines()

@@ -122,6 +122,21 @@ def test_times_of_pieces_rise_in_any_unit(tmp_path: Path) -> None:
         [*timed(blocks)]
 
 
+@pytest.mark.parametrize(("unit", "step"), [("s", 0.5), ("ms", 500.0), ("min", 1 / 120), ("", 0.5)])
+def test_steps_of_times_are_in_the_unit_of_dt(unit: str, step: float) -> None:
+    class Clocked(Estimator):
+        inputs = (Input("dt", 0.0, 1000.0, unit),)
+        states = ()
+        outputs = (Output("dt_out", unit),)
+
+        def step(self, x, u, p):
+            return {}, {"dt_out": u.dt}
+
+    log = Record.of({"t[ms]": np.arange(0.0, 5000.0, 500.0)})
+    for record in (log, log.head(4), *timed([log])):
+        assert feed(Clocked(), record).inputs[1:, 0] == pytest.approx(step)
+
+
 def test_without_times_there_is_no_slice() -> None:
     with pytest.raises(InputError, match="wanted a column t, of which a slice is taken"):
         [*Selection.of(end=1.0).pieces([Record.of({"x": [1.0]})])]
