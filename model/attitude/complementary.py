@@ -105,7 +105,7 @@ class Complementary(Estimator):
         State("sec_pitch", 0.0, SEC_LIMIT, "", 1.0),
         State("tan_pitch", -SEC_LIMIT, SEC_LIMIT, ""),
         State("unknown", -2.0, 0.0, "", -2.0),  # -2: pitch and roll, -1: pitch, 0: neither
-        State("since_mag", 0.0, 0.999, "s"),
+        State("since_mag", -1.0, 0.999, "s"),  # below 0 behind restarts
         State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
     outputs = OUTPUTS
