@@ -14,6 +14,7 @@ truth     against the earlier figure: an error from the truth, up to 10 % more
 count     against the earlier figure: no more
 rounding  against the tolerance beside it: an error of fixed point from float64
 textbook  against the tolerance beside it: a difference of float64 from the textbook's form
+parameter against the earlier value: no other one
 identity  not at all: a digest that changes with the program, which is then said
 same      results that differ in it are not compared
 ========= =========================================================================================
@@ -133,11 +134,12 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
                 found=_text(was),
                 fix="compare with one of the same, or write it again with --json",
             )
-    changes.sort(key=lambda c: (not c["worse"], -(c["share"] or 0.0)))
+    changes.sort(key=lambda c: (not c["worse"], c["kind"] != "parameter", -(c["share"] or 0.0)))
     for change in changes:
         row = {name: change[name] for name in ("figure", "before", "now")}
         share = None
-        if change["share"] is not None:  # of the figure itself: a clock that falls has a minus
+        if change["share"] is not None and change["kind"] != "parameter":
+            # Of the figure itself: a clock that falls has a minus.
             share = f"{(change['now'] - change['before']) / abs(change['before']):+.1%}"
         worse = "WORSE" if change["worse"] else None
         rows.append(row | {"unit": change["unit"] or None, "change": share, "": worse})
@@ -145,8 +147,10 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     failures = []
     if more := sum(c["worse"] for c in changes):
         first, others = changes[0], f", and {more - 1} more" if more > 1 else ""
-        text = f"{_text(first['before'])} -> {_text(first['now'])} {first['unit']}".rstrip()
-        failures = [f"worse than {file}: {first['figure']} {text}{others}"]
+        is_parameter = first["kind"] == "parameter"
+        was, value = (str(x) if is_parameter else _text(x) for x in (first["before"], first["now"]))
+        text = f"{first['figure']} {was} -> {value} {first['unit']}".rstrip()
+        failures = [f"{'not as in' if is_parameter else 'worse than'} {file}: {text}{others}"]
     data = {"file": str(file), "equal": equal, "changes": changes}
     return Result(data, {"changes": rows} if rows else {}, summary, notes, failures)
 
@@ -155,11 +159,12 @@ def _change(
     name: str, found: _Found, old: Number, new: Number, tolerance: float | None
 ) -> dict[str, Any]:
     """A figure that has changed; ``share`` is by how much of the earlier one it is worse."""
-    kind, share, worse = found.figure.kind, None, new is None
+    kind, share = found.figure.kind, None
+    worse = new is None or (kind == "parameter" and old is not None)
     if isinstance(old, float) and isinstance(new, float):
         worsening = (new - old) * (-1 if found.figure.falls else 1)
         share = worsening / abs(old) if old else None
-        worse = tolerance is not None and new > tolerance
+        worse |= tolerance is not None and new > tolerance
         if kind in SHARES:
             worse = worsening > SHARES[kind] * abs(old)
     data = {"figure": name, "kind": kind, "unit": found.unit}

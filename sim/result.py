@@ -128,7 +128,8 @@ def table_text(rows: Sequence[Row], title: str = "") -> str:
     from rich.text import Text
 
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, title_justify="left")
-    heads = [*dict.fromkeys(name for row in rows for name, v in row.items() if v is not None)]
+    names = dict.fromkeys(name for row in rows for name in row)
+    heads = [name for name in names if any(row.get(name) is not None for row in rows)]
     for head in heads:
         numbers = any(_is_number(row.get(head)) for row in rows)
         table.add_column(Text(head), justify="right" if numbers else "left", overflow="fold")

@@ -183,7 +183,11 @@ def compile(
                 )
         data = together(
             core,
-            [core_data(core.select(k), area, part.grade, part.device) for k in range(len(own))],
+            [
+                core_data(core.select(k), area, part.grade, part.device)
+                | {"parameters": build.values[k]}
+                for k in range(len(own))
+            ],
         )
         data["made"] = plain(made_of(names, build, target, Path(output)))
         if choice is not None:

@@ -27,6 +27,7 @@ from boresight.sim.result import Result, Row
 #: Figures that can be compared with an earlier result (`sim.baseline`).
 JUDGED = {
     "word": Figure("word", "same"),
+    "parameters.*.*": Figure("value", "parameter"),
     "estimators.*.mean.*": Figure("error from the truth, mean", "truth"),
     "estimators.*.trials.*.error.*": Figure("error from the truth", "truth"),
     "estimators.*.vs_float.*.apart": Figure("fixed point from float64", "rounding"),
@@ -92,7 +93,7 @@ def benchmark(
         "word": word,
         "align": align,
         "logs": [_log(trial) for trial in trials],
-        "parameters": params,
+        "parameters": {e.name: e.param_values(params.get(e.name)) for e in estimators},
         "estimators": rows,
     }
     notes = [text for trial in trials for text in trial.warnings]

@@ -44,7 +44,7 @@ def check_sound(build: Build, inputs: Sequence[FloatArray] | None = None) -> Non
         in updates of drawn states in which nothing saturates.
     """
     for k, estimator in enumerate(build.estimators):
-        own, chosen = None if inputs is None else inputs[k], estimator.param_values(build.params[k])
+        own, chosen = None if inputs is None else inputs[k], build.values[k]
         check_recorded(estimator, own, None if own is None else chosen)
         check_resolution(build.programs[k], build.nodes[k])
         _check_moving(estimator, build.programs[k], build.nodes[k], sample(estimator, own, chosen))

@@ -54,8 +54,8 @@ class Build:
         self.target, self.files = target, files or {}
         self.estimators = estimators
         self.params = tuple(params or [None] * len(estimators))
-        for estimator, values in zip(estimators, self.params, strict=True):
-            estimator.param_values(values)
+        #: All parameters of each estimator, the given values on top of the defaults.
+        self.values = [e.param_values(v) for e, v in zip(estimators, self.params, strict=True)]
 
     @cached_property
     def _traced(self) -> list[tuple[Program, dict[int, Node]]]:

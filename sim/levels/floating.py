@@ -23,7 +23,7 @@ class NumpyFloat(Level):
         super().__init__(build, number, tool)
         self.estimator = build.estimators[number]
         self.estimator.record()  # Refuse a step that other levels cannot run.
-        self._params = Values("parameter", self.estimator.param_values(build.params[number]))
+        self._params = Values("parameter", build.values[number])
         self.reset()
 
     def reset(self) -> None:

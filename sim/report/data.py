@@ -38,6 +38,7 @@ _FIGURES = {
     "timing.fmax_mhz.*.routed": Figure("clock, routed", "clock", "MHz", falls=True),
     "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
     "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
+    "parameters.*": Figure("value", "parameter"),
     "digest": Figure("program", "identity"),
 }
 _IDENTITY = {name: Figure(name, "same") for name in ("design", "config", "word")}

@@ -10,14 +10,23 @@ import pytest
 import boresight
 from boresight.model.errors import InputError
 
-#: A product more costs cycles; another gain costs accuracy.
+#: A product more costs cycles; another gain costs accuracy, or is told by its name.
 CHANGES = {
     "compile mine.py -o build": (
         "ahead + p.alpha * innovation",
         "ahead + p.alpha * innovation * (1.0 + 0.001 * innovation)",
+        "worse than before.json: pos: latency ",
     ),
-    "check mine.py mine.csv --levels fixed,c": ('"alpha", 0.3', '"alpha", 0.8'),
-    "accuracy mine.py mine.csv": ('"alpha", 0.3', '"alpha", 0.8'),
+    "check mine.py mine.csv --levels fixed,c": (
+        '"alpha", 0.3',
+        '"alpha", 0.301',
+        "not as in before.json: mine, alpha: value 0.3 -> 0.301\n",
+    ),
+    "accuracy mine.py mine.csv": (
+        "ahead + p.alpha",
+        "ahead + 2.5 * p.alpha",
+        "worse than before.json: mine, fixed, vel: error from the truth",
+    ),
 }
 
 
@@ -26,11 +35,11 @@ def test_a_worse_filter_fails(line: str, here: Path, data, said) -> None:
     Path("before.json").write_text(json.dumps(data(line)))
     assert data(f"{line} --baseline before.json")["baseline"]["changes"] == []
     source = Path("mine.py")
-    old, new = CHANGES[line]
+    old, new, failure = CHANGES[line]
     assert old in source.read_text()
     source.write_text(source.read_text().replace(old, new))
     text = said(f"{line} --baseline before.json -q", 1)
-    assert text.splitlines()[-1].startswith("FAILED: ") and "worse than before.json" in text
+    assert f"\nFAILED: {failure}" in text
 
 
 def test_another_rounding_within_the_tolerance_passes(here: Path, data, said) -> None:

@@ -19,6 +19,7 @@ JUDGED = {
     "latency.*": Figure("latency", "cycles", "cycles"),
     "area.lut": Figure("LUT", "area"),
     "area.mhz": Figure("clock", "clock", "MHz", falls=True),
+    "parameters.*": Figure("value", "parameter"),
     "digest": Figure("program", "identity"),
 }
 BEFORE: dict[str, Any] = {
@@ -30,6 +31,7 @@ BEFORE: dict[str, Any] = {
     ],
     "latency": {"pos": 100, "vel": 102},
     "area": {"lut": 500, "mhz": 130.0},
+    "parameters": {"gain": 0.3},
     "digest": "a",
 }
 
@@ -37,20 +39,21 @@ BEFORE: dict[str, Any] = {
 @pytest.mark.parametrize(
     ("place", "value", "worse"),
     [
-        (("latency", "pos"), 101, "pos: latency 100 -> 101 cycles"),
+        (("latency", "pos"), 101, "worse than old.json: pos: latency 100 -> 101 cycles"),
         (("latency", "pos"), 99, ""),
         (("area", "lut"), 505, ""),
-        (("area", "lut"), 506, "LUT 500 -> 506"),
-        (("area", "lut"), None, "LUT 500 -> none"),
+        (("area", "lut"), 506, "worse than old.json: LUT 500 -> 506"),
+        (("area", "lut"), None, "worse than old.json: LUT 500 -> none"),
         (("area", "mhz"), 124.0, ""),
-        (("area", "mhz"), 120.0, "clock 130 -> 120 MHz"),
+        (("area", "mhz"), 120.0, "worse than old.json: clock 130 -> 120 MHz"),
         # Another rounding passes within the tolerance, whatever the earlier one was.
         (("rows", 0, "max"), 9e-5, ""),
-        (("rows", 0, "max"), 2e-4, "pos: rounding 1e-06 -> 0.0002 m"),
+        (("rows", 0, "max"), 2e-4, "worse than old.json: pos: rounding 1e-06 -> 0.0002 m"),
         (("rows", 1, "max"), 1e-12, ""),
         (("rows", 0, "truth"), 0.21, ""),
-        (("rows", 0, "truth"), 0.5, "pos: error from the truth 0.2 -> 0.5 m"),
-        (("good",), False, "good 1 -> 0"),
+        (("rows", 0, "truth"), 0.5, "worse than old.json: pos: error from the truth 0.2 -> 0.5 m"),
+        (("good",), False, "worse than old.json: good 1 -> 0"),
+        (("parameters", "gain"), 0.300001, "not as in old.json: gain: value 0.3 -> 0.300001"),
         (("digest",), "b", ""),
     ],
 )
@@ -61,9 +64,7 @@ def test_what_is_worse(place: tuple[Any, ...], value: Any, worse: str) -> None:
         entry = entry[key]
     entry[place[-1]] = value
     found = compared(now, BEFORE, JUDGED, file="old.json")
-    assert [text.strip() for text in found.failures] == (
-        [f"worse than old.json: {worse}"] if worse else []
-    )
+    assert found.failures == ([worse] if worse else [])
     assert found.good is (not worse) and len(found["changes"]) == (place != ("digest",))
 
 
