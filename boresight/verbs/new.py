@@ -66,7 +66,7 @@ def new(name: Annotated[str | Path, Parameter(show_default=False)], /) -> Result
     shown = (
         f"{source}: the estimator {_class(stem)}, and {_class(stem)}World that moves it\n"
         f"{log}: a log of that world\n"
-        f"{test}: their test\n"
+        f"{test}: a test of {source.name} on {log.name}\n"
         f"{baseline}: results of check, with which the test compares\n"
         f"now: boresight check {source} {log}\n"
         f"     boresight run {source} {source}\n"

@@ -17,7 +17,7 @@ from tests.support.pages import call_tests
 def test_all_of_it_passes_at_once(here: Path, data) -> None:
     written = ["own.py", "own.csv", "test_own.py", "own_baseline.json"]
     assert data("new own")["files"] == written
-    call_tests(here)  # float64, integers, C and Verilog of the log, truth, the loop
+    call_tests(here)  # float64, integers, C and Verilog of the log, truth
     for command in (["check", "--select", "E,F,I,B,UP,SIM"], ["format", "--check"]):
         ruff = [sys.executable, "-m", "ruff", *command, "--line-length", "100", "--no-cache", "."]
         done = subprocess.run(ruff, capture_output=True, text=True, check=False)
@@ -34,6 +34,16 @@ def test_the_log_is_what_the_world_shows(here: Path) -> None:
             assert log.columns[name].values[k] == pytest.approx(record[name], abs=6e-4, nan_ok=True)
     assert world.record(None) is None
     assert np.isnan(log.columns["z"].values).sum() == len(log) // 10
+
+
+def test_the_test_needs_neither_a_world_nor_truth(here: Path) -> None:
+    source, log = Path("mine.py"), Path("mine.csv")
+    source.write_text(source.read_text().partition("class MineWorld")[0])
+    log.write_text("".join(f"{row.rsplit(',', 2)[0]}\n" for row in log.read_text().splitlines()))
+    call_tests(here)
+    source.write_text(source.read_text().replace("x.pos + u.dt", "x.pos + 1.001 * u.dt"))
+    with pytest.raises(AssertionError, match="worse than .*: latency"):
+        call_tests(here)
 
 
 def test_a_file_of_ones_own_stays(here: Path, refused, said) -> None:
