@@ -1,14 +1,5 @@
 """Kalman filters from their model: states, motion, measurements. See `docs/learn/kalman.md`."""
 
-from boresight.model.kalman import (
-    Attitude,
-    Kalman,
-    Measurement,
-    State,
-    Textbook,
-    in_turn,
-    linear,
-    vector,
-)
+from boresight.model.kalman import Attitude, Kalman, Measurement, State, Textbook, linear, vector
 
-__all__ = ["Attitude", "Kalman", "Measurement", "State", "Textbook", "in_turn", "linear", "vector"]
+__all__ = ["Attitude", "Kalman", "Measurement", "State", "Textbook", "linear", "vector"]

@@ -209,47 +209,6 @@ def _unit(x: Any) -> str:
     return "" if chosen or len(units) != 1 else units.pop()
 
 
-def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
-    """One of several measurements, chosen by an input; it costs one update of P.
-
-    Parameters
-    ----------
-    number : value
-        Index of the measurement: an input.
-    measurements : sequence of Measurement
-        Each has its own z, h, r and condition; gate, wrap and delay are common.
-
-    Raises
-    ------
-    InputError
-        No measurements, different gates, wraps or delays, or an error of `check_units`.
-    """
-    where = placed(author_line(), "in_turn")
-    several = isinstance(measurements, tuple | list) and bool(measurements)
-    good = several and all(isinstance(m, Measurement) for m in measurements)
-    require(good, where, "a list of Measurement(z, h, r)", measurements)
-    for m in measurements:
-        check_units(m)
-    said = [(m.gate, m.wrap, m.delay) for m in measurements]
-    wanted = "measurements with the same gate, wrap and delay"
-    fix = "return those that differ one by one, each valid in its turn"
-    require(len({*said}) == 1, where, wanted, said, fix)
-    last = measurements[-1]
-    z, h, r, valid = last.z, last.h, last.r, last.valid
-    conditional = any(m.valid is not None for m in measurements)
-    for k in reversed(range(len(measurements) - 1)):
-        m, turn = measurements[k], number < k + 0.5
-        z, h, r = (ops.where(turn, a, b) for a, b in ((m.z, z), (m.h, h), (m.r, r)))
-        if conditional:
-            condition = turn if m.valid is None else turn & m.valid
-            valid = condition | ~turn if valid is None else condition | (~turn & valid)
-    bounds = [m.sd_max for m in measurements if m.sd_max is not None]
-    sd_max = max(bounds) if len(bounds) == len(measurements) else None
-    names = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
-    slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(names)}
-    return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max, slope_max, last.delay)
-
-
 def vector(
     kind: Callable[..., _D], name: str, axes: str, *given: Any, **options: Any
 ) -> tuple[_D, ...]:

@@ -11,7 +11,7 @@ import pytest
 
 import boresight
 from boresight import Input, InputError, Output, Param, ops
-from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, in_turn, vector
+from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, vector
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.registry import make_level
@@ -258,9 +258,6 @@ def test_a_claim_of_what_the_states_leave_unknown() -> None:
         (result,) = boresight.check(Claimed(), log, levels=("fixed",))["results"]
         said = "\n".join(result.lines())
         assert ("raise sd_max of this Measurement" in said) is not good, said
-    rows = [Measurement(0.0, 0.0, 1.0, sd_max=sd) for sd in (2.0, 3.0)]
-    assert in_turn(np.float64(0.0), rows).sd_max == 3.0
-    assert in_turn(np.float64(0.0), [*rows, Measurement(0.0, 0.0, 1.0)]).sd_max is None
 
 
 @pytest.mark.parametrize(
@@ -350,10 +347,6 @@ def test_a_derivative_counts_as_its_largest_beyond_it() -> None:
 
     assert gain(Limited, 4.0) == gain(Steep, 4.0)
     assert gain(Limited, 8.0) != gain(Steep, 8.0)
-    rows = [
-        Measurement(0.0, 0.0, 1.0, slope_max=most) for most in ({"a": 2.0}, {"a": 4.0, "b": 1.0})
-    ]
-    assert in_turn(np.float64(0.0), rows).slope_max == {"a": 4.0}
 
 
 def test_lines_are_the_authors() -> None:
