@@ -35,16 +35,22 @@ _UNSEEN = 1e-6
 _HELD = 0.5
 #: Largest share of the declared process noise that floor may add without a remark.
 _MOST_FLOOR = 0.1
-#: Largest element of the product of F.
-_GROWN = 1e6
+#: Root of the most information about a direction that one update has.
+_MOST = 1e4
 #: f'(x) h = sum weight_k f(x + k h), to the fourth order.
 _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
 
 
+def _unit_of(kalman: Kalman, error: int) -> str:
+    """Unit of an error state."""
+    units = {s.name: s.unit for s in kalman.estimated if not isinstance(s, Attitude)}
+    return units.get(kalman.errors[error], "rad")
+
+
 def _rates_of(kalman: Kalman) -> list[tuple[int, int]]:
     """Pairs of error states of which the second has the unit of the first one's rate."""
-    units = {s.name: s.unit for s in kalman.estimated if not isinstance(s, Attitude)}
-    known = [(i, units[name]) for i, name in enumerate(kalman.errors) if units.get(name)]
+    scalars = [i for i, name in enumerate(kalman.errors) if name in kalman.groups]
+    known = [(i, unit) for i in scalars if (unit := _unit_of(kalman, i))]
     return [(i, j) for i, of in known for j, by in known if by == f"{of}/s" or _per_s2(of, by)]
 
 
@@ -267,11 +273,16 @@ class Textbook:
                 )
         for direction in unseen:
             at = np.flatnonzero(np.abs(direction) > 0.05)
-            parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at).strip("+")
-            subject = f"{parts} (each in its sd_max)" if len(at) > 1 else k.errors[at[0]]
+            change = direction[at] * np.array(k.largest_sd)[at]
+            parts = " and ".join(
+                f"of {k.errors[i]} by {c:.3g} {_unit_of(k, int(i))}".rstrip()
+                for i, c in zip(at, change / change[0], strict=True)
+            )
+            subject = f"a change {parts}" if len(at) > 1 else k.errors[at[0]]
+            it = "one of them" if len(at) > 1 else "it"
             texts.append(
                 f"{placed(k.places[at[0]], 'state')}: no measurement of {updates} updates shows "
-                f"{subject}; measure it, let it move what is measured, or leave it out"
+                f"{subject}; measure {it}, let it move what is measured, or leave it out"
             )
         return texts
 
@@ -383,34 +394,47 @@ class Textbook:
 
 
 class _Observability:
-    """Information of measurements about the initial state: sum of (H Phi)^T R^-1 H Phi, scaled.
+    """What the measurements of a run tell about the states, in units of their largest deviations.
 
-    The unit of an error is its largest standard deviation; information 1 halves that variance.
+    The information about the state in one update follows backwards from that in the next one,
+    H^T R^-1 H + F^T I F, and is limited there: so a state that grows hides no other. Averaged over
+    the updates, a state that decays counts, too. Information 1 halves the largest variance.
     """
 
     def __init__(self, sd_max: FloatArray) -> None:
         self._sd_max = sd_max
-        self._phi, self._information = np.eye(len(sd_max)), np.zeros((len(sd_max), len(sd_max)))
+        #: Of each update: F, and the rows of H over the deviations of their noise.
+        self._moves: list[FloatArray] = []
+        self._rows: list[FloatArray] = []
 
     def move(self, f: FloatArray) -> None:
         """The state moves by F."""
-        self._phi = (f * self._sd_max / self._sd_max[:, None]) @ self._phi
-        size = np.abs(self._phi).max()  # of a growing state only the direction counts
-        self._phi /= max(size / _GROWN, 1.0)
+        self._moves.append(f * self._sd_max / self._sd_max[:, None])
 
     def see(self, h: FloatArray, r: FloatArray) -> None:
-        """Add the information of measurements."""
-        row = (h * self._sd_max) @ self._phi / np.sqrt(r)[:, None]
-        self._information += row.T @ row
+        """Add the measurements of an update, after `move`."""
+        self._rows.append(h.reshape(-1, len(self._sd_max)) * self._sd_max / np.sqrt(r)[:, None])
+
+    def _information(self) -> FloatArray:
+        """Mean information about the states; each root of it is limited to `_MOST`."""
+        n = len(self._sd_max)
+        root, total = np.zeros((0, n)), np.zeros((n, n))
+        for f, rows in zip(reversed(self._moves), reversed(self._rows), strict=True):
+            stacked = np.concatenate([rows, root])
+            _, sizes, directions = np.linalg.svd(stacked, full_matrices=False)
+            root = (sizes / np.hypot(1.0, sizes / _MOST))[:, None] * directions
+            root[:, ~stacked.any(axis=0)] = 0.0  # a rounding error there might grow
+            total += root.T @ root
+            root = root @ f
+        return total / len(self._moves)
 
     def unseen(self) -> Sequence[FloatArray]:
         """Directions of less than `_UNSEEN` information: states themselves first."""
-        information = self._information
-        threshold = max(_UNSEEN, 1e-13 * np.linalg.eigvalsh(information)[-1])
-        seen = np.diag(information) >= threshold
+        information = self._information()
+        seen = np.diag(information) >= _UNSEEN
         out: list[FloatArray] = [*np.eye(len(seen))[~seen]]
         values, vectors = np.linalg.eigh(information[np.ix_(seen, seen)])
-        for vector in vectors.T[values < threshold]:
+        for vector in vectors.T[values < _UNSEEN]:
             direction = np.zeros(len(seen))
             largest = np.abs(vector).round(6).argmax()  # the first of equals
             direction[seen] = vector * np.sign(vector[largest])
