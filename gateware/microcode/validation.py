@@ -13,17 +13,14 @@ between.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.assemble import decode
-from boresight.gateware.microcode.emulator import Emulator, Lane, Record
+from boresight.gateware.microcode.emulator import Emulator, Record
 from boresight.gateware.microcode.image import Image
-from boresight.model.words.program import Kind, Program, Scale
-from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refuted, Terms
-
-#: Values of the field ``scale``.
-_SCALES = (Scale.NONE, Scale.FULL, Scale.EVEN, Scale.HALF)
+from boresight.model.words.fixed import wrap
+from boresight.model.words.program import Kind, Program
+from boresight.model.words.terms import Meaning, Refuted, Terms
 
 
 def validate_microcode(
@@ -31,8 +28,8 @@ def validate_microcode(
     image: Image,
     programs: Sequence[Program],
     registers: Sequence[Mapping[int, int]],
-) -> int:
-    """Prove that an image computes its programs; return the number of their operations.
+) -> None:
+    """Prove that an image computes its programs; the image passes `Image.check`.
 
     ``registers`` has for each program the register of each parameter and state, by number of the
     value (`Allocation.addresses`). Raises Refuted if some word differs for some input; the message
@@ -44,7 +41,6 @@ def validate_microcode(
         for parity in (0, 1):  # from either copy of its states
             _Update(core, number, parity).check()
             _Update(core, number, parity).check_restart()
-    return sum(len(program.ops) for program in programs)
 
 
 class _Core:
@@ -108,69 +104,6 @@ class _Core:
                     )
 
 
-class _Symbolic(Emulator):
-    """The emulator on terms; ``flagged`` is the set of words that raise a flag."""
-
-    def __init__(self, machine: Machine, image: Image, terms: Terms) -> None:
-        self.terms = terms
-        super().__init__(machine, image)
-        self.flagged: set[int] = set()
-        self.registers = [terms.symbol(f"left in register {k}") for k in range(len(self.registers))]
-
-    def _read(self, register: int) -> int:
-        """A memory does not define the word that is read while it is written."""
-        if register in self.writing:
-            return self.terms.symbol(f"register {register} in the cycle of its write", self.cycle)
-        return super()._read(register)
-
-    def _lane(self, number: int) -> Lane:
-        def word(name: str) -> int:
-            return self.terms.symbol(f"left in {name} of lane {number}")
-
-        return Lane(
-            self.machine.stages,
-            word,
-            lambda name: (False, word(name)),
-            lambda name: (word(name), NEVER, ALWAYS),
-        )
-
-    def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
-        word = self.terms.result(acc, wrap=wrap)
-        if sticky and self.terms.may_overflow(word):
-            self.flagged.add(word)
-        return word
-
-    def _sum(self, acc: int | None, shifted: Any) -> int:
-        return self.terms.total(acc, *shifted)
-
-    def _shifted(self, product: int, amount: int, negate: Any, take: Any) -> Any:
-        return self.terms.shifted(product, amount), negate, take
-
-    def _amount(self, shift: int, scale: int, count: int) -> int:
-        return self.terms.amount(shift, _SCALES[scale], count)
-
-    def _product(self, a: int, b: int) -> int:
-        return self.terms.product(a, b)
-
-    def _condition(self, bit: int, flagged: int, flag: int) -> Condition:
-        return bool(bit), flag if flagged else None
-
-    def _fraction(self, word: int) -> int:
-        return self.terms.fraction(word)
-
-    def _coefficient(self, block: int, coefficient: int, index: int) -> int:
-        return self.terms.coefficient(block, coefficient, index)
-
-    def _index(self, word: int, quarter: int) -> int:
-        return self.terms.index(word, quarter=bool(quarter))
-
-    def _sign(self, word: int, quarter: int) -> int:
-        return self.terms.sign(word, quarter=bool(quarter))
-
-    def _count(self, word: int) -> int:
-        return self.terms.count(word)
-
-
 class _Update:
     """One update of one program, from one copy of its states."""
 
@@ -178,27 +111,23 @@ class _Update:
         self.core = core
         self.program = core.programs[number]
         self.terms = Terms(core.machine.arithmetic)
-        self.emulator = _Symbolic(core.machine, core.image, self.terms)
-        self.emulator.select(number)
-        self.emulator.parities[number] = parity
+        self.emulator = emulator = Emulator(core.machine, core.image, self.terms)
+        emulator.number, emulator.parities[number] = number, parity
         for address in core.constants:
-            word = self.emulator._signed(core.image.registers[address])
-            self.emulator.registers[address] = self.terms.word(word)
+            word = wrap(core.image.registers[address], core.machine.arithmetic.word)
+            emulator.registers[address] = self.terms.word(word)
         #: Symbol of each parameter and state of any program.
         self.symbols = {(k, n): self.terms.symbol(self._name(k, n), n) for k, n in core.lasting}
         #: Physical register of each of them.
         self.registers = {
-            (k, n): self._physical(address, self.emulator.parities[k])
+            (k, n): emulator.physical(address, emulator.parities[k])
             for (k, n), address in core.lasting.items()
         }
         for item, address in self.registers.items():
-            self.emulator.registers[address] = self.symbols[item]
+            emulator.registers[address] = self.symbols[item]
 
     def _name(self, k: int, n: int) -> str:
         return f"{self.core.programs[k].name}.{self.core.programs[k].values[n].name}"
-
-    def _physical(self, address: int, parity: int) -> int:
-        return self.emulator.physical(address, parity)
 
     def check(self) -> None:
         """Raise Refuted unless the update computes the program's results."""
@@ -206,12 +135,16 @@ class _Update:
         inputs = {
             n: self.terms.symbol(f"input {program.values[n].name}", n) for n in program.inputs
         }
-        try:
-            record = self.emulator.update([inputs[n] for n in program.inputs])
-        except IndexError:
-            raise Refuted(f"{program.name}: the microcode leaves the program") from None
-        if self.emulator.framing or self.emulator.pc != 0 or not record.cycles:
-            raise Refuted(f"{program.name}: the microcode must take {len(inputs)} words, once")
+        record = self.emulator.update([*inputs.values()])
+        for what, lasts, words in (
+            ("take", record.gets, program.inputs),
+            ("emit", record.emits, program.outputs),
+        ):
+            if lasts != [k == len(words) - 1 for k in range(len(words))]:
+                raise Refuted(
+                    f"{program.name}: the microcode must {what} {len(words)} words, the last one "
+                    f"marked, not {lasts}"
+                )
         symbols = {n: s for (k, n), s in self.symbols.items() if k == number}
         meaning = Meaning.of(program, self.terms, symbols | inputs)
         self._check_writes(record)
@@ -226,40 +159,35 @@ class _Update:
 
     def check_restart(self) -> None:
         """Raise Refuted unless the restart routine loads the initial words of the states."""
-        program, number = self.program, self.emulator.number
-        try:
-            record = self.emulator.restart()
-        except IndexError:
-            raise Refuted(f"{program.name}: a restart leaves its routine") from None
+        record = self.emulator.restart()
         self._check_writes(record)
-        for state, _ in program.states:
-            address = self._physical(self.core.lasting[number, state], self.emulator.parity)
-            word, value = self.emulator.registers[address], program.values[state]
+        for state, word in self._next_states():
+            value = self.program.values[state]
             if word != self.terms.word(value.initial):
                 raise Refuted(
-                    f"{program.name}: a restart must load {value.name} with {value.initial}, "
+                    f"{self.program.name}: a restart must load {value.name} with {value.initial}, "
                     f"not {self.terms.text(word)}"
                 )
         if record.outputs or self.emulator.flagged:
-            raise Refuted(f"{program.name}: a restart must neither emit nor raise a flag")
+            raise Refuted(f"{self.program.name}: a restart must neither emit nor raise a flag")
+
+    def _next_states(self) -> Iterator[tuple[int, int]]:
+        """Each state, and the term in its register for the next update."""
+        number = self.emulator.number
+        for state, _ in self.program.states:
+            address = self.core.lasting[number, state]
+            register = self.emulator.physical(address, self.emulator.parities[number])
+            yield state, self.emulator.registers[register]
 
     def _words(self, record: Record, meaning: Meaning) -> Iterator[tuple[str, int, int]]:
         """Each word that leaves or lasts: its name, its term in the microcode, in the program."""
-        program, number = self.program, self.emulator.number
-        ends = [k == len(program.outputs) - 1 for k in range(len(program.outputs))]
-        if record.lasts != ends:
-            raise Refuted(
-                f"{program.name}: the microcode must emit {len(ends)} words, the last one marked, "
-                f"not {record.lasts}"
-            )
+        program, after = self.program, dict(self.program.states)
         for name, word, n in zip(
             program.output_names, record.outputs, program.outputs, strict=True
         ):
             yield f"output {name}", word, meaning.values[n]
-        for state, after in program.states:
-            address = self._physical(self.core.lasting[number, state], self.emulator.parity)
-            name = program.values[state].name
-            yield f"next {name}", self.emulator.registers[address], meaning.values[after]
+        for state, word in self._next_states():
+            yield f"next {program.values[state].name}", word, meaning.values[after[state]]
 
     def _check_writes(self, record: Record) -> None:
         """Check that the update writes no word that lasts: it may be abandoned in any cycle."""
@@ -267,7 +195,7 @@ class _Update:
         for (k, n), address in self.core.lasting.items():
             # Either copy of another program's state is its own.
             if k != self.emulator.number:
-                lasting |= {self._physical(address, parity): (k, n) for parity in (0, 1)}
+                lasting |= {self.emulator.physical(address, parity): (k, n) for parity in (0, 1)}
         for write in record.writes:
             if write.address in lasting:
                 raise Refuted(

@@ -1,19 +1,15 @@
 """Several programs in one core: what they share, what they must not, each runs as if alone."""
 
 import dataclasses
-import random
 
-import numpy as np
 import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, MACHINES
-from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Program, Term, Value
-from tests.support.random_program import poke, random_inputs, random_program, random_programs
+from tests.support.random_program import random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 
@@ -27,39 +23,6 @@ def test_digest_is_of_all_programs_in_order() -> None:
     both, other = build_shared_core([a, b], "small"), build_shared_core([b, a], "small")
     assert both.digest != other.digest and both.image.digest == int(both.digest, 16)
     assert build_core(a, "small").digest == a.digest
-
-
-@CONFIG
-@pytest.mark.parametrize("seed", range(10))
-def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
-    """Random turns, torn records, parameters written while their program runs or another does."""
-    core = shared(config, seed, count=2 + seed % 3)
-    rng = random.Random(seed)
-    emulator = Emulator(core.machine, core.image)
-    models = [Interpreter(p.program) for p in core.parts]
-    streams = [random_inputs(p.program, seed, 80) for p in core.parts]
-    for _ in range(80):
-        number = rng.randrange(len(models))
-        emulator.select(number)
-        emulator.select(rng.choice((-1, len(models))))  # no such program: stays
-        program, model = core.parts[number].program, models[number]
-        words = streams[number].pop()
-        other = rng.randrange(len(models))
-        for name, address in core.select(other).parameter_addresses.items():
-            if rng.random() < 0.3:
-                word = rng.getrandbits(20)
-                poke(emulator, address, word)
-                models[other].params[core.parts[other].program.find(name)] = word
-        if rng.random() < 0.3 and len(words) > 1:
-            emulator.update(words[: rng.randrange(1, len(words))])
-            continue
-        wanted, saturated = model.update(np.array(words)[:, None])
-        emulator.saturated = False
-        record = emulator.update(words)
-        assert record.outputs == wanted[:, 0].tolist()
-        assert emulator.saturated == saturated[0]
-        assert record.cycles == core.parts[number].schedule.length
-        assert len(program.outputs) == len(record.outputs)
 
 
 def wide(name: str, n: int) -> Program:
@@ -100,17 +63,6 @@ def test_many_parameters(config: str) -> None:
     assert max(addresses[1]) < 512 and machine.lanes == len(
         {r // machine.bank_depth for r in registers}
     )
-    for number, program in enumerate(programs):
-        emulator = Emulator(machine, core.image)
-        emulator.select(number)
-        wanted, _ = Interpreter(program).update(np.array([[1 << 28]]))
-        assert emulator.update([1 << 28]).outputs == wanted[:, 0].tolist()
-        model = Interpreter(program)
-        for k, address in enumerate(addresses[number]):
-            model.params[program.find(f"p{k}")] = 3 << k % 24
-            poke(emulator, address, 3 << k % 24)
-        wanted, _ = model.update(np.array([[1 << 27]]))
-        assert emulator.update([1 << 27]).outputs == wanted[:, 0].tolist()
 
 
 def test_refused() -> None:

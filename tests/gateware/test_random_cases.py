@@ -1,4 +1,4 @@
-"""Random programs in one core: interpreter, C, proofs and emulator agree; RTL in long campaigns."""
+"""Random programs in one core: interpreter, C and proofs agree; RTL in long campaigns."""
 
 from __future__ import annotations
 

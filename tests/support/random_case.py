@@ -1,4 +1,4 @@
-"""Random programs through interpreter, C, symbolic proofs, emulator and RTL.
+"""Random programs through interpreter, C, symbolic proofs and RTL.
 
 A case draws programs that share a core, its machine and width, the outputs that come first, and a
 sequence of updates, parameter writes and changes of the program, with pauses of both streams,
@@ -18,7 +18,6 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.validation import validate_c
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import MACHINES
-from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.interpreter import Interpreter
@@ -27,7 +26,7 @@ from boresight.model.words.terms import Refuted
 from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
 from boresight.sim.rtl.simulation import RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
-from tests.support.random_program import poke, random_inputs, random_programs, with_ranges
+from tests.support.random_program import random_inputs, random_programs, with_ranges
 
 __all__ = ["Case", "check", "drawn"]
 
@@ -128,14 +127,12 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     parts = [part.program for part in core.parts]
     models = [Interpreter(p) for p in parts]
     c = [CModel(p, cflags=("-O0",)) for p in parts]
-    emulator = Emulator(core.machine, core.image)
     streams = [iter(random_inputs(p, case.seed + k, case.updates)) for k, p in enumerate(parts)]
     numbers, rows, wanted = list[int](), list[list[int]](), list[_Update]()
     bus = list[BusWrite | Reset]()
     for k in range(case.updates):
         number = rng.randrange(len(parts))
         program = parts[number]
-        emulator.select(number)
         if len(parts) > 1:
             bus.append(BusWrite(k, PROGRAM, number))
         where = core.parts[number].allocation.addresses()
@@ -145,7 +142,6 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             address = core.machine.parameter_address(where[value])
             models[number].params[value] = word
             c[number].set_param(name, word)
-            poke(emulator, address, word)
             bus.append(BusWrite(k, address, word))
         row, begun = next(streams[number]), list[int]()
         numbers.append(number)
@@ -156,20 +152,15 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             begun = [number] if reset.restart else list(range(len(parts)))
             if not reset.restart and reset.cycle < core.parts[number].schedule.interval - 1:
                 wanted.append(_Update(*_updated(models[number], row), abandoned=True))
-                _begin(begun, models, c, emulator)
+                _begin(begun, models, c)
                 continue
         words, flags = _updated(models[number], row)
         c_out, c_saturated = c[number].update([row])
         if (c_out[0].tolist(), [*c_saturated, *c[number].beyond]) != (words, flags):
             yield f"C: update {k} of {program.name}: {c_out[0].tolist()}, not {words}"
-        emulator.saturated = emulator.beyond = False
-        if (got := emulator.update(row).outputs) != words:
-            yield f"emulator: update {k} of {program.name}: {got}, not {words}"
-        if [emulator.saturated, emulator.beyond] != flags:
-            yield f"emulator: flags of update {k} of {program.name}, not {flags}"
         whole = bool(bus) and bus[-1] == Reset(k, core.parts[number].schedule.interval - 1)
         wanted.append(_Update(words, flags, in_last_cycle=whole))
-        _begin(begun, models, c, emulator)
+        _begin(begun, models, c)
     if case.rtl:
         width = max(map(len, rows))
         inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
@@ -184,15 +175,11 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
         yield from _beside(run, wanted)
 
 
-def _begin(
-    numbers: list[int], models: list[Interpreter], c: list[CModel], emulator: Emulator
-) -> None:
+def _begin(numbers: list[int], models: list[Interpreter], c: list[CModel]) -> None:
     """Load the initial states of these programs; their parameters stay."""
     for number in numbers:
         models[number].states = Interpreter(models[number].program).states
         c[number].reset()
-        emulator.select(number)
-        emulator.restart()
 
 
 def _updated(model: Interpreter, row: list[int]) -> tuple[list[int], list[bool]]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field, replace
 
-from boresight.gateware.microcode.emulator import Emulator
 from boresight.model.lowering.lower import watched
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
@@ -108,12 +107,6 @@ def random_inputs(program: Program, seed: int, steps: int) -> list[list[int]]:
         return rng.choice([low, high, *ends]) if ends and rng.random() < 0.3 else _word(rng, arith)
 
     return [[word(*ends) for ends in ranges] for _ in range(steps)]
-
-
-def poke(emulator: Emulator, address: int, word: int) -> None:
-    """A host's write of a parameter at its address of the bus."""
-    bank, offset = divmod(address, emulator.machine.bus_bank_words)
-    emulator.registers[bank * emulator.machine.bank_depth + offset] = word
 
 
 def _word(rng: random.Random, arith: Arithmetic) -> int:
