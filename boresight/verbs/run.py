@@ -35,6 +35,7 @@ from boresight.parameters import params_of, params_of_each
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.boards import board_system
 from boresight.sim.compare.difference import Difference, Differences, differences
+from boresight.sim.compare.textbook import wrong_steps
 from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level as Machine
@@ -312,7 +313,7 @@ class _Summary:
 
     def __init__(self, estimator: Estimator, *, whole: bool) -> None:
         self.estimator, self.whole, self.rows, self.saturated = estimator, whole, 0, 0
-        self.angles, self.fault = Angles(), ""
+        self.angles, self.fault, self.model = Angles(), "", list[str]()
         self.truth: Differences | None = None
         self.t: FloatArray | None = None
         self.outputs: Mapping[str, FloatArray] = {}
@@ -364,6 +365,7 @@ class _Summary:
             text += f", RMSE against the log's truth: {figures}"
         notes = [
             *self.warnings,
+            *self.model,
             *([saturated_text(self.saturated, saturated)] if self.saturated else []),
         ]
         failures = [f"{level}: {self.fault}"] if self.fault else []
@@ -394,6 +396,8 @@ def _on_log(
         """The level on the log, piece by piece: its rows, if a file takes them."""
         for piece, columns in enumerate(feeds(estimator, _read(log, steps, rows))):
             (loop,) = drive(columns, machine, anew=piece == 0)
+            if not piece:
+                summary.model = wrong_steps(build, columns.inputs, columns.t)
             summary.add(columns, loop)
             if target is not None:
                 yield _record(estimator, columns.t, loop.outputs)

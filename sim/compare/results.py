@@ -302,7 +302,7 @@ class CheckResult:
             "word": self.build.word,
             "program": self.build.programs[self.number].digest,
             "identity": self.identity,
-            "parameters": self.build.values[self.number],
+            "parameters": plain(self.build.values[self.number]),
             "profile": None if self.profile is None else self.profile.place,
             "good": self.good,
             "exact": self.exact,

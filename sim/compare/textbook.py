@@ -8,7 +8,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
-from boresight.model.estimator import WAIVED, SecondForm
+from boresight.model.estimator import WAIVED, Estimator, SecondForm
 from boresight.model.methods import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -16,6 +16,8 @@ from boresight.sim.levels.level import Run
 
 #: Leading updates that are compared: the second form is slow.
 _MOST = 2000
+#: Leading updates that show the time step of a model.
+_PROBED = 100
 #: Largest ratio of a model's time step to that of the log.
 _STEPS = 1.25
 
@@ -55,31 +57,11 @@ def beside_textbook(
     estimator, some = build.estimators[number], records[:_MOST]
     for kind in estimator.waived:
         require_choice(f"estimator {estimator.name}, waived", kind, WAIVED)
-    book = called(
-        estimator.textbook,
-        some,
-        build.params[number],
-        where=f"estimator {estimator.name}, textbook",
-        wanted="a second form or None",
-        kind=SecondForm | None,
-        answer="return SecondForm(outputs={NAME: ARRAY})",
-    )
+    book = _second_form(build, number, some)
     if book is None:
         return Book()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
-    faults = [*book.faults]
-    if t is not None and len(t) > 1:
-        step = float(np.median(np.diff(t)))
-        faults += [
-            (
-                "time step",
-                f"estimator {estimator.name}: the model moves {name} by a time step of "
-                f"{abs(own):.4g} s, the log has one of {step:.4g} s; take dt as an input, or the "
-                "log's rate",
-            )
-            for name, (own, *others) in book.time_steps.items()
-            if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))
-        ]
+    faults = [*book.faults, *(("time step", text) for text in _wrong_steps(estimator, book, t))]
     found = tuple(differences(estimator.outputs, outputs, book.outputs))
     by_floor = False
     if book.as_built is not None and not all(d.good for d in found):
@@ -92,3 +74,41 @@ def beside_textbook(
         by_floor,
         tuple(book.gates),
     )
+
+
+def wrong_steps(build: Build, records: FloatArray, t: FloatArray | None) -> list[str]:
+    """Constant time steps of the model of a build's estimator that are not the log's, a line each.
+
+    ``records`` (n, n_inputs) and times ``t`` (n,) [s] are the first ones of the log.
+    """
+    (estimator,) = build.estimators
+    if t is None or any(i.name == "dt" for i in estimator.inputs):
+        return []
+    book = _second_form(build, 0, records[:_PROBED])
+    return [] if book is None else _wrong_steps(estimator, book, t)
+
+
+def _second_form(build: Build, number: int, records: FloatArray) -> SecondForm | None:
+    """`Estimator.textbook`, checked."""
+    estimator = build.estimators[number]
+    return called(
+        estimator.textbook,
+        records,
+        build.params[number],
+        where=f"estimator {estimator.name}, textbook",
+        wanted="a second form or None",
+        kind=SecondForm | None,
+        answer="return SecondForm(outputs={NAME: ARRAY})",
+    )
+
+
+def _wrong_steps(estimator: Estimator, book: SecondForm, t: FloatArray | None) -> list[str]:
+    if t is None or len(t) < 2:
+        return []
+    step = float(np.median(np.diff(t)))
+    return [
+        f"estimator {estimator.name}: the model moves {name} by a time step of {abs(own):.4g} s, "
+        f"the log has one of {step:.4g} s; take dt as an input, or the log's rate"
+        for name, (own, *others) in book.time_steps.items()
+        if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))
+    ]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import boresight
 from boresight.kalman import Kalman, Measurement, State
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
@@ -109,6 +110,15 @@ def test_a_fault_of_the_model_fails_unless_it_is_waived(
     assert said in text and not result.good and text in result.failures
     waived = tracked(**changes, waived=(kind,))
     assert waived.good and said in waived.given.warnings[-1]
+
+
+@pytest.mark.parametrize(("dt", "notes"), [(DT, 0), (2.0 * DT, 1)])
+def test_run_tells_a_wrong_time_step_as_check_does(dt: float, notes: int) -> None:
+    estimator = type("Track", (Track,), {"dt": dt})()
+    log = {"t": T, "z": np.sin(T)}
+    result = boresight.run(estimator, log)
+    assert result.good and result.notes == list(checked(estimator, **log).book.faults)
+    assert len(result.notes) == notes
 
 
 def test_an_unknown_kind_of_fault_is_refused() -> None:
