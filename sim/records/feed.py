@@ -387,11 +387,12 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
     for i in missing:
         lower = i.name.lower()
         near = next((c for c in columns if re.split(r"\W", c.lower())[0] == lower), None)
-        time = next((c for c in columns if c.lower() in _TIMES), None)
+        time = next((c for c in columns if re.split(r"\W", c.lower())[0] in _TIMES), None)
         if near:
             hints[near] = i.name if near.lower() == lower else f"{i.name}[UNIT]"
         elif time and i.name == "dt":
-            hints[time] = "t (dt is its difference)"
+            unit = "" if time.lower() in _TIMES else "[UNIT]"
+            hints[time] = f"t{unit} (dt is its difference)"
     names = [
         f"{'t [s] or ' if i.name == 'dt' else ''}{i.name}" + (f" [{i.unit}]" if i.unit else "")
         for i in missing

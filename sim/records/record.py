@@ -18,7 +18,7 @@ import numpy.typing as npt
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
-from boresight.model.units import UnitError, linear
+from boresight.model.units import UnitError, check_unit, linear
 
 #: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"
@@ -463,6 +463,19 @@ def columns_of(
     return columns, faults
 
 
+#: A name, and what may be its unit.
+_ROUND = re.compile(r"([^()\[\]]*[^()\[\]\s])\s*\(((?:[^()]|\([^()]*\))*)\)")
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text has words, and all are units."""
+    try:
+        check_unit("", text)
+    except InputError:
+        return False
+    return any(map(str.isalpha, text))
+
+
 def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | None]]:
     """Names and units of columns; raises InputError as `split_header`, and for a name twice."""
     pairs = [split_header(where, head) for head in heads]
@@ -478,7 +491,12 @@ def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | Non
 
 
 def split_header(where: str, head: str) -> tuple[str, str | None]:
-    """Name and unit of ``gx[deg/s]``; None without brackets. The unit is checked at its use."""
+    """Name and unit of ``gx[deg/s]``; None without brackets. The unit is checked at its use.
+
+    ``gx (deg/s)`` is the same; other texts in round brackets are a part of the name.
+    """
+    if (round_ := _ROUND.fullmatch(head.strip())) and is_unit(round_[2]):
+        return round_[1], round_[2].strip()
     name, bracket, rest = head.strip().partition("[")
     name, unit = name.strip(), rest.strip()
     if not bracket:

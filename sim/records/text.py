@@ -1,8 +1,8 @@
 """CSV logs: one header, one line per sample; errors name line and column.
 
-Comment lines (``#``, ``%``, ``//``) may precede the header. A header field is ``NAME`` or
-``NAME[unit]``; an empty field, or ``nan``, means that there is no new sample. Quotes may be around
-fields, within a line. A column with other texts can be read, but not be used.
+Comment lines (``#``, ``%``, ``//``) may precede the header. A header field is ``NAME``,
+``NAME[unit]`` or ``NAME (unit)``; an empty field, or ``nan``, means that there is no new sample.
+Quotes may be around fields, within a line. A column with other texts can be read, but not be used.
 """
 
 from __future__ import annotations
@@ -22,8 +22,15 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
-from boresight.model.units import check_unit
-from boresight.sim.records.record import SECONDS, Column, Place, Record, name_of, split_headers
+from boresight.sim.records.record import (
+    SECONDS,
+    Column,
+    Place,
+    Record,
+    is_unit,
+    name_of,
+    split_headers,
+)
 
 #: Values from which on pyarrow is worth its import.
 _FAST_FROM = 100_000
@@ -233,7 +240,7 @@ def _table(
     for column in np.flatnonzero(invalid.any(axis=0)).tolist():
         row = int(np.argmax(invalid[:, column]))
         field = split[row][column].strip()
-        if [f.strip().partition("[")[0] for f in split[row]] == names:
+        if [re.split(r"[\[(]", f.strip())[0].strip() for f in split[row]] == names:
             faults[names[column]] = InputError.at(
                 f"{path}, line {row + first_line}",
                 wanted="a sample",
@@ -256,9 +263,7 @@ def _table(
 def _units_fix(name: str, text: str) -> str:
     """The remedy for a text that is a unit, in a row without numbers; else empty."""
     unit = text.strip("[]() ")
-    try:
-        check_unit("", unit if unit[:1].isalpha() else None)
-    except InputError:
+    if not (unit[:1].isalpha() and is_unit(unit)):
         return ""
     return f"a line of units? write them in the header, {name}[{unit}], and remove the line"
 

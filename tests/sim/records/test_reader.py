@@ -108,10 +108,10 @@ def test_columns_become_inputs(
         ({"z": None}, {}, "log 'walk': wanted a column for z [m], of probe, found c, plain; add "),
         ({"z": None, "Z": [1.0, 1.0]}, {}, "log 'walk': wanted a column for z [m], of probe, found "
          "Z, c, plain; rename Z to z"),
-        ({"z": None, **{f"column {k}": [0.0] * 2 for k in range(20)}, "z (cm)": [1.0] * 2}, {},
-         "log 'walk': wanted a column for z [m], of probe, found z (cm), c, plain, column 0, column"
-         " 1, column 2, column 3, column 4, column 5, column 6, column 7, column 8, ...; rename z "
-         "(cm) to z[UNIT]"),
+        ({"z": None, **{f"column {k}": [0.0] * 2 for k in range(20)}, "z (raw)": [1.0] * 2}, {},
+         "log 'walk': wanted a column for z [m], of probe, found z (raw), c, plain, column 0, colum"
+         "n 1, column 2, column 3, column 4, column 5, column 6, column 7, column 8, ...; rename z "
+         "(raw) to z[UNIT]"),
         ({"z": None, "c": None}, {}, "log 'walk': wanted a column for z [m], c, of probe, found "),
         ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
          "complete the log, or declare missing=NUMBER, which needs no sample before it"),

@@ -151,6 +151,10 @@ def test_what_a_record_is_made_of() -> None:
     assert columns == {"flag": ([0.0], None), "n": ([4.0], "m/s^2"), "z": ([2.0], "")}
     assert made.place(1, "z") == "a.npz, z[1]" and np.isnan(made.columns["z"].values[0])
     assert Record.of(made) is made
+    heads = ("t(ms)", "a (m/s^2)", "b(m/(s*s))", "x(1)", "y (raw)", "z (m) (2)")
+    columns = {n: c.unit for n, c in Record.of(dict.fromkeys(heads, [0.0])).columns.items()}
+    units = {"t": "ms", "a": "m/s^2", "b": "m/(s*s)"}
+    assert columns == {**units, **dict.fromkeys(heads[3:])}
 
 
 # -- the nine-axis log as a record, and back ------------------------------------------------------
