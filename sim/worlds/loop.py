@@ -153,7 +153,7 @@ def _world(
     names = [o.name for o in estimator.outputs if keep is None or o.name in keep]
     known = {"t", "dt", *(i.name for i in estimator.inputs)}
     known |= {o.name + TRUTH for o in estimator.outputs}
-    unused = dict[str, None]()
+    unused, of_logs = dict[str, None](), {"restart", "mov"} - known
     _guarded(world, world.start)
     pieces = _guarded(world, world.pieces)
     if pieces is None and type(world).record is World.record:
@@ -175,6 +175,13 @@ def _world(
             break
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
+        if found := of_logs & columns.keys():
+            raise InputError.at(
+                f"world {world.name}, step {reader.rows}",
+                wanted=f"inputs of {estimator.name}, and true values",
+                found=f"{min(found)}, a column of logs",
+                fix=f"leave it out, or write a log with it, or declare an input {min(found)}",
+            )
         if not reader.rows and "dt" in columns:
             dt = reader.number("dt", columns["dt"], n)
             rates = 1.0 / dt[dt > 0.0]  # a step below 0 restarts
