@@ -78,7 +78,7 @@ Steps: TypeAlias = Annotated[
     int | None, Parameter(help="Use at most this many samples of each source.")
 ]
 Jobs: TypeAlias = Annotated[
-    int | None, Parameter(help="Number of processes; by default one for each processor.")
+    int | None, Parameter(help="Number of tasks at a time; by default one for each processor.")
 ]
 Scheduler: TypeAlias = Annotated[str | None, Parameter(metavar="ADDRESS")]
 OutputFolder: TypeAlias = Annotated[

@@ -91,7 +91,7 @@ def run(
         Name, FILE.py or FILE.py:CLASS. A log alone is converted to another kind of file.
     source : path, mapping of arrays, table, Record, World or str
         A log; a world, as FILE.py:CLASS or by its name; or board, the complete system with its
-        sensors, with settings: board(seconds=1, source="heading", feed={}, faults=False).
+        sensors, with settings: board(seconds=1, source="heading", feed={}, log=FILE, faults=False).
     levels : sequence of str
         On a log one form: float (compiled float64), numpy (float64 as written), fixed (the integer
         model, the default), c or rtl. In a loop one or several, c by default; each further form is

@@ -252,7 +252,7 @@ def _own(name: str, case: Case, log: NineAxis, built: Levels) -> Row:
     near = differences(estimator.outputs, fixed.outputs, floating.outputs)
     return {
         **figures_of(log, q),
-        "good": all(d.good for d in near) and not fixed.n_saturated,
+        "beyond": [d.output for d in near if not d.good],
         "apart_deg": largest_turn_deg(q, q_float),
         "saturated": fixed.n_saturated,
     }
@@ -305,11 +305,12 @@ def summary(rows: Sequence[Row]) -> Result:
             ratios.append(row | dict(zip(("worst", "in"), max(worst), strict=True)))
     for name in filters:
         own = [r for r in rows if r["filter"] == name]
-        if bad := [r for r in own if not r.get("good", True)]:
+        if bad := [r for r in own if r.get("beyond") or r.get("saturated")]:
             far = max(bad, key=lambda r: r["apart_deg"])
             failures.append(
-                f"{name}: fixed point is {far['apart_deg']:.6f} deg from float64 and saturates "
-                f"{far['saturated']} times in {far['log']}, {far['case']}"
+                f"{name}: fixed point is {far['apart_deg']:.6f} deg from float64, beyond the "
+                f"tolerance in {', '.join(far['beyond']) or 'no output'}, and {far['saturated']} "
+                f"updates saturate, in {far['log']}, {far['case']}"
             )
         if refused := [r["refused"] for r in own if "refused" in r]:
             failures.append(f"{name}: {len(refused)} of {len(own)} runs failed: {refused[0]}")

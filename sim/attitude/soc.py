@@ -33,6 +33,7 @@ from boresight.model.errors import InputError, ToolMissing, require
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.program import Program
+from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board
 from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, read_trace, stimulus
 from boresight.sim.attitude.ma2014.paper import BESIDE, CYCLES
@@ -213,6 +214,9 @@ def main(arguments: Sequence[str]) -> int:
     log = read_record(bundled("ximu_walk"))
     try:
         require(given.updates >= 1, "--updates", "1 or more", given.updates)
+        for name in given.filters:
+            wanted = "filters with outputs qw qx qy qz"
+            require(gives_attitude(estimator(name)), "filters", wanted, name, "name others")
         rows = [compare(name, log, updates=given.updates) for name in given.filters or FILTERS]
         bus = offload(log, updates=given.updates)
     except (InputError, ToolMissing, ToolFailed, SimulationFailed) as error:

@@ -5,23 +5,18 @@ is a smooth function of time, given by sums of sines in the three Euler angles. 
 the constant body rate that takes the attitude of sample k-1 to that of sample k in the time step
 between them. So an estimator that integrates each step with the closed form follows the truth to
 rounding, and whatever error it shows is its own.
-
-``python -m boresight.sim.attitude.worlds FILE`` writes ``synthetic_60s.csv`` again.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record, steps_of
 from boresight.sim.rotations.rotation import (
@@ -206,7 +201,3 @@ def synthetic_60s() -> Record:
         mag_error=SensorError(noise=0.3),
         name="synthetic_60s",
     )
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_bytes(content_of(sys.argv[1], synthetic_60s()))

@@ -315,12 +315,14 @@ def _values(text: str) -> Iterator[tuple[str, str]]:
     path = text[1:]
     data = read_json(path, "a file of parameters")
     programs = data.get("parameters") if isinstance(data, dict) else None
+    is_map = isinstance(data, dict) and "registers" in data
+    found = "a register map" if is_map else kind_of(data)
     if not isinstance(programs, dict) or not all(isinstance(v, dict) for v in programs.values()):
         raise InputError.at(
             path,
             wanted="parameters of programs, as boresight fit board writes them",
-            found=kind_of(data),
-            fix="give such a file",
+            found=found,
+            fix="give such a file, or write NAME=VALUE; a register map is for --map",
         )
     for program, some in programs.items():
         yield from ((f"{program}.{name}", repr(value)) for name, value in some.items())

@@ -32,6 +32,14 @@ def test_software_has_the_words_of_the_model_and_takes_longer(name: str) -> None
         assert 0.5 < row["float"] / row["paper"] < 2.0
 
 
+@pytest.mark.parametrize(
+    ("name", "wanted"), [("pmsm", "filters with outputs qw qx qy qz"), ("mek", "file.py:Class, or")]
+)
+def test_filters_that_are_refused(name: str, wanted: str, capsys) -> None:
+    assert soc.main(["complementary", name]) == 2
+    assert f": wanted {wanted}" in capsys.readouterr().err
+
+
 @needs_compiler
 def test_float_c_goes_on_after_impossible_inputs() -> None:
     e = estimator("complementary")

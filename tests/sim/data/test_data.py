@@ -39,8 +39,7 @@ def test_bundled_file_is_up_to_date() -> None:
             getattr(new, key),
             rtol=0,
             atol=1e-11,
-            err_msg="regenerate with: python -m boresight.sim.attitude.worlds "
-            "sim/data/synthetic_60s.csv",
+            err_msg="write it again: FILE.write_bytes(content_of(FILE.name, synthetic_60s()))",
         )
 
 

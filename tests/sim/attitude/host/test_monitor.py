@@ -188,6 +188,8 @@ def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:
     assert "wanted a serial port, or a file" in refused(tmp_path / "none")
     assert "wanted a serial port, or a file" in refused(tmp_path)
     assert "and --map registers.json" in refused(tmp_path, "--read", "filter")
+    said = refused(tmp_path, "--map", registers, "--write", f"@{registers}")
+    assert "fit board writes them, found a register map; give such a file, or write NAME=" in said
     (tmp_path / "bad.json").write_text("[1]")
     assert "wanted a registers.json" in refused(tmp_path, "--map", tmp_path / "bad.json")
     master, slave = os.openpty()

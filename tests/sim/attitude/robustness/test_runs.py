@@ -43,7 +43,7 @@ def test_rows_and_tables(log: NineAxis, tmp_path, capsys) -> None:
     rows = json.loads(out.read_text())["rows"]
     assert len(rows) == 2 * len(suite.CASES)
     own = [r for r in rows if r["filter"] == "complementary"]
-    assert all(r["good"] and r["saturated"] == 0 and 0.0 < r["apart_deg"] < 1e-2 for r in own)
+    assert all(not r["beyond"] and r["saturated"] == 0 and 0.0 < r["apart_deg"] < 1e-2 for r in own)
     printed = capsys.readouterr().out
     assert "starts anywhere" in printed and "Ratio to vqf_online" in printed
     assert suite.main(["nothing", str(path)]) == suite.main(["pmsm", str(path)]) == 2
@@ -61,7 +61,7 @@ def test_means_ratios_and_failures() -> None:
     refused = dict(log="x", case=group, number=4, filter="vqf_online", refused="no")
     rows = [
         row("x", first, 0, "mine", 1.0),
-        row("y", first, 0, "mine", 4.0, good=False, apart_deg=0.5, saturated=2),
+        row("y", first, 0, "mine", 4.0, beyond=["rate"], apart_deg=0.5, saturated=2),
         row("x", first, 0, "vqf_online", 2.0),
         row("y", first, 0, "vqf_online", 3.0),
         row("x", group, 4, "mine", 9.0),
@@ -72,4 +72,6 @@ def test_means_ratios_and_failures() -> None:
     (ratio,) = result["against_rival"]
     assert (ratio["ratio"], ratio["of inclination"], ratio["in"]) == (1.0, 1.0, "y")
     assert ratio["worst"] == pytest.approx(4.0 / 3.0)
-    assert [line.split(":")[0] for line in result.failures] == ["mine", "vqf_online"]
+    mine, rival = result.failures
+    assert "beyond the tolerance in rate, and 2 updates saturate, in y, as recorded" in mine
+    assert rival == "vqf_online: 1 of 3 runs failed: no"
