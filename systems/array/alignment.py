@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 from boresight import State, ops
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.quaternion import Vector, dot, product
-from boresight.systems.array.strapdown import AXES, STEP_FORCE
+from boresight.model.algebra.strapdown import AXES, STEP_FORCE
 
 STEEP = 0.0013  #: squared sine of a tilt of s, 2.1 deg, that overflows no sum; else s is levelled.
 

@@ -17,9 +17,9 @@ from typing import Any
 from boresight import ops
 from boresight.model.algebra.covariance import Symmetric, sheared
 from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
+from boresight.model.algebra.scalar_update import Measured, Update
+from boresight.model.algebra.strapdown import Angles, Sample
 from boresight.systems.array.interface import KINDS, UNITS
-from boresight.systems.array.scalar_update import Measured, Update
-from boresight.systems.array.strapdown import Angles, Sample
 
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)

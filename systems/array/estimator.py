@@ -26,17 +26,18 @@ from types import SimpleNamespace
 from typing import Any
 
 from boresight import Estimator, ops
+from boresight.model.algebra import strapdown as sd
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_of, element_names
+from boresight.model.algebra.ellipsoid import Site, site
 from boresight.model.algebra.quaternion import Vector, dot, matrix, of_angles, turn
 from boresight.model.algebra.quaternion_filter import status_word
+from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
+from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
 from boresight.systems.array import alignment, interface
 from boresight.systems.array import error_filter as errors
-from boresight.systems.array import strapdown as sd
 from boresight.systems.array.interface import KINDS, UNITS
-from boresight.systems.array.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
-from boresight.systems.array.strapdown import AXES, NAVIGATION, STEP_TURN
 
 READINGS = ("heading", "literal")
 CUT_NOISE = 0.35  #: with which a heading whose variance is at its limit is cut, scaled.
@@ -101,7 +102,7 @@ class ArrayAttitude(Estimator):
         self.literal, self.aided = reading == "literal", aided
         start = [min(c, BELOW) for c in of_angles(*attitude)]
         self.params = sd.params(latitude / 180.0, height, start)
-        place = sd.site(latitude / 180.0, height, self.dt)
+        place = site(latitude / 180.0, height, self.dt)
         self.states = sd.states(sd.ahead(start, place))
         self.outputs = sd.OUTPUTS
         if aided:
@@ -119,7 +120,7 @@ class ArrayAttitude(Estimator):
         restart = u.phase < -0.5
         sample = sd.sampled(x, u, p)
         seen = sd.angles(sample.q)
-        place = sd.site(p.latitude, p.height, self.dt)
+        place = site(p.latitude, p.height, self.dt)
         c = matrix([getattr(x, f"q{k}") for k in "wxyz"], unit=False)
         start = [getattr(p, f"start_q{k}") for k in "wxyz"]
         base = [ops.where(restart, s, q) for s, q in zip(start, sample.q, strict=True)]
@@ -253,7 +254,7 @@ class _Now:
     hold: Any
     sample: sd.Sample
     seen: sd.Angles
-    place: sd.Site
+    place: Site
     v: list[Any]
     up: Any
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from boresight import Input, Output, Param, State
+from boresight.model.algebra import strapdown
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_states
+from boresight.model.algebra.strapdown import AXES
 from boresight.model.declarations import MICRO_G
-from boresight.systems.array import strapdown
-from boresight.systems.array.strapdown import AXES
 
 ARCSEC = math.pi / 648000.0  #: rad; a degree an hour is as many rad/s.
 

@@ -13,7 +13,7 @@ biases b_i and white noise v_i::
 
       H = [D_1, -M D_2]    R = H H^T    M = U_1^T T_1^T T_2 U_2
 
-* **Update.** H is whitened and P = S S^T updated as `systems.radar.square_root` says. State and S
+* **Update.** H is whitened and P = S S^T updated as `model.algebra.square_root` says. State and S
   are held over the first standard deviations p0, the state in two words. While P is too wide for
   the words of S^T a, rows have less weight.
 * **Where H is taken.** At the point where a quadratic fading-memory filter of each radar's
@@ -36,11 +36,11 @@ from boresight import Estimator, ops
 from boresight.model.algebra.carried import carried
 from boresight.model.algebra.quaternion import Matrix, Vector, conjugate_turn, dot, turn
 from boresight.model.algebra.quaternion_filter import status_word, sum_of
+from boresight.model.algebra.square_root import Potter, potter, whitened
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.systems.radar import interface
 from boresight.systems.radar.interface import AXES, BIASES, ECEF, FASTEST, REACH, WIDEST
-from boresight.systems.radar.square_root import Potter, potter, whitened
 
 Site = Sequence[float]  #: longitude east, latitude north [deg], height [m].
 

@@ -1,9 +1,10 @@
-"""Angles, low-pass filters, remainders."""
+"""Angles, square roots, low-pass filters, remainders, the ellipsoid."""
 
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pymap3d
 import pytest
 from scipy import signal
 from scipy.spatial.transform import Rotation
@@ -19,8 +20,11 @@ from boresight.model.algebra.angles import (
     unit_angle_ht,
 )
 from boresight.model.algebra.carried import BELOW, carried
+from boresight.model.algebra.ellipsoid import EARTH, site
 from boresight.model.algebra.low_pass import LowPass, filtered, gain_of
+from boresight.model.algebra.square_root import WIDE, potter, whitened
 from boresight.model.estimator import Estimator, Input, Output, State, input_words
+from tests.support.rotating_array import gravity
 
 # -- inverse trigonometry over the full range, against numpy --------------------------------------
 
@@ -96,6 +100,52 @@ def test_steep_angle(trace: Any) -> None:
     (fixed,), (floating,), saturated = traced.run(sine, cosine)
     assert not saturated.any() and np.abs(fixed - floating).max() < 4e-9
     assert np.abs(fixed - angle).max() < 4e-9
+
+
+# -- Potter's update against matrices of numpy ----------------------------------------------------
+
+
+def test_whitened_rows_are_those_of_the_cholesky_factor() -> None:
+    rng = np.random.default_rng(1)
+    h, z = rng.normal(size=(3, 6)) * [[900.0], [400.0], [60.0]], rng.normal(size=3) * 500.0
+    rows, white = whitened(h.tolist(), z.tolist(), 8192.0, 2.0**15)
+    lower = np.linalg.cholesky(h @ h.T)
+    assert np.array(rows) == pytest.approx(np.linalg.solve(lower, h), abs=1e-12)
+    assert np.array(white) == pytest.approx(np.linalg.solve(lower, z), abs=1e-9)
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_potter_is_the_kalman_update(live: bool) -> None:
+    rng = np.random.default_rng(2)
+    s, x = 0.3 * rng.normal(size=(4, 4)), rng.normal(size=4)
+    a, y = rng.normal(size=(2, 4)), rng.normal(size=2)
+    result = potter(s, a, y - a @ x, np.bool_(live), np.bool_(False))
+    p = s @ s.T
+    inside = a @ p @ a.T + np.eye(2)
+    gain = p @ a.T @ np.linalg.inv(inside)
+    moved = x + [sum(t * w for t, w in pairs) for pairs in result.moves]
+    after = np.array(result.root)
+    if live:
+        assert moved == pytest.approx(x + gain @ (y - a @ x), abs=1e-12)
+        assert after @ after.T == pytest.approx(p - gain @ a @ p, abs=1e-12)
+    else:
+        assert (moved == x).all() and after == pytest.approx(s)
+    # Innovations one after the other: their squares add up to those of both together.
+    assert not result.wide
+    if live:
+        nu = y - a @ x
+        assert np.dot(result.white, result.white) == pytest.approx(nu @ np.linalg.solve(inside, nu))
+
+
+@pytest.mark.parametrize("size, used", [(0.7 * WIDE, True), (0.72 * WIDE, False)])
+def test_a_row_that_is_too_wide_changes_nothing(size: float, used: bool) -> None:
+    row, value = [[size, 0.0]], [1.0]
+    result = potter(np.eye(2), row, value, np.bool_(True), np.bool_(False))
+    assert result.wide == (not used)
+    assert (np.array(result.root)[0, 0] < 0.5) == used
+    assert (sum(t * w for t, w in result.moves[0]) != 0.0) == used
+    begun = potter(0.1 * np.eye(2), row, value, np.bool_(True), np.bool_(True))
+    assert np.array(begun.root) == pytest.approx(BELOW * np.eye(2), abs=1e-12)
 
 
 # -- the low-pass is scipy's Butterworth behind a mean, and keeps its bits at any corner ----------
@@ -242,3 +292,22 @@ def test_begins_where_it_is_told_and_goes_on_from_there() -> None:
         assert high + low == pytest.approx(first + 1e-7 + 0.01, abs=1e-15)
     high, low = carried(1.0 - 2.0**-31, 0.0, [1e-9], 1.0, False)
     assert high <= 1.0 and abs(low) <= 2.0**-15
+
+
+# -- `site` against the closed formulas and another package, up to 89 deg and 10 km ---------------
+
+PLACES = [(31.9521, 45.0), (-89.0, 0.0), (89.0, 10e3), (0.0, 10e3), (45.0, -400.0), (-33.0, 3e3)]
+
+
+@pytest.mark.parametrize("latitude, height", PLACES)
+def test_a_site(latitude: float, height: float) -> None:
+    dt = 0.01
+    result = site(latitude / 180.0, height, dt)
+    sine, cosine = np.sin(np.radians(latitude)), np.cos(np.radians(latitude))
+    assert np.array(result.earth) / dt == pytest.approx([EARTH * cosine, EARTH * sine], rel=1e-12)
+    assert result.gravity / dt == pytest.approx(gravity(latitude, height), abs=2e-8)
+    along = 1.0 / (pymap3d.rcurve.meridian(latitude) + height)
+    across = 1.0 / (pymap3d.rcurve.transverse(latitude) + height)
+    assert np.array(result.curvature) / dt == pytest.approx(
+        [along, across, across * sine / cosine], rel=4e-6
+    )

@@ -3,14 +3,13 @@
 from typing import Any
 
 import numpy as np
-import pymap3d
 import pytest
 from scipy.integrate import solve_ivp
 
+from boresight.model.algebra.strapdown import FULL_SCALE, STEP_FORCE, STEP_TURN, beyond
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.array.estimator import ArrayAttitude
-from boresight.systems.array.strapdown import FULL_SCALE, STEP_FORCE, STEP_TURN, beyond, site
 from tests.support.rotating_array import (
     ARCSEC,
     EARTH,
@@ -136,22 +135,3 @@ def test_full_scale_is_flagged() -> None:
         assert beyond(U(**{name: -full})) and beyond(U(**{name: full * (1.0 - 2.0**-31)}))
         assert not beyond(U(**{name: 0.999 * FULL_SCALE * full}))
     assert EARTH * 0.01 < STEP_TURN
-
-
-# -- `site` against the closed formulas and another package, up to 89 deg and 10 km ---------------
-
-PLACES = [(31.9521, 45.0), (-89.0, 0.0), (89.0, 10e3), (0.0, 10e3), (45.0, -400.0), (-33.0, 3e3)]
-
-
-@pytest.mark.parametrize("latitude, height", PLACES)
-def test_a_site(latitude: float, height: float) -> None:
-    dt = 0.01
-    result = site(latitude / 180.0, height, dt)
-    sine, cosine = np.sin(np.radians(latitude)), np.cos(np.radians(latitude))
-    assert np.array(result.earth) / dt == pytest.approx([EARTH * cosine, EARTH * sine], rel=1e-12)
-    assert result.gravity / dt == pytest.approx(gravity(latitude, height), abs=2e-8)
-    along = 1.0 / (pymap3d.rcurve.meridian(latitude) + height)
-    across = 1.0 / (pymap3d.rcurve.transverse(latitude) + height)
-    assert np.array(result.curvature) / dt == pytest.approx(
-        [along, across, across * sine / cosine], rel=4e-6
-    )
