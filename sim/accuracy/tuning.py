@@ -3,7 +3,9 @@
 Each parameter moves on an axis of its own: by factors if it is positive, by steps in proportion to
 its range otherwise. No derivatives, no random numbers: the same start gives the same end (R. Hooke,
 T. A. Jeeves, "Direct Search Solution of Numerical and Statistical Problems", J. ACM 8(2):212, 1961,
-doi 10.1145/321062.321069).
+doi 10.1145/321062.321069). A descent begins at the start, another one at the best of `SPREAD`
+points that fill the ranges, so that a local minimum near the start is left; and from the better end
+it begins again with large steps as long as that helps.
 
 The figure that falls is a weighted mean of the errors against truth (`sim.accuracy.figures`), each
 the mean over the logs. One error alone counts in its unit; of several each counts as a share of
@@ -15,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -33,6 +35,10 @@ from boresight.sim.result import Result, Row
 DIGITS = 4
 #: First step on an axis, the largest, and the one below which a parameter rests.
 FIRST_STEP, LARGEST_STEP, LAST_STEP = math.log(2.0), math.log(8.0), math.log(1.04)
+#: Points that fill the ranges, and share of the largest value from which on they do.
+SPREAD, SMALLEST = 16, 1e-4
+#: Share by which another descent must improve, to be followed by one more.
+_HELPS = 1e-3
 #: Share of its range that a parameter moves by a step of 1, if it does not move by factors.
 _SHARE = 0.1
 
@@ -90,11 +96,66 @@ class Tuned(NamedTuple):
     history: list[float]
 
 
+def spread(axes: Sequence[Axis]) -> Iterator[dict[str, float]]:
+    """`SPREAD` points that fill the ranges, by factors where no value is below 0.
+
+    The additive sequence of the generalised golden ratio (M. Roberts, 2018): deterministic.
+    """
+    ratio = 2.0
+    for _ in range(50):  # the root of r^(n + 1) = r + 1
+        ratio = (1.0 + ratio) ** (1.0 / (len(axes) + 1))
+    for point in range(1, SPREAD + 1):
+        values = {}
+        for k, axis in enumerate(axes):
+            p, share = axis.param, (0.5 + point * ratio ** -(k + 1)) % 1.0
+            low = max(p.low, SMALLEST * p.high)
+            by_factors = p.low >= 0.0 and low > 0.0
+            far = low * (p.high / low) ** share if by_factors else p.low + share * (p.high - p.low)
+            values[p.name] = Axis(p, far).value(0.0)
+        yield values
+
+
 def pattern_search(
     objective: Callable[[Mapping[str, float]], float],
     axes: Sequence[Axis],
     rounds: int,
     progress: Callable[[str], None] = lambda text: None,
+) -> Tuned:
+    """Least figure that descents from several points find; see this module.
+
+    ``objective`` maps values by name to the figure; a descent has ``rounds`` at most.
+    """
+    known: dict[tuple[float, ...], float] = {}
+
+    def figure(values: Mapping[str, float]) -> float:
+        point = tuple(values.values())
+        if point not in known:
+            value = objective(values)
+            known[point] = value if math.isfinite(value) else math.inf
+        return known[point]
+
+    def descended(values: Mapping[str, float]) -> Tuned:
+        own = [Axis(axis.param, values[axis.param.name]) for axis in axes]
+        return _descent(figure, own, rounds, lambda text: progress(f"{text}, {len(known)} runs"))
+
+    start = {axis.param.name: axis.value(0.0) for axis in axes}
+    best = descended(start)
+    history = [*best.history]
+    for begin in (min(spread(axes), key=figure), None, None, None):
+        found = descended(begin or best.values)
+        history += [min(history[-1], value) for value in found.history[1:]]
+        helps = found.history[-1] < (1.0 - _HELPS) * best.history[-1]
+        best = min(best, found, key=lambda tuned: tuned.history[-1])
+        if not (begin or helps):
+            break
+    return Tuned(best.values, len(known), history)
+
+
+def _descent(
+    figure: Callable[[Mapping[str, float]], float],
+    axes: Sequence[Axis],
+    rounds: int,
+    progress: Callable[[str], None],
 ) -> Tuned:
     """Least figure that coordinate moves and pattern moves find.
 
@@ -104,18 +165,13 @@ def pattern_search(
     each time, as long as that helps: such moves follow valleys that lie across the axes. The search
     ends when every step is below `LAST_STEP`, or after ``rounds`` rounds.
     """
-    known: dict[tuple[float, ...], float] = {}
     low, high = np.transpose([axis.limits for axis in axes])
 
-    def figure(places: np.ndarray) -> float:
-        point = tuple(axis.value(place) for axis, place in zip(axes, places, strict=True))
-        if point not in known:
-            value = objective({a.param.name: v for a, v in zip(axes, point, strict=True)})
-            known[point] = value if math.isfinite(value) else math.inf
-        return known[point]
+    def values_at(places: np.ndarray) -> dict[str, float]:
+        return {a.param.name: a.value(place) for a, place in zip(axes, places, strict=True)}
 
     point, sign, step = np.zeros(len(axes)), np.ones(len(axes)), np.full(len(axes), FIRST_STEP)
-    best = figure(point)
+    best = figure(values_at(point))
     history = [best]
     for number in range(rounds):
         base, base_best = point, best
@@ -124,7 +180,7 @@ def pattern_search(
             for direction in (sign[k], -sign[k]):
                 candidate = point.copy()
                 candidate[k] = np.clip(point[k] + direction * step[k], low[k], high[k])
-                found = figure(candidate)
+                found = figure(values_at(candidate))
                 changed |= found != best
                 if found < best:
                     point, best, sign[k] = candidate, found, direction
@@ -135,15 +191,14 @@ def pattern_search(
         move = point - base
         while best < base_best:
             candidate = np.clip(point + move, low, high)
-            if not figure(candidate) < best:
+            if not (found := figure(values_at(candidate))) < best:
                 break
-            point, best, move = candidate, figure(candidate), 2.0 * move
+            point, best, move = candidate, found, 2.0 * move
         history.append(best)
-        progress(f"round {number + 1} of {rounds}: {best:.4g}, {len(known)} evaluations")
+        progress(f"round {number + 1} of {rounds}: {best:.4g}")
         if (step < LAST_STEP).all():
             break
-    values = {axis.param.name: axis.value(u) for axis, u in zip(axes, point, strict=True)}
-    return Tuned(values, len(known), history)
+    return Tuned(values_at(point), 0, history)
 
 
 def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:

@@ -132,6 +132,30 @@ def test_the_search_finds_a_minimum_off_the_axes(start) -> None:
     assert tuned.history[-1] < 1e-2 and tuned.history == sorted(tuned.history, reverse=True)
 
 
+class AlphaBeta(Smooth):
+    params = (Param("alpha", 0.2, 0.0, 1.0), Param("beta", 2.0, 0.0, 16.0, "1/s"))
+
+
+@pytest.mark.parametrize("start", [(0.5, 0.02), (0.01, 0.01), (1.0, 0.0), (0.0, 0.0)])
+def test_a_local_minimum_is_left(start) -> None:
+    """Position and velocity from positions, without the velocity, are a minimum of their own."""
+    truth = 4.0 * np.sin(0.3 * 0.02 * np.arange(1500))
+    z = truth + 0.5 * np.random.default_rng(3).standard_normal(1500)
+
+    def error(alpha, beta):
+        pos = vel = total = 0.0 * alpha
+        for measured, true in zip(z.tolist(), truth.tolist(), strict=True):
+            innovation = measured - pos - 0.02 * vel
+            pos, vel = pos + 0.02 * vel + alpha * innovation, vel + beta * (0.02 * innovation)
+            total = total + (pos - true) ** 2
+        return (total / 1500) ** 0.5
+
+    grid = error(*np.meshgrid(np.geomspace(1e-3, 1.0, 40), np.geomspace(1e-3, 16.0, 40)))
+    axes = axes_of(AlphaBeta(), dict(zip(("alpha", "beta"), start, strict=True)))
+    tuned = pattern_search(lambda v: error(v["alpha"], v["beta"]), axes, rounds=12)
+    assert tuned.history[-1] < 1.01 * grid.min()
+
+
 def test_folds_hold_every_log_once() -> None:
     assert folds_of(5, None) == [(0, 3), (1, 4), (2,)]
     assert folds_of(1, None) == folds_of(4, 1) == []
