@@ -444,8 +444,8 @@ class Operation:
         The same of plain numbers, so exact that the result, converted to a float, is correctly
         rounded; without it ``numpy`` is exact.
     c : str
-        A function's text in single-precision C, with its arguments, then its data. C's own
-        operators are in `firmware.floating.text`.
+        Its text in single-precision C, with its arguments, then its data
+        (`firmware.floating`).
     slopes : tuple of callables
         Derivatives by each argument, computed from the expression and its arguments. Kinds
         without have methods of `model.kalman.slopes.Slopes`.
@@ -463,20 +463,22 @@ OPERATIONS = {
     "named": Operation(lambda x, name: x),
     "same": Operation(lambda x, tag: x),
     "bounded": Operation(lambda x, *claim: x),
-    "add": Operation(operator.add),
-    "sub": Operation(operator.sub),
-    "neg": Operation(operator.neg),
-    "mul": Operation(operator.mul, slopes=(lambda e, a, b: b, lambda e, a, b: a)),
+    "add": Operation(operator.add, c="({} + {})"),
+    "sub": Operation(operator.sub, c="({} - {})"),
+    "neg": Operation(operator.neg, c="(- {})"),
+    "mul": Operation(operator.mul, c="({} * {})", slopes=(lambda e, a, b: b, lambda e, a, b: a)),
     "div": Operation(
-        operator.truediv, slopes=(lambda e, a, b: 1.0 / b, lambda e, a, b: -(e * (1.0 / b)))
+        operator.truediv,
+        c="({} / {})",
+        slopes=(lambda e, a, b: 1.0 / b, lambda e, a, b: -(e * (1.0 / b))),
     ),
-    "less": Operation(operator.lt),
-    "invert": Operation(np.logical_not),
-    "both": Operation(np.logical_and),
-    "either": Operation(np.logical_or),
-    "differs": Operation(np.logical_xor),
-    "select": Operation(where),
-    "flip": Operation(flip),
+    "less": Operation(operator.lt, c="({} < {})"),
+    "invert": Operation(np.logical_not, c="(!{})"),
+    "both": Operation(np.logical_and, c="({} && {})"),
+    "either": Operation(np.logical_or, c="({} || {})"),
+    "differs": Operation(np.logical_xor, c="({} != {})"),
+    "select": Operation(where, c="({} ? {} : {})"),
+    "flip": Operation(flip, c="flipped({}, {})"),
     "absolute": Operation(abs, c="fabsf({})"),
     "larger": Operation(lambda a, b: where(a < b, b, a), c="larger({}, {})"),
     "smaller": Operation(lambda a, b: where(a < b, a, b), c="smaller({}, {})"),
@@ -499,7 +501,7 @@ OPERATIONS = {
     "asin": Operation(
         lambda x: np.arcsin(np.clip(x, 0.0, 1.0)) / np.pi,
         lambda x: PRECISE.asin(min(max(x, 0.0), 1.0)) / PRECISE.pi,
-        "{turns} * asinf(clamp({}, 0.0f, 1.0f))",
+        "({turns} * asinf(clamp({}, 0.0f, 1.0f)))",
         (lambda e, x: rsqrt(1.0 - x * x) * (1.0 / math.pi),),
     ),
     "atan2": Operation(
@@ -511,7 +513,7 @@ OPERATIONS = {
     "rsqrt": Operation(
         lambda x: 1.0 / np.sqrt(np.maximum(x, 1e-300)),
         lambda x: 1 / PRECISE.sqrt(max(x, 1e-300)),
-        "1.0f / sqrtf(larger({}, {least}))",
+        "(1.0f / sqrtf(larger({}, {least})))",
         (lambda e, x: -0.5 * (e * (e * e)),),
     ),
     "sqrt": Operation(np.sqrt, math.sqrt, "sqrtf({})", (lambda e, x: 0.5 * rsqrt(x),)),

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from boresight.firmware.attitude.image import build_image, source
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
-from boresight.firmware.floating.emit import emit_float_c, float_prefix
+from boresight.firmware.floating import emit_float_c, float_prefix
 from boresight.gateware.attitude.soc import AttitudeSoc, Soc, soc_verilog
 from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.attitude.system.system_bus import RESULTS
@@ -54,7 +54,7 @@ _UPDATE_LIMIT = 1_000_000
 #: Cycles of the paper's C, by the filters most similar to its own.
 PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest accepted difference between float C and the float reference, deg: the effect of single
-#: precision over a few thousand updates (see tests/firmware/floating/test_build.py).
+#: precision over a few thousand updates (see tests/firmware/test_floating.py).
 FLOAT_BOUND_DEG = 0.02
 
 
@@ -115,8 +115,8 @@ def measure_integer(program: Program, inputs: FloatArray) -> Measured:
 def measure_float(estimator: Estimator, inputs: FloatArray) -> Measured:
     """Run an estimator as float C on inputs (n, n_inputs) in their units."""
     words = inputs.astype(np.float32).view(np.uint32)
-    prefix = float_prefix(estimator)
-    return _measure(emit_float_c(estimator), prefix, words, len(estimator.outputs))
+    prefix = float_prefix(estimator, single=True)
+    return _measure(emit_float_c(estimator, single=True), prefix, words, len(estimator.outputs))
 
 
 def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.precision import DOUBLE
+from boresight.firmware.floating import FloatCModel
 from boresight.model import ops
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
@@ -63,7 +62,7 @@ class Observer:
         self._high = -self._low
         self._model = None
         if estimator.states:
-            self._model = FloatCModel(_States(estimator), precision=DOUBLE, params=params)
+            self._model = FloatCModel(_States(estimator), params=params)
         self.reset()
 
     def reset(self) -> None:

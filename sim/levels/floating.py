@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.precision import DOUBLE
+from boresight.firmware.floating import FloatCModel
 from boresight.model.arrays import FloatArray
 from boresight.model.step import Values
 from boresight.sim.levels.build import Build
@@ -53,9 +52,7 @@ class CompiledFloat(Level):
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         super().__init__(build, number, tool)
-        self._model = FloatCModel(
-            build.estimators[number], precision=DOUBLE, params=build.params[number]
-        )
+        self._model = FloatCModel(build.estimators[number], params=build.params[number])
 
     def set_params(self, params: Mapping[str, float] | None) -> None:
         """Set these parameter values, and the others to their defaults."""

@@ -10,8 +10,7 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.emit import emit_float_c, float_prefix
+from boresight.firmware.floating import FloatCModel, emit_float_c, float_prefix
 from boresight.model.attitude import estimator
 from boresight.model.estimator import input_words
 from boresight.sim.records.bundled import bundled
@@ -73,9 +72,10 @@ def test_recorded_data(name: str, tmp_path: Path) -> None:
     assert (np.frombuffer(said, np.int32).reshape(wanted.shape) == wanted).all()
 
     single = records.astype(np.float32)
-    said = run(emit_float_c(e), float_prefix(e), single.tobytes(), tmp_path)
+    files, name = emit_float_c(e, single=True), float_prefix(e, single=True)
+    said = run(files, name, single.tobytes(), tmp_path)
     assert np.array_equal(
         np.frombuffer(said, np.float32).reshape(-1, len(e.outputs)),
-        FloatCModel(e).update(single),
+        FloatCModel(e, single=True).update(single),
         equal_nan=True,
     )

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.precision import DOUBLE
+from boresight.firmware.floating import FloatCModel
 from boresight.model import ops
 from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
@@ -155,7 +154,7 @@ def conditions(seeds: Sequence[int]) -> tuple[int, int]:
             accepted.append((text, computed))
     for first in range(0, len(accepted), TOGETHER):
         some = accepted[first : first + TOGETHER]
-        model = FloatCModel(Conditional(*(text for text, _ in some)), precision=DOUBLE)
+        model = FloatCModel(Conditional(*(text for text, _ in some)))
         compiled = model.update(INPUTS)
         for k, (text, computed) in enumerate(some):
             near = np.abs(compiled[:, k] - computed) <= 1e-9 * (1.0 + np.abs(computed))

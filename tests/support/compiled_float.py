@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.precision import DOUBLE
+from boresight.firmware.floating import FloatCModel
 from boresight.model.estimator import Estimator, Output
 
 FloatArray = npt.NDArray[np.float64]
@@ -39,7 +38,7 @@ def compiled_float(
     The double-precision C that is written from `step`. `tests/sim/levels/test_floating.py` shows of
     every shipped filter of nine axes that it is `run_float` to 1e-12.
     """
-    model = FloatCModel(_Open(estimator), precision=DOUBLE, params=params)
+    model = FloatCModel(_Open(estimator), params=params)
     results = []
     for run in np.moveaxis(np.asarray(inputs), 2, 0):
         model.reset()

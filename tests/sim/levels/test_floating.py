@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.precision import DOUBLE
+from boresight.firmware.floating import FloatCModel
 from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.nine_axis import INPUTS
@@ -65,4 +64,4 @@ def test_double_precision_throughout() -> None:
     assert level.step(np.array([z])).outputs["sum"] == 0.1 + k * z
     assert CompiledFloat(Build(Third())).step(np.array([z])).outputs["sum"] == 0.1 + z * (1.0 / 3.0)
     with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 1\), not \(3, 2\)$"):
-        FloatCModel(Third(), precision=DOUBLE).update(np.zeros((3, 2)))
+        FloatCModel(Third()).update(np.zeros((3, 2)))
