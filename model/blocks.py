@@ -13,7 +13,7 @@ from boresight.model import ops
 from boresight.model.declarations import State
 from boresight.model.errors import InputError, require
 from boresight.model.places import author_line
-from boresight.model.words.rounded import binary_exponent
+from boresight.model.words.rounded import binary_exponent, sum_of
 
 #: b0, b1, b2, a1, a2.
 Section: TypeAlias = tuple[float, float, float, float, float]
@@ -103,7 +103,7 @@ class Cascade:
             for k in range(len(self.sections))
         ]
         magnitudes = [math.ldexp(1.0, binary_exponent(bound)) for bound in self.largest_values[1:]]
-        return sum(
+        return sum_of(
             0.5 * _absolute_sum(tail) * size / magnitudes[-1]
             for tail, size in zip(tails, magnitudes, strict=True)
         )
@@ -224,7 +224,7 @@ class MovingSum:
         """
         window = [sample, *(getattr(x, f"{name}_{k}") for k in range(1, self.length))]
         after = {f"{name}_{k}": window[k - 1] for k in range(1, self.length)}
-        return after, sum(window[1:], window[0])
+        return after, sum_of(window)
 
 
 #: Room for rounding in the result's range, as a share of it.

@@ -23,6 +23,7 @@ from boresight.model.algebra.covariance import (
 from boresight.model.algebra.quaternion import dot, increment, left_matrix, matrix, multiply
 from boresight.model.errors import require
 from boresight.model.estimator import Param, State
+from boresight.model.words.rounded import sum_of as sum_of
 
 #: Quaternion before the first alignment: less than half a turn from common attitudes.
 START = (0.53770571, 0.31260333, -0.28710306, 0.72850776)
@@ -98,14 +99,6 @@ def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
     """(min(|f|^2, 2^14), condition that it is outside the gate)."""
     square = ops.saturated(dot(force, force), 2.0**14)
     return square, (square - p.acc_min_sq) * (p.acc_max_sq - square) < 0.0
-
-
-def sum_of(parts: Any) -> Any:
-    """Sum of an iterable of scalars."""
-    total: Any = 0.0  # not `sum`, which rounds floats otherwise from Python 3.12 on
-    for term in parts:
-        total = total + term
-    return total
 
 
 # -- prediction -----------------------------------------------------------------------------------

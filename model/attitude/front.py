@@ -14,6 +14,7 @@ from boresight.model import ops
 from boresight.model.attitude.table import params_of
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.words.rounded import sum_of
 
 AXES = "xyz"
 
@@ -54,7 +55,7 @@ def rows(
     """Matrix ``name`` of the parameters times a vector, less ``bias``, clamped to +-``limit``."""
     out = []
     for row in AXES:
-        total: Any = sum(
+        total = sum_of(
             getattr(p, f"{name}_{row}{c}") * v for c, v in zip(AXES, vector, strict=True)
         )
         if bias is not None:

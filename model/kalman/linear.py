@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.algebra.quaternion_filter import sum_of
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Output, check_kind
 from boresight.model.errors import InputError, require
 from boresight.model.kalman.declared import Measurement, State
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.places import author_line, placed
+from boresight.model.words.rounded import sum_of
 
 #: Most predictions: a covariance may grow without end.
 _MOST = 20_000
@@ -40,7 +40,7 @@ class _Linear(Kalman):
         for row in np.hstack([state, drive]).tolist():
             pairs = zip(row, [*values, *driven], strict=True)
             terms = [v if a == 1.0 else a * v for a, v in pairs if a]
-            rows.append(sum(terms[1:], terms[0]) if terms else 0.0)
+            rows.append(sum_of(terms))
         return rows
 
     def f(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:

@@ -32,6 +32,7 @@ from boresight.model.lowering.trace import Condition, Expression, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import linear, same_unit
+from boresight.model.words.rounded import sum_of
 
 if TYPE_CHECKING:
     from boresight.model.kalman.kalman import Kalman
@@ -325,7 +326,7 @@ class Update:
         """Value minus the part of each update from ``first`` on that is taken into account."""
         for _, group in groupby(enumerate(parts, first), lambda part: id(self.conditions[part[0]])):
             numbers, members = zip(*group, strict=True)
-            total = sum(members[1:], members[0])
+            total = sum_of(members)
             valid = self.conditions[numbers[0]]
             value = value - (total if valid is None else ops.where(valid, total, 0.0))
         return value

@@ -221,8 +221,8 @@ class Graph:
             if node.kind == "sum" and node.signs == (-1,) and node.name is None:
                 return node.args[0]
         nodes, signs = zip(*terms, strict=True)
-        low = sum(n.low if s > 0 else -n.high for n, s in terms)
-        high = sum(n.high if s > 0 else -n.low for n, s in terms)
+        low = rounded.sum_of(n.low if s > 0 else -n.high for n, s in terms)
+        high = rounded.sum_of(n.high if s > 0 else -n.low for n, s in terms)
         return self._new("sum", *nodes, key=signs, signs=signs, low=low, high=high)
 
     def mul(self, a: Node, b: Node) -> Node:

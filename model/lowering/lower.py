@@ -32,7 +32,7 @@ from boresight.model.words.program import (
     Value,
     When,
 )
-from boresight.model.words.rounded import binary_exponent
+from boresight.model.words.rounded import binary_exponent, sum_of
 
 
 def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
@@ -156,7 +156,7 @@ def _span(node: Node) -> Range | None:
     spans = [arg.span for arg in node.args]
     if node.kind == "sum":
         ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]
-        return sum(low for low, _ in ends), sum(high for _, high in ends)
+        return sum_of(low for low, _ in ends), sum_of(high for _, high in ends)
     if node.kind == "mul":
         corners = [x * y for x in spans[0] for y in spans[1]]  # of infinities: infinite or NaN
         return min(corners), max(corners)

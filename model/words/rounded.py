@@ -10,7 +10,7 @@ is that of integers, and rounded once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -26,6 +26,17 @@ PRECISE.prec = _BITS
 #: Natural logarithm of 2, and its reciprocal.
 LN_2 = float(PRECISE.ln2)
 LOG2_E = float(1 / PRECISE.ln2)
+
+
+def sum_of(parts: Iterable[Any]) -> Any:
+    """Sum of numbers or values of a step, from the left.
+
+    Python's `sum` compensates sums of floats from 3.12 on.
+    """
+    total: Any = 0.0
+    for part in parts:
+        total = total + part
+    return total
 
 
 def binary_exponent(x: float) -> int:

@@ -1,5 +1,6 @@
 """Building blocks: biquads, moving windows, tables."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -134,6 +135,13 @@ def test_the_sum_of_the_last_samples(word: int) -> None:
     assert np.abs(mean - 0.2 * wanted).max() <= 2.0 * program.format(program.outputs[0]).lsb
     floats = Mean().run_float(seen.reshape(-1, 1, 1)).outputs["sum"][:, 0]
     assert np.abs(floats - wanted).max() < 1e-14
+
+
+def test_plain_floats_are_added_from_the_left() -> None:
+    """The built-in `sum` gives 1.0 from Python 3.12 on."""
+    window = MovingSum(10, 0.0, 1.0)
+    held = SimpleNamespace(**{s.name: 0.1 for s in window.states("u")})
+    assert window.step("u", held, 0.1)[1] == 0.9999999999999999
 
 
 # -- interpolation in a table, against numpy ------------------------------------------------------
