@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from boresight.gateware.machine import Machine, machine_named
-from boresight.gateware.microcode.assemble import assemble
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, assemble
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.scheduler import schedule

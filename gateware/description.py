@@ -12,8 +12,15 @@ from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import ADDRESS_BITS, CHOICE, FIXED, RESTART, STATUS
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers import (
+    ADDRESS_BITS,
+    CHOICE,
+    FIXED,
+    RESTART,
+    STATUS,
+    Access,
+    Register,
+)
 from boresight.model.lowering.profile import OBSERVED
 from boresight.model.tools.c_names import identifier, unique
 from boresight.model.tools.typed import Within, typed

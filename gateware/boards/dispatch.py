@@ -12,7 +12,7 @@ from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import reply_layout
 from boresight.gateware.boards.uart import Receiver
 from boresight.gateware.boards.unpack import Unpacker
-from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.engine.engine import word_layout
 
 

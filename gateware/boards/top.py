@@ -19,7 +19,7 @@ from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.model.errors import InputError
 
 

@@ -1,4 +1,4 @@
-"""Register bus of the engine: status, identity, parameters."""
+"""The register bus, and the registers of the engine on it: status, identity, parameters."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from amaranth.hdl import Const, Module, Signal, Value
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.machine import Machine
-from boresight.gateware.registers.core import (
+from boresight.gateware.registers import (
     BUILD_HIGH,
     BUILD_LOW,
     FIRST,
@@ -21,8 +20,30 @@ from boresight.gateware.registers.core import (
     RESTART,
     STATUS,
     UPDATES,
+    BitField,
 )
-from boresight.gateware.registers.model import BitField
+
+
+class BusSignature(wiring.Signature):
+    """A small synchronous register bus, as its initiator sees it.
+
+    Parameters
+    ----------
+    address : int
+        Bits of an address, A: 10 for a core.
+    """
+
+    def __init__(self, *, word: int, address: int = 10) -> None:
+        super().__init__(
+            {
+                "addr": Out(address),  # Word address.
+                "w_data": Out(word),  # Word to write.
+                "w_stb": Out(1),  # Write; to be held with ``addr`` and ``w_data`` until ``w_ack``.
+                "w_ack": In(1),  # The write is done with this cycle.
+                "r_data": In(word),  # Word at the ``addr`` of the cycle before.
+            }
+        )
+
 
 #: Bits of an address above the first fixed register's.
 _OFFSET = (RESTART.address - FIRST).bit_length()
@@ -42,7 +63,7 @@ class Registers(wiring.Component):
 
         0..511  parameters, write only: a word of the register file (`Machine.parameter_address`).
                 The write waits until the machine is idle; writes to states are ignored.
-        512..   those of `gateware.registers.core`. A write of the program's number waits as for
+        512..   those of `gateware.registers`. A write of the program's number waits as for
                 parameters. Writes of numbers that no program has are ignored; with a selector, all
                 are.
 

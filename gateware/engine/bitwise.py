@@ -1,4 +1,4 @@
-"""Bit-wise functions that must be one look-up table per bit."""
+"""Bit-wise functions that must be one look-up table per bit, and registers in a row."""
 
 from __future__ import annotations
 
@@ -77,3 +77,13 @@ def next_value(register: Signal, value: Value, *, when: Value) -> Value:
 def multiplex(w0: Any, w1: Any, w2: Any, w3: Any, s0: Any, s1: Any) -> Any:
     """Four-way multiplexer, bit by bit."""
     return choose(s1, choose(s0, w3, w2), choose(s0, w1, w0))
+
+
+def delayed(m: Module, value: Value, *, en: Value, names: list[str]) -> Value:
+    """The value of as many enabled cycles before as there are ``names``, those of the registers."""
+    for name in names:
+        register = Signal(value.shape(), name=name, reset_less=True)
+        with m.If(en):
+            m.d.sync += register.eq(value)
+        value = register
+    return value

@@ -8,8 +8,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.core_registers import Registers
-from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature, Registers
 from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.operands import Operands
 from boresight.gateware.engine.sequencer import Sequencer

@@ -10,8 +10,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, choose, next_value
-from boresight.gateware.engine.delay import delayed
+from boresight.gateware.engine.bitwise import Bitwise, choose, delayed, next_value
 from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.shifter import Shifter

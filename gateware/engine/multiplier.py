@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.delay import delayed
+from boresight.gateware.engine.bitwise import delayed
 from boresight.gateware.engine.dsp48a1 import DSP48A1, Z
 from boresight.model.words.fixed import WORDS
 

@@ -9,8 +9,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, choose
-from boresight.gateware.engine.delay import delayed
+from boresight.gateware.engine.bitwise import Bitwise, choose, delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image, rom_pieces
 

@@ -8,8 +8,7 @@ from amaranth.hdl import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, multiplex
-from boresight.gateware.engine.delay import delayed
+from boresight.gateware.engine.bitwise import Bitwise, delayed, multiplex
 
 
 class Shifter(wiring.Component):

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.assemble import decode
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, decode
 from boresight.model.words.program import ALWAYS, NEVER, Scale
 
 #: Values of the field ``scale``.

@@ -15,9 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.microcode.emulator import Emulator, Record
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, decode
 from boresight.model.words.fixed import wrap
 from boresight.model.words.program import Kind, Program
 from boresight.model.words.terms import Meaning, Refuted, Terms

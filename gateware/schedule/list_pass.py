@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from heapq import heapify, heappop, heappush
 
-from boresight.gateware.schedule.arrange import Arrangement, Need
-from boresight.gateware.schedule.captures import KINDS, Key, give
+from boresight.gateware.schedule.arrange import KINDS, Arrangement, Key, Need, give
 from boresight.gateware.schedule.problem import Attempt, ListProblem, Variant
 from boresight.gateware.schedule.slots import ScheduleError, Slot
 

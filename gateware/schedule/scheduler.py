@@ -1,7 +1,7 @@
 """Scheduling: a program and a machine become a `Schedule`.
 
 List scheduling (`gateware.schedule.list_pass`) with priorities from longest paths
-(`gateware.schedule.priorities`), in each of a few variants. The best schedule is taken: the one
+(`gateware.schedule.problem`), in each of a few variants. The best schedule is taken: the one
 with the smallest latency of the last urgent output, then the shortest, then the one with the
 fewest slots. The same arguments give the same schedule on every machine.
 """
@@ -14,8 +14,7 @@ from itertools import product
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.list_pass import list_pass
-from boresight.gateware.schedule.priorities import paths
-from boresight.gateware.schedule.problem import ListProblem, Variant
+from boresight.gateware.schedule.problem import ListProblem, Variant, paths
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind, Program
 

@@ -8,7 +8,7 @@ from itertools import accumulate
 from typing import Any
 
 from boresight.gateware.description import Description
-from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, RESTART, STATUS, UPDATES
+from boresight.gateware.registers import BUILD_HIGH, BUILD_LOW, RESTART, STATUS, UPDATES
 from boresight.model.arrays import BoolArray, IntArray
 
 #: Marks of a line besides its word: of input and output; of input; of output.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from boresight.gateware.bus.axi_core import AxiCore, axi_ports
+from boresight.gateware.bus.axi import AxiCore, axi_ports
 from boresight.gateware.description import Description, Pin
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.texts.bench import Recorded, bench_context, expected_hex, input_hex
 from boresight.gateware.texts.render import render

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from boresight.gateware.description import Word
-from boresight.gateware.registers.model import Register
+from boresight.gateware.registers import Register
 from boresight.model.tools.c_names import comment, identifier, unique
 from boresight.model.words.fixed import Format
 

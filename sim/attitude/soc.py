@@ -44,8 +44,8 @@ from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
-from boresight.sim.rtl.compiled import build
 from boresight.sim.rtl.simulators import SimulationFailed
+from boresight.sim.rtl.verilator import build
 
 #: Bytes of memory: more than an FPGA has, so that every filter fits; of the board's program.
 _RAM, _BOARD_RAM = 256 * 1024, 64 * 1024

@@ -1,4 +1,4 @@
-"""Proofs of AXI: `gateware.bus.axi_stream`, `gateware.bus.axi_lite`."""
+"""Proofs of AXI: `gateware.bus.axi`, `gateware.bus.axi`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
 
-from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
-from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
+from boresight.gateware.bus.axi import AxiLiteSlave, Response, StreamFromAxi, StreamToAxi
 from boresight.sim.formal.harness import (
     Harness,
     Stream,

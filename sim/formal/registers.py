@@ -8,7 +8,7 @@ from amaranth.hdl import Array, Assert, Assume, Cat, Const, Module, Mux, Signal
 
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.gateware.registers.core import PROGRAM, RESTART
+from boresight.gateware.registers import PROGRAM, RESTART
 from boresight.sim.formal.harness import Harness, before, drive, reached
 from boresight.sim.formal.prove import Proof
 

@@ -8,8 +8,7 @@ from amaranth.hdl import Array, Assert, Cat, Const, Module, Mux, Signal
 
 from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.machine import Machine, machine_named
-from boresight.gateware.microcode.assemble import encode
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, encode
 from boresight.sim.formal.harness import Harness, drive, reached, unknown
 from boresight.sim.formal.prove import Proof
 

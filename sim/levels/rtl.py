@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import IntArray, wrap

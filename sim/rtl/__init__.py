@@ -1,1 +1,1 @@
-"""Verilog under simulators: tools, builds, compiled benches, one bench of a core."""
+"""Verilog under simulators: tools, builds, one bench of a core."""

@@ -22,7 +22,7 @@ from boresight.gateware.attitude.soc import AttitudeSoc
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.top import Top
-from boresight.gateware.bus.axi_core import AxiCore
+from boresight.gateware.bus.axi import AxiCore
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.scheduler import schedule

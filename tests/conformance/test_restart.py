@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator
 from boresight.model.words.interpreter import Interpreter

@@ -8,8 +8,7 @@ from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import Description, describe
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.registers.core import FIXED
-from boresight.gateware.registers.model import Access
+from boresight.gateware.registers import FIXED, Access
 from boresight.model import ops
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output, Param, State

@@ -18,7 +18,7 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.validation import validate_c
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import MACHINES
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind

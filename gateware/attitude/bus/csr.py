@@ -9,7 +9,7 @@ from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.registers.model import Access, BitField, Register
+from boresight.gateware.registers import Access, BitField, Register
 
 #: Bits of a bus word.
 WORD = 32

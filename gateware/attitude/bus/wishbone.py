@@ -8,7 +8,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature
 
 
 class WishboneSignature(wiring.Signature):

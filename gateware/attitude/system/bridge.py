@@ -14,7 +14,7 @@ from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
 from boresight.gateware.boards.unpack import Unpacker
-from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature
 
 
 class Bridge(wiring.Component):

@@ -25,7 +25,7 @@ from boresight.gateware.attitude.system.programs import (
     plan_of,
     reset_word,
 )
-from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.core import Core
 from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.engine.engine import Engine

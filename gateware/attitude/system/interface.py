@@ -22,7 +22,7 @@ from boresight.gateware.attitude.system.programs import FRONT_NAMES, reset_word
 from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description, Word, describe
-from boresight.gateware.registers.model import Access, BitField, Register
+from boresight.gateware.registers import Access, BitField, Register
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 

@@ -11,9 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.csr import Csr, EventCounters
 from boresight.gateware.attitude.bus.results import INDEX_BITS, ResultPort
-from boresight.gateware.bus.signature import BusSignature
-from boresight.gateware.registers.core import PROGRAM
-from boresight.gateware.registers.model import Register
+from boresight.gateware.bus.core_registers import BusSignature
+from boresight.gateware.registers import PROGRAM, Register
 
 #: Bits of an address of the system's bus.
 ADDRESS_BITS = 12
@@ -28,7 +27,7 @@ class SystemBus(wiring.Component):
 
     ::
 
-        0x000..0x204  the core, as `gateware.registers.core` says
+        0x000..0x204  the core, as `gateware.registers` says
         0x400..       registers of the system (`Csr`)
         0x500..0x53F  results (`gateware.attitude.bus.results`)
         0x600..       counters of events

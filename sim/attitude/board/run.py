@@ -29,8 +29,8 @@ from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, 
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_to_euler
-from boresight.sim.rtl.compiled import build
 from boresight.sim.rtl.simulators import SimulationFailed
+from boresight.sim.rtl.verilator import build
 
 
 class Line(NamedTuple):

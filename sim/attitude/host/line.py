@@ -24,7 +24,7 @@ from boresight.gateware.attitude.system.attitude_frame import (
 )
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers import Access, Register
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
 from boresight.model.tools.typed import Malformed

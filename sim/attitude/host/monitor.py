@@ -24,7 +24,7 @@ from boresight.gateware.attitude.system.interface import INITIAL_STATES
 from boresight.gateware.attitude.system.programs import FRONT_NAMES
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.description import Description
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers import Access, Register
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require

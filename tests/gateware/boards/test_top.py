@@ -9,7 +9,7 @@ from boresight.firmware.build import CModel
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from boresight.gateware.boards.top import Top
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.model.estimator import input_words
 from tests.support.bench import run_bench
 from tests.support.clock import pause

@@ -8,8 +8,7 @@ import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 
-from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
-from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
+from boresight.gateware.bus.axi import AxiLiteSlave, Response, StreamFromAxi, StreamToAxi
 from tests.support.bench import run_bench
 
 # -- registers over AXI4-Lite; `sim.formal.axi` proves the protocol ------------------------

@@ -9,7 +9,7 @@ from amaranth.hdl import ResetInserter, Signal
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.model.words.interpreter import Interpreter
 from tests.support.bench import pulse, put, read, run_bench, write
 from tests.support.random_program import random_inputs, random_programs

@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
-from boresight.gateware.microcode.assemble import decode, encode
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, decode, encode
 
 # -- what an image must be to fit its machine -----------------------------------------------------
 

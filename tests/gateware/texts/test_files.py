@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from boresight.core_files import core_files
-from boresight.gateware.bus.axi_core import axi_ports
+from boresight.gateware.bus.axi import axi_ports
 from boresight.gateware.description import core_pins, describe
 from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available

@@ -12,8 +12,7 @@ from boresight.firmware.build import find_compiler
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import Description, Records, Word, describe
-from boresight.gateware.registers.core import FIXED
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers import FIXED, Access, Register
 from boresight.gateware.texts.core import c_header
 from boresight.model.attitude.complementary import Complementary
 

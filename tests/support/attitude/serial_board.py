@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
-from boresight.gateware.registers.model import Access, BitField, Register
+from boresight.gateware.registers import Access, BitField, Register
 
 _READ, _WRITE, _BOTH = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
 #: A register of each kind.

@@ -10,7 +10,7 @@ from amaranth.lib import wiring
 from boresight.gateware.attitude.bus.results import Results
 from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSlave
 from boresight.gateware.attitude.system.system_bus import SystemBus
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers import Access, Register
 from tests.support.bench import run_bench
 from tests.support.clock import pause
 

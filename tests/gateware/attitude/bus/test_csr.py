@@ -5,7 +5,7 @@ import random
 import pytest
 
 from boresight.gateware.attitude.bus.csr import Csr, EventCounters
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers import Access, Register
 from tests.support.bench import pulse
 
 # -- registers: what is written is read, what is not there does nothing ---------------------------

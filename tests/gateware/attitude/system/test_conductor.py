@@ -9,7 +9,7 @@ from boresight.gateware.attitude.system.conductor import Conductor
 from boresight.gateware.attitude.system.interface import HEADER, Place
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.registers import PROGRAM
 from boresight.model.attitude import FILTERS
 from boresight.model.nine_axis import INPUTS
 from boresight.model.words.fixed import IntArray

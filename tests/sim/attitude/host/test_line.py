@@ -13,7 +13,7 @@ import boresight
 from boresight.gateware.attitude.system.attitude_frame import FORMATS, Update
 from boresight.gateware.boards.frames import END, Kind, encode
 from boresight.gateware.description import Records, Word
-from boresight.gateware.registers.model import Access, BitField, Register
+from boresight.gateware.registers import Access, BitField, Register
 from boresight.model.errors import InputError
 from boresight.sim.attitude.host.line import (
     BoardLine,

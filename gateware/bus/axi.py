@@ -1,0 +1,323 @@
+"""A core with AXI: `core_axi` around the module `core`, AXI4-Stream and AXI4-Lite to its ports."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+from amaranth.hdl import (
+    Cat,
+    ClockDomain,
+    ClockSignal,
+    Instance,
+    Module,
+    Mux,
+    ResetSignal,
+    Shape,
+    Signal,
+    Value,
+)
+from amaranth.lib import stream, wiring
+from amaranth.lib.fifo import SyncFIFO
+from amaranth.lib.wiring import In, Member, Out, Signature
+
+from boresight.gateware.bus.core_registers import BusSignature
+
+#: Bits of TDATA, for all word widths.
+DATA = 32
+
+
+class AxiStreamSignature(wiring.Signature):
+    """AXI4-Stream (ARM IHI 0051A) as its transmitter sees it; a packet is a record.
+
+    ``tdata`` has a word in the low bits, ``tlast`` marks the last word of a record.
+    """
+
+    def __init__(self) -> None:
+        super().__init__({"tdata": Out(DATA), "tlast": Out(1), "tvalid": Out(1), "tready": In(1)})
+
+
+def _words(word: int) -> stream.Signature:
+    """A core's stream: the word, with ``last`` as the next higher bit."""
+    return stream.Signature(word + 1)
+
+
+class StreamFromAxi(wiring.Component):
+    """Converts packets from AXI to records, with a buffer of two words.
+
+    All outputs are registered: AXI permits no path from input to output, and the core's clock
+    enable must not depend on signals of the interconnect.
+
+    **Latency** 1 cycle; a word in each.
+
+    Parameters
+    ----------
+    word : int
+        W, 32 or fewer; upper bits of ``tdata`` are ignored.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        self.word = word
+        super().__init__({"axi": In(AxiStreamSignature()), "o": Out(_words(word))})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Two words of memory."""
+        m = Module()
+        axi = self.axi
+        m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
+        m.d.comb += [
+            fifo.w_data.eq(Cat(axi.tdata[: self.word], axi.tlast)),
+            fifo.w_en.eq(axi.tvalid),
+            axi.tready.eq(fifo.w_rdy),
+        ]
+        wiring.connect(m, fifo.r_stream, wiring.flipped(self.o))
+        return m
+
+
+class StreamToAxi(wiring.Component):
+    """Converts records to packets, with a buffer of two words.
+
+    **Latency** 1 cycle; a word in each.
+
+    Parameters
+    ----------
+    word : int
+        W, 32 or fewer; in ``tdata`` its sign fills the bits above.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        self.word = word
+        super().__init__({"i": In(_words(word)), "axi": Out(AxiStreamSignature())})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Two words of memory."""
+        m = Module()
+        axi = self.axi
+        m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
+        wiring.connect(m, wiring.flipped(self.i), fifo.w_stream)
+        m.d.comb += [
+            axi.tdata.eq(fifo.r_data[: self.word].as_signed()),
+            axi.tlast.eq(fifo.r_data[self.word]),
+            axi.tvalid.eq(fifo.r_rdy),
+            fifo.r_en.eq(axi.tready),
+        ]
+        return m
+
+
+class Response(IntEnum):
+    """Response to a transfer."""
+
+    OKAY = 0
+    SLVERR = 2
+
+
+class AxiLiteSignature(wiring.Signature):
+    """AXI4-Lite (ARM IHI 0022E, part B) as its master sees it; 32 bits of data.
+
+    The protection bits are left out, since they have no effect here.
+
+    Parameters
+    ----------
+    address : int
+        Bits of a byte address, A.
+    """
+
+    def __init__(self, *, address: int) -> None:
+        super().__init__(
+            {
+                # Address of a write.
+                "awaddr": Out(address),
+                "awvalid": Out(1),
+                "awready": In(1),
+                # Word of a write.
+                "wdata": Out(32),
+                "wstrb": Out(4),
+                "wvalid": Out(1),
+                "wready": In(1),
+                # Its response.
+                "bresp": In(2),
+                "bvalid": In(1),
+                "bready": Out(1),
+                # Address of a read.
+                "araddr": Out(address),
+                "arvalid": Out(1),
+                "arready": In(1),
+                # Its response.
+                "rdata": In(32),
+                "rresp": In(2),
+                "rvalid": In(1),
+                "rready": Out(1),
+            }
+        )
+
+
+class AxiLiteSlave(wiring.Component):
+    """An AXI4-Lite slave that is an initiator of the register bus.
+
+    One write and one read are under way at a time, and neither waits for more than one of the
+    other. All outputs are registered. Word k of the bus is at byte 4 k; the two low bits of an
+    address are ignored. A write of fewer than four bytes has no effect and returns SLVERR, or OKAY
+    for no bytes.
+
+    **Latency** from a request that is taken to its response 3 cycles for a write, if the bus
+    acknowledges at once, and 4 for a read.
+
+    Parameters
+    ----------
+    word : int
+        W, 32 or fewer; upper bits of a word to write are ignored, of a word read 0.
+    address : int
+        Bits of a word address, A.
+    """
+
+    def __init__(self, *, word: int = 32, address: int = 10) -> None:
+        super().__init__(
+            {
+                "axi": In(AxiLiteSignature(address=address + 2)),  # The slave, with byte addresses.
+                # An initiator of `gateware.attitude.bus.wishbone`; ``grant`` is 1 for an only one.
+                "bus": Out(BusSignature(word=word, address=address)),
+                "request": Out(1),
+                "grant": In(1, init=1),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """Store requests, execute them on the bus, respond."""
+        m = Module()
+        axi, bus = self.axi, self.bus
+        asked, writes, fetch = (Signal(name=name) for name in ("asked", "writes", "fetch"))
+        aw, aw_full = _stored(m, "aw", axi.awvalid, axi.awready, axi.awaddr)
+        data, w_full = _stored(m, "w", axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb))
+        ar, ar_full = _stored(m, "ar", axi.arvalid, axi.arready, axi.araddr)
+        w, strobes = data[:32], data[32:]
+        m.d.comb += [
+            self.request.eq(asked),
+            bus.addr.eq(Mux(writes, aw, ar)[2:]),
+            bus.w_data.eq(w),
+            bus.w_stb.eq(asked & writes),
+        ]
+        with m.If(axi.bready):
+            m.d.sync += axi.bvalid.eq(0)
+        with m.If(axi.rready):
+            m.d.sync += axi.rvalid.eq(0)
+
+        write = Signal()
+        read = Signal()
+        written = Signal()
+        m.d.comb += [
+            write.eq(aw_full & w_full & ~axi.bvalid),
+            read.eq(ar_full & ~axi.rvalid),
+            written.eq(asked & writes & bus.w_ack),
+        ]
+        with m.If(~asked & ~fetch):
+            # A read does not wait forever: after a write the next one needs a cycle.
+            with m.If(write):
+                m.d.sync += [asked.eq(1), writes.eq(1)]
+                m.d.comb += written.eq(~strobes.all())
+            with m.Else():
+                m.d.sync += [asked.eq(read), writes.eq(0)]
+        with m.If(written):
+            m.d.sync += [asked.eq(0), aw_full.eq(0), w_full.eq(0)]
+            answer = Mux(strobes.any() & ~strobes.all(), Response.SLVERR, Response.OKAY)
+            m.d.sync += [axi.bvalid.eq(1), axi.bresp.eq(answer)]
+        with m.If(asked & ~writes & self.grant):
+            m.d.sync += [asked.eq(0), fetch.eq(1)]
+        with m.If(fetch):
+            m.d.sync += [fetch.eq(0), ar_full.eq(0)]
+            m.d.sync += [axi.rvalid.eq(1), axi.rdata.eq(bus.r_data)]
+        return m
+
+
+def _stored(
+    m: Module, name: str, valid: Value, ready: Value, payload: Value
+) -> tuple[Signal, Signal]:
+    """Last payload of a channel, and whether it is still needed; until then no other is taken."""
+    payload_stored, full = Signal(payload.shape(), name=name), Signal(name=f"{name}_full")
+    m.d.comb += ready.eq(~full)
+    with m.If(valid & ~full):
+        m.d.sync += [payload_stored.eq(payload), full.eq(1)]
+    return payload_stored, full
+
+
+#: Bits of a core's word address.
+_ADDRESS = 10
+
+
+def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
+    """The members as separate ports; tools infer an interface from names like ``s_axis_tdata``."""
+    return {f"{prefix}_{name}": member for name, member in signature.members.items()}
+
+
+_MEMBERS = {
+    **{"aclk": In(1), "aresetn": In(1)},  # The reset is synchronous, active low.
+    **_flat("s_axis", AxiStreamSignature().flip()),  # Input records.
+    **_flat("m_axis", AxiStreamSignature()),  # Output records.
+    **_flat("s_axi", AxiLiteSignature(address=_ADDRESS + 2).flip()),  # Registers.
+    "restart": In(1),  # This and the following are as those of the core.
+    "saturated_update": Out(1),
+    "beyond_update": Out(1),
+}
+
+
+class AxiCore(wiring.Component):
+    """Records over AXI4-Stream, registers over AXI4-Lite, around the unchanged module ``core``.
+
+    **Latency** two cycles more than the core's: one for each stream.
+
+    Parameters
+    ----------
+    word : int
+        W of the core.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        self.word = word
+        super().__init__(_MEMBERS)
+
+    def elaborate(self, platform: Any) -> Module:
+        """The core between three adapters."""
+        m = Module()
+        m.domains.sync = ClockDomain()
+        m.d.comb += [ClockSignal().eq(self.aclk), ResetSignal().eq(~self.aresetn)]
+        m.submodules.records_in = records_in = StreamFromAxi(word=self.word)
+        m.submodules.records_out = records_out = StreamToAxi(word=self.word)
+        m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=_ADDRESS)
+        self._outside(m, "s_axis", records_in.axi)
+        self._outside(m, "m_axis", records_out.axi)
+        self._outside(m, "s_axi", slave.axi)
+        m.submodules.core = Instance(
+            "core",
+            i_clk=ClockSignal(),
+            i_rst=ResetSignal(),
+            i_i__payload=records_in.o.payload,
+            i_i__valid=records_in.o.valid,
+            o_i__ready=records_in.o.ready,
+            o_o__payload=records_out.i.payload,
+            o_o__valid=records_out.i.valid,
+            i_o__ready=records_out.i.ready,
+            i_bus__addr=slave.bus.addr,
+            i_bus__w_data=slave.bus.w_data,
+            i_bus__w_stb=slave.bus.w_stb,
+            o_bus__w_ack=slave.bus.w_ack,
+            o_bus__r_data=slave.bus.r_data,
+            i_restart=self.restart,
+            o_saturated_update=self.saturated_update,
+            o_beyond_update=self.beyond_update,
+        )
+        return m
+
+    def _outside(self, m: Module, prefix: str, inner: Any) -> None:
+        """Connect the ports with a prefix to an adapter's interface."""
+        for name in inner.signature.members:
+            outer = f"{prefix}_{name}"
+            port, inside = getattr(self, outer), getattr(inner, name)
+            is_input = self.signature.members[outer].flow == In
+            m.d.comb += inside.eq(port) if is_input else port.eq(inside)
+
+
+def axi_ports() -> tuple[tuple[str, str, int], ...]:
+    """Direction, name and bits of every port of `AxiCore`, which is the module ``core_axi``."""
+    return tuple(
+        ("input" if member.flow == In else "output", name, Shape.cast(member.shape).width)
+        for name, member in _MEMBERS.items()
+    )

@@ -1,1 +1,0 @@
-"""Declared registers, and those of every core."""
