@@ -17,7 +17,7 @@ from boresight.gateware.description import Description
 from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, split_names
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.model.tools.typed import Malformed
+from boresight.model.tools.typed import Malformed, typed
 from boresight.sim.records.reading import kind_of, read_json
 
 
@@ -115,7 +115,7 @@ def _read(path: str, names: Iterable[str]) -> Iterator[tuple[str | None, dict[st
     name, values = None, data
     if isinstance(data, dict) and "registers" in data:
         try:
-            described = Description.from_json(data)
+            described = typed(Description, data)
         except Malformed as error:
             raise InputError.at(
                 f"{path}{error.location}",

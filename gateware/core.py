@@ -50,9 +50,7 @@ class Core:
     #: empty: it is generated.
     files: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
     #: Generated Verilog, by form; it does not depend on the selected program.
-    _texts: dict[tuple[bool, bool], str] = field(
-        default_factory=dict, init=False, compare=False, repr=False
-    )
+    _texts: dict[tuple[bool, bool], str] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def program(self) -> Program:
@@ -93,9 +91,7 @@ class Core:
         """Return the same core with another program selected."""
         if not 0 <= number < len(self.parts):
             raise ValueError(f"number must be 0 to {len(self.parts) - 1}, not {number!r}")
-        selected = dataclasses.replace(self, number=number)
-        object.__setattr__(selected, "_texts", self._texts)
-        return selected
+        return dataclasses.replace(self, number=number)
 
     def verilog(self, *, instances: bool, identified: bool | None = None) -> str:
         """Verilog of module ``core``: with vendor primitives, or with their behaviour.

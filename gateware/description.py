@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 from boresight.gateware.core import Core
 from boresight.gateware.registers import (
@@ -23,7 +23,7 @@ from boresight.gateware.registers import (
 )
 from boresight.model.lowering.profile import OBSERVED
 from boresight.model.tools.c_names import identifier, unique
-from boresight.model.tools.typed import Within, typed
+from boresight.model.tools.typed import Within
 from boresight.model.words.program import InPort, Program
 
 STREAMS = """\
@@ -235,7 +235,7 @@ class Description:
         return records
 
     def to_json(self) -> str:
-        """The register map as JSON, the same text for the same map."""
+        """The register map as JSON, the same text for the same map; `typed` is the inverse."""
 
         def plain(register: Register) -> dict[str, object]:
             values = {k: v for k, v in asdict(register).items() if v is not None and v != ()}
@@ -263,18 +263,6 @@ class Description:
             ],
         }
         return json.dumps(data, indent=1) + "\n"
-
-    @classmethod
-    def from_json(cls, data: Any) -> Description:
-        """Inverse of `to_json`, from data as `json.loads` gives them.
-
-        Raises
-        ------
-        Malformed
-            The data have another form; the error has the location.
-        """
-        description: Description = typed(cls, data)
-        return description
 
 
 def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Description:

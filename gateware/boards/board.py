@@ -122,10 +122,7 @@ def _row(names: str, first: int) -> dict[str, str]:
     return {name: str(first + k) for k, name in enumerate(names.split())}
 
 
-_ROW = (
-    "adis_cs_n adis_sclk adis_mosi adis_miso adis_data_ready adis_reset_n hmr_rx hmr_tx "
-    "console_rx console_tx"
-)
+_ROW = "adis_cs_n adis_sclk adis_mosi adis_miso adis_data_ready adis_reset_n hmr_rx hmr_tx"
 
 #: Boards by name. ISE projects do not use the flash memory: amaranth-boards has a wrong pin for it.
 BOARDS = {

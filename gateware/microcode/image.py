@@ -102,34 +102,21 @@ class Image:
         Only the last word of a program or restart routine returns, none both gets and emits, and a
         program gets an input word, a routine none.
         """
-        bits, count = self._positions(machine), len(self.lengths)
-        for number in range(len(self.bases)):
-            words = self.program(number)
-            homes, gets, emits = (
-                [word >> bits[name] & 1 for word in words] for name in ("home", "get", "emit")
-            )
-            both = any(get & emit for get, emit in zip(gets, emits, strict=True))
+        for number, base in enumerate(self.bases):
+            words = [decode(machine, word) for word in self.program(number)]
             is_long = len(words) > machine.prefetch
-            returns = homes == [0] * (len(words) - 1) + [1]
-            if not is_long or not returns or both or any(gets) != (number < count):
-                base = self.bases[number]
+            returns = [w["home"] for w in words] == [0] * (len(words) - 1) + [1]
+            both = any(w["get"] & w["emit"] for w in words)
+            gets = any(w["get"] for w in words) == (number < len(self.lengths))
+            if not (is_long and returns and gets) or both:
                 raise ValueError(f"microcode from word {base} on breaks docs/engine.md")
-
-    @staticmethod
-    def _positions(machine: Machine) -> dict[str, int]:
-        """Lowest bit of every field."""
-        out, position = {}, 0
-        for field in machine.fields:
-            out[field.name] = position
-            position += field.width
-        return out
 
     def hardware_rom(self, machine: Machine) -> tuple[list[int], ...]:
         """Contents of each of `rom_pieces`, with ``home`` `Machine.prefetch` words earlier.
 
         The program counter is ahead of the executed word by so many.
         """
-        home = 1 << self._positions(machine)["home"]
+        home = encode(machine, {"home": 1})
         rom = [value & ~home for value in self.rom]
         for end in self.ends:
             rom[end - 1 - machine.prefetch] |= home

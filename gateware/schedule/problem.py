@@ -162,17 +162,16 @@ class ListProblem:
         after = {n for _, n in program.states}
         self.makes_state = [op.dest in after for op in program.ops]
         self.consumers: list[list[int]] = [[] for _ in range(self.nodes)]
-        self.producers: list[list[int]] = []
+        self.waits: list[int] = []
         producer = {op.dest: k for k, op in enumerate(program.ops)}
         for k in range(self.nodes):
             values = self.reads[k] if k < self.n_ops else {program.outputs[k - self.n_ops]}
             before = {producer[v] for v in values if v in producer}
             if k > self.n_ops:
                 before.add(k - 1)  # emits keep the stream's order
-            self.producers.append(sorted(before))
+            self.waits.append(len(before))
             for b in sorted(before):
                 self.consumers[b].append(k)
-        self.waits = list(map(len, self.producers))
         #: Whether the next emit shares a slot with an op that reads its value and can start: where
         #: outputs are a large part of all nodes.
         self.emits_with_ops = 2 * len(program.outputs) >= self.n_ops

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, encode
 from boresight.model.words.terms import Refuted
 
 _WORD = re.compile(r"(?m)^\s+(\w+)\[(\d+)\] = \d+'(h|d)([0-9a-f]+);$")
@@ -65,10 +65,9 @@ def _check_rom(machine: Machine, image: Image, roms: dict[str, list[int]]) -> No
         before = pieces.setdefault(piece, [0] * len(column))
         pieces[piece] = [a | b << shift for a, b in zip(before, column, strict=True)]
     words = [word for k in sorted(pieces) for word in pieces[k]]
-    at = sum(f.width for f in machine.fields[:-1])
-    assert machine.fields[-1].name == "home"
+    home = encode(machine, {"home": 1})
     returns = {end - 1 - machine.prefetch for end in image.ends}
-    wanted = [w & ~(1 << at) | (k in returns) << at for k, w in enumerate(image.rom)]
+    wanted = [w & ~home | (k in returns) * home for k, w in enumerate(image.rom)]
     _compare("rom", words[: len(wanted)], wanted)
     _compare("rom, behind the programs,", words[len(wanted) :], [0] * (len(words) - len(wanted)))
 

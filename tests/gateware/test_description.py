@@ -12,7 +12,7 @@ from boresight.gateware.registers import FIXED, Access
 from boresight.model import ops
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.tools.typed import Malformed
+from boresight.model.tools.typed import Malformed, typed
 from tests.support.bench import put, read, run_bench, write
 
 
@@ -130,7 +130,7 @@ def test_the_core_answers_at_these_addresses(word: int) -> None:
 def test_json_is_read_back(complementary: Core) -> None:
     """All that a register map holds: registers as they are, words by name, format and unit."""
     description = describe(complementary)
-    result = Description.from_json(json.loads(description.to_json()))
+    result = typed(Description, json.loads(description.to_json()))
     assert result.registers == description.registers and result.build == description.build
     assert result.to_json() == description.to_json()
     (records,) = result.programs
@@ -148,7 +148,7 @@ def test_json_is_read_back(complementary: Core) -> None:
 def test_what_is_no_description(change: dict, place: str, complementary: Core) -> None:
     data = json.loads(describe(complementary).to_json())
     with pytest.raises(Malformed) as error:
-        Description.from_json({**data, **change})
+        typed(Description, {**data, **change})
     assert error.value.location == place
 
 
@@ -173,7 +173,7 @@ def test_what_a_register_may_not_be(key: str, values: tuple, complementary: Core
         data = json.loads(describe(complementary).to_json())
         data["registers"][1][key] = value
         with pytest.raises(Malformed) as error:
-            Description.from_json(data)
+            typed(Description, data)
         assert error.value.location.startswith(f", registers[1], {key}")
 
 

@@ -238,12 +238,11 @@ class Adis16385(wiring.Component):
                 "miso": In(1),  # asynchronous to the clock, like ``data_ready``
                 "data_ready": In(1),
                 "time": In(32),  # counts clock cycles
-                "enable": In(1, init=1),  # 0: no new frame, the device is held in reset
                 # Start over, for example because of new settings, taken during the reset pulse.
                 "restart": In(1),
                 **{name: In(16, init=word) for name, word in SETTINGS.items()},
                 "command": In(stream.Signature(16)),  # ``0x8000 | address << 8 | byte``
-                # A checked sample: its words, stamp and number hold for `hold_cycles`.
+                # A checked sample: its words, stamp and number hold for the stall between frames.
                 "sample": Out(1),
                 # Its words as in `WORDS`, combinational, with `FRACTION` fraction bits. A gyro word
                 # is in counts of the +-300 deg/s range (0.0125 deg/s) in every range of SENS_AVG.
@@ -273,11 +272,6 @@ class Adis16385(wiring.Component):
         """Clock cycles from a data-ready edge at the pin to ``sample``."""
         frames = (RUN_FRAMES - 1) * self.spi.frame_cycles + self.spi.answer_latency
         return _SYNCHRONISER + 1 + frames + _JUDGE
-
-    @property
-    def hold_cycles(self) -> int:
-        """Clock cycles for which a sample's words, stamp and number stay, from ``sample`` on."""
-        return self.spi.stall_cycles - _JUDGE
 
     @property
     def start_cycles(self) -> int:
@@ -469,10 +463,7 @@ class Adis16385(wiring.Component):
         m.d.comb += [
             event["overrun"].eq(r.edge & r.running & (self.spi.busy | r.spi_turn)),
             bad.eq(event["no_data_ready"] | (judging & whole & (~r.equal | r.invalid))),
-            event["restart"].eq(
-                self.enable & (self.restart | (bad & r.final) | (judging & ~whole & ~r.equal))
-            ),
-            r.start_over.eq(event["restart"] | ~self.enable),
+            event["restart"].eq(self.restart | (bad & r.final) | (judging & ~whole & ~r.equal)),
         ]
         self._count(m, r, bad)
 
@@ -578,7 +569,7 @@ class _Registers:
         self.begin = Signal()
         self.ticks = Signal.like(self.timer, init=reader.timeout_ticks)  # to wait in this state
         self.expired = Signal()
-        self.start_over = Signal()
+        self.start_over = self.event["restart"]
         self.chances = Signal(range(reader.bad_limit), init=reader.bad_limit - 1)
         self.final = Signal(init=reader.bad_limit == 1)  # no chances are left
         self.edges = Signal(16)

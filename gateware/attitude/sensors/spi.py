@@ -12,6 +12,8 @@ from amaranth.lib.wiring import In, Out
 
 #: Bits of a frame.
 BITS = 16
+#: Half periods of a frame, the first from ``cs_n`` to the first edge of ``sclk``.
+_HALVES = 1 + 2 * BITS
 #: Minimum clock cycles per half period: the reply passes two flip-flops within one.
 HALF_MIN = 3
 
@@ -35,25 +37,21 @@ class SpiController(wiring.Component):
     With mode 3 both sides change their bit at the falling edge and take the other's at the rising
     one. The answer is taken at the end of the high half instead, `HALF_MIN` cycles before the
     falling edge: by then it has passed the synchroniser, and a slow device has had nearly a whole
-    period (`answer_cycles`).
+    period.
 
-    Setup and stall are rounded up to whole half periods. The stall is kept after a reset as well,
-    so a frame that a reset has cut short is followed by a whole one.
+    The stall is rounded up to whole half periods. It is kept after a reset as well, so a frame that
+    a reset has cut short is followed by a whole one.
 
     **Latency** ``o_valid`` comes `answer_latency` cycles after a command is taken; the next command
     is taken `frame_cycles` after it.
 
     ``half_cycles`` (3 or more) are those of half a period of ``sclk``, ``stall_cycles`` the fewest
-    between frames, ``setup_cycles`` the fewest from ``cs_n`` to the first edge of ``sclk``.
+    between frames.
     """
 
-    def __init__(
-        self, *, half_cycles: int, stall_cycles: int, setup_cycles: int | None = None
-    ) -> None:
-        setup_cycles = half_cycles if setup_cycles is None else setup_cycles
+    def __init__(self, *, half_cycles: int, stall_cycles: int) -> None:
         self.half_cycles = half_cycles
         self.stall_halves = -(-stall_cycles // half_cycles)
-        self.setup_halves = -(-setup_cycles // half_cycles)
         super().__init__(
             {
                 "cs_n": Out(1, init=1),
@@ -68,11 +66,6 @@ class SpiController(wiring.Component):
         )
 
     @property
-    def setup_cycles(self) -> int:
-        """Clock cycles from ``cs_n`` low to the first edge of ``sclk``."""
-        return self.setup_halves * self.half_cycles
-
-    @property
     def stall_cycles(self) -> int:
         """Fewest clock cycles with ``cs_n`` high between two frames."""
         return self.stall_halves * self.half_cycles + 1
@@ -80,17 +73,12 @@ class SpiController(wiring.Component):
     @property
     def answer_latency(self) -> int:
         """Clock cycles from the command being taken to ``o_valid``."""
-        return (self.setup_halves + 2 * BITS) * self.half_cycles + 1
+        return _HALVES * self.half_cycles + 1
 
     @property
     def frame_cycles(self) -> int:
         """Clock cycles from one command being taken to the next, at the soonest."""
-        return (self.setup_halves + 2 * BITS + self.stall_halves) * self.half_cycles + 1
-
-    @property
-    def answer_cycles(self) -> int:
-        """Clock cycles from a falling edge of ``sclk`` within which the bit must be on ``miso``."""
-        return 2 * self.half_cycles - HALF_MIN
+        return (_HALVES + self.stall_halves) * self.half_cycles + 1
 
     def elaborate(self, platform: Any) -> Module:
         """Count half periods down: setup, 32 of the frame from base + 31 to base, stall."""
@@ -98,9 +86,7 @@ class SpiController(wiring.Component):
         miso = Signal()
         m.submodules.synchroniser = FFSynchronizer(self.miso, miso)
         # With a power of two as base the bits tell the parts of a frame.
-        base = 1 << max(
-            6, self.stall_halves.bit_length(), (2 * BITS + self.setup_halves - 1).bit_length()
-        )
+        base = 1 << max(6, self.stall_halves.bit_length())
         rest = base - 1 - self.stall_halves
         left = Signal(range(2 * base), init=base - 1)
         timer = Signal(range(self.half_cycles), init=self.half_cycles - 1)
@@ -124,7 +110,7 @@ class SpiController(wiring.Component):
             m.d.sync += [self.cs_n.eq(1), self.sclk.eq(1)]
             with m.If(self.i.valid):
                 m.d.sync += [
-                    left.eq(base + 2 * BITS - 1 + self.setup_halves),
+                    left.eq(base + 2 * BITS),
                     word.eq(self.i.payload),
                     self.cs_n.eq(0),
                     idle.eq(0),

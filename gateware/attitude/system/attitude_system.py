@@ -193,7 +193,6 @@ class AttitudeSystem(wiring.Component):
         inertial, compass, csr = self._inertial, self._compass, bus
         m.d.comb += [
             inertial.time.eq(time),
-            inertial.enable.eq(1),
             inertial.restart.eq(orders.restart_inertial),
             *(getattr(inertial, name).eq(getattr(csr, f"inertial_{name}")) for name in SETTINGS),
             csr.inertial_flags.eq(inertial.flags),

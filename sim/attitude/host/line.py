@@ -27,7 +27,7 @@ from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
-from boresight.model.tools.typed import Malformed
+from boresight.model.tools.typed import Malformed, typed
 from boresight.sim.records.reading import kind_of, read_json, reason
 
 #: Timeout of a reply, s, and number of tries.
@@ -103,7 +103,7 @@ class RegisterTable:
         if path is None:
             return
         try:
-            self.described = described = Description.from_json(read_json(path, _WANTED))
+            self.described = described = typed(Description, read_json(path, _WANTED))
             for register in described.registers:
                 if register.name == "clock_hz" and register.reset is not None:
                     self.clock_hz = float(register.reset)

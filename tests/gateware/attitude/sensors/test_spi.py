@@ -5,12 +5,12 @@ from typing import Any
 
 from amaranth.hdl import ResetInserter, Signal
 
-from boresight.gateware.attitude.sensors.spi import BITS, SpiController
+from boresight.gateware.attitude.sensors.spi import BITS, HALF_MIN, SpiController
 
 
 def test_frames_keep_their_times_and_words(simulate) -> None:
     """Whatever a reset cuts short, a frame that begins is whole and begins after a whole stall."""
-    dut = SpiController(half_cycles=3, stall_cycles=4, setup_cycles=6)
+    dut = SpiController(half_cycles=3, stall_cycles=4)
     reset, rng = Signal(), random.Random(1)
 
     async def bench(ctx: Any) -> None:
@@ -34,12 +34,13 @@ def test_frames_keep_their_times_and_words(simulate) -> None:
                 assert high >= 6 and sclk and sclk_before
                 since, edges, sent, reply = 0, 0, 0, rng.getrandbits(BITS)
             elif sclk != sclk_before and not was_cut:
-                assert not cs and since >= (3 if edges else 6)
+                assert not cs and since >= 3
                 since, edges = 0, edges + 1
                 if sclk:
                     sent = sent << 1 | mosi
                 else:  # as late as is allowed
-                    bit, delay = reply >> (BITS - 1 - edges // 2) & 1, dut.answer_cycles - 1
+                    delay = 2 * dut.half_cycles - HALF_MIN - 1
+                    bit = reply >> (BITS - 1 - edges // 2) & 1
             if valid:
                 assert cs and (edges, since >= 3, sent, word) == (2 * BITS, True, taken[-1], reply)
                 answers += 1

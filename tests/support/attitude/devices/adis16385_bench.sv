@@ -52,7 +52,7 @@ module adis16385_bench #(
 
     adis16385 reader (
         .clk(clk), .rst(rst), .cs_n(cs_n), .sclk(sclk), .mosi(mosi), .miso(miso),
-        .reset_n(reset_n), .data_ready(data_ready), .\time (now), .enable(1'b1),
+        .reset_n(reset_n), .data_ready(data_ready), .\time (now),
         .restart(now == restart_at), .msc_ctrl(settings[47:32]), .smpl_prd(settings[31:16]),
         .sens_avg(settings[15:0]), .command__payload(command), .command__valid(command_valid),
         .command__ready(command_ready), .sample(sample), .index(index), .word(word), .stamp(stamp),
