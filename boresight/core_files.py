@@ -20,9 +20,9 @@ from boresight.gateware.synthesis.family import Router
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
-from boresight.gateware.texts.bench import Recorded
 from boresight.gateware.texts.core import (
     REGISTER_FILES,
+    Recorded,
     integration_files,
     integration_names,
     register_files,

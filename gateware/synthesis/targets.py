@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from boresight.gateware.synthesis.family import Device, Family, Router, Target
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop
-from boresight.gateware.synthesis.spartan6.timing import estimate_clock
+from boresight.gateware.synthesis.spartan6 import estimate_clock
 
 #: Words and bits that a block RAM of 18 Kbit can have.
 _BLOCK_18K: Final = {(512 << k, bits): 1.0 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}

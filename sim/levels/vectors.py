@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from boresight.gateware.texts.bench import Recorded
+from boresight.gateware.texts.core import Recorded
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter

@@ -3,7 +3,7 @@
 import pytest
 
 from boresight.gateware.synthesis.routed import netlist_for
-from boresight.gateware.synthesis.spartan6.timing import estimate_clock
+from boresight.gateware.synthesis.spartan6 import estimate_clock
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError
 from boresight.model.estimator import Estimator, Input, Output, Param, State

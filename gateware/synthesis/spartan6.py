@@ -1,9 +1,9 @@
 """Estimate the clock of a Spartan-6 netlist by its longest path from register to register.
 
 No open tool routes a Spartan-6. The estimate adds the delays of the cells on a path (in
-``delays.csv``: constants of published ISE timing reports, or guesses) and a delay for each net: the
-median or the upper quartile of routed nets with the same fan-out. The two clocks are the band of
-the estimate; ISE's ``trce`` gives the true one. Paths through the ports of the module are not
+``spartan6.csv``: constants of published ISE timing reports, or guesses) and a delay for each net:
+the median or the upper quartile of routed nets with the same fan-out. The two clocks are the band
+of the estimate; ISE's ``trce`` gives the true one. Paths through the ports of the module are not
 counted, all registers are on one clock, and no path is false or multi-cycle.
 """
 
@@ -45,7 +45,7 @@ def _delays(grade: int) -> tuple[Mapping[str, Any], Mapping[str, Mapping[str, fl
     """Delays of a grade [ns]: of cells by type (from, to, when, delay), of nets by most loads."""
     cells: dict[str, list[tuple[str, str, str, float]]] = defaultdict(list)
     nets: dict[str, dict[str, float]] = defaultdict(dict)
-    with Path(__file__).with_name("delays.csv").open(encoding="utf-8", newline="") as file:
+    with Path(__file__).with_name("spartan6.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             ns = float(row[f"ns_{grade}"])
             if row["cells"] == "net":

@@ -1,1 +1,0 @@
-"""Xilinx Spartan-6: area by yosys, and an estimate of the clock."""
