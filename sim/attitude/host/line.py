@@ -97,13 +97,14 @@ class RegisterTable:
     """
 
     def __init__(self, path: str | Path | None = None) -> None:
-        self.path, self.described = path, None
+        self.path = path
+        self.described: Description | None = None
         self.formats: Mapping[int, Mapping[str, int]] = FORMATS
         self.clock_hz = 100e6
         if path is None:
             return
         try:
-            self.described = described = typed(Description, read_json(path, _WANTED))
+            described = self.described = typed(Description, read_json(path, _WANTED))
             for register in described.registers:
                 if register.name == "clock_hz" and register.reset is not None:
                     self.clock_hz = float(register.reset)
