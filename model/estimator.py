@@ -134,7 +134,7 @@ class Estimator:
     #: States that are elements of a covariance, with their row and column by name; empty: those
     #: named like ``p01`` or ``p_xy``.
     covariance_elements: Mapping[str, tuple[str, str]] = {}
-    #: What narrows the range of the argument of a root, by its line; empty where it is unknown.
+    #: What narrows the range of the argument of a root, or of a covariance, by its line.
     remedies: Mapping[str, str] = {}
     #: Source location of the class, "file.py, line 12".
     _line: str = ""

@@ -53,10 +53,14 @@ _COARSE = 2.0**17
 SPREAD = "h P h + r"
 #: When an element leaves the bounds that it has in a covariance.
 INDEFINITE = "rounding or nonlinearity make P indefinite"
+#: In `Estimator.remedies` before the line of a state: what narrows the ranges of its predicted P.
+PREDICTED = "predicted P, "
 #: When a value leaves the bounds that `Measurement.sd_max` gives it.
 CLAIMED = "h is less certain than sd_max of its Measurement"
 #: Share of the largest part of a standard deviation from which a message names a part.
 _NAMED = 0.25
+#: Multiple of a largest standard deviation beyond which a message names what it grows by.
+_GROWN = 2.0
 
 
 class Update:
@@ -75,8 +79,10 @@ class Update:
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
         self.bounds = list(kalman.largest_sd)
-        #: Of each error state: what others add to its standard deviation in a prediction.
+        #: Of each error state: what others add to its standard deviation in a prediction, and what
+        #: they may add before it exceeds `_GROWN`.
         self.growth: dict[int, dict[int, float]] = {}
+        self.room: dict[int, float] = {}
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
         #: Elements of P from which updates have been subtracted, and how many.
@@ -164,6 +170,8 @@ class Update:
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
             self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
             self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
+            if self._is_grown(i):
+                k.remedies[PREDICTED + k.places[i]] = self._less_growth([i])
         changed: set[int] = set()
         for block in _blocks(rows):
             changed |= {*block}
@@ -245,7 +253,10 @@ class Update:
         }
         spread = math.fsum(parts.values())
         self.growth[i] = {j: part for j, part in parts.items() if j != i}
-        return math.sqrt(spread * spread + size(variance) + k.noise_floor[i])
+        own, noise = parts.get(i, 0.0), size(variance) + k.noise_floor[i]
+        most = _GROWN * max(k.largest_sd[i], math.hypot(own, math.sqrt(noise)))
+        self.room[i] = 0.95 * (math.sqrt(most * most - noise) - own)  # messages round it
+        return math.sqrt(spread * spread + noise)
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
         """An element of P within what standard deviations allow."""
@@ -411,24 +422,53 @@ class Update:
 
         ``own``: h is a state itself.
         """
-        names, inputs, grown = dict[str, None](), set[str](), []
-        for j in _largest(parts):
-            growth = self.growth.get(j, {})
-            if growth and self.bounds[j] > 1.25 * self.kalman.largest_sd[j]:
-                sds = f"{self.kalman.largest_sd[j]:.3g} to {self.bounds[j]:.3g}"
-                grown.append(f"of {self.kalman.errors[j]} from {sds}")
-                names |= {self.kalman.errors[i]: None for i in _largest(growth)}
-                inputs |= {n for i in _largest(growth) for n in inputs_of(self.rows[j].get(i))}
-            else:
-                names[self.kalman.errors[j]] = None
-        text = f"lower sd_max of {', '.join(names)}"
-        text += ", or the range of dt" * ("dt" in inputs)
-        if grown:
-            text += f" (one prediction may take the standard deviation {' and '.join(grown)})"
+        k, large = self.kalman, _largest(parts)
+        grown = [j for j in large if self._is_grown(j)]
+        names = ", ".join(k.errors[j] for j in large if j not in grown)
+        cures = [f"lower sd_max of {names}"] if names else []
+        cures += [self._less_growth(grown)] if grown else []
+        text = " and ".join(cures)
         if own:
             return text
         claim = "lower" if m.sd_max else "give this Measurement"
         return f"{text}; or {claim} sd_max, the largest standard deviation of its h"
+
+    def _is_grown(self, i: int) -> bool:
+        """Whether others may move a state far beyond its largest standard deviation."""
+        return bool(self.growth[i]) and self.bounds[i] > _GROWN * self.kalman.largest_sd[i]
+
+    def _less_growth(self, grown: Sequence[int]) -> str:
+        """What keeps the standard deviations of ``grown`` states in a prediction within `_GROWN`.
+
+        A range helps if all that it scales is small enough then, of each of them.
+        """
+        k = self.kalman
+        narrower, lower = list[dict[str, float]](), dict[str, float]()
+        for i in grown:
+            growth, shares = self.growth[i], dict[str, float]()
+            factors = {j: _factors(self.rows[i][j]) for j in growth}
+            for name in set[str]().union(*factors.values()):
+                scaled = math.fsum(part for j, part in growth.items() if name in factors[j])
+                room = self.room[i] - (math.fsum(growth.values()) - scaled)
+                shares |= {name: room / scaled} if room > 0.0 else {}
+            narrower.append(shares)
+            for j in _largest(growth):
+                sd = k.largest_sd[j] * self.room[i] / math.fsum(growth.values())
+                lower[k.errors[j]] = min(sd, lower.get(k.errors[j], sd))
+        declared, cures = {d.name: d for d in (*k.inputs, *k.states)}, list[str]()
+        for name in sorted(set(narrower[0]).intersection(*narrower[1:])):
+            share, d = min(shares[name] for shares in narrower), declared[name]
+            cures.append(
+                f"narrow the range of {name} to [{share * d.low:.2g}, {share * d.high:.2g}]"
+            )
+        starts = any(declared[f"p_{n}_{n}"].initial > sd * sd for n, sd in lower.items())
+        names = ", ".join(f"{name} to {sd:.2g}" for name, sd in lower.items())
+        cures.append(f"lower {'sd and ' * starts}sd_max of {names}")
+        sds = [
+            f"of {k.errors[i]} from {k.largest_sd[i]:.3g} to {self.bounds[i]:.3g}" for i in grown
+        ]
+        grows = f"(one prediction may take the standard deviation {' and '.join(sds)})"
+        return f"{', or '.join(cures)} {grows}"
 
     def _within(self, value: Scalar, spread: float, unless: str) -> Any:
         """A value within a standard deviation, where its interval is wider."""
@@ -530,6 +570,17 @@ def _claimed(
 def _largest(parts: Mapping[int, float]) -> list[int]:
     """Errors whose parts of a sum are no small ones."""
     return [j for j, part in sorted(parts.items()) if part >= _NAMED * max(parts.values())]
+
+
+def _factors(x: Expression) -> set[str]:
+    """Names of the inputs and states with which a recorded value is proportional."""
+    if x.kind == "leaf":
+        return {x.data[1]} if x.data[0] != "param" else set()
+    parts = [_factors(a) for a in x.args]
+    if x.kind == "mul":
+        return parts[0] | parts[1]
+    linear = x.kind in ("neg", "same", "named", "bounded", "add", "sub")
+    return parts[0].intersection(*parts[1:]) if linear else set()
 
 
 def inputs_of(*values: Any) -> set[str]:

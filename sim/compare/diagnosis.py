@@ -18,7 +18,7 @@ import numpy as np
 from boresight.firmware.build import WordRanges
 from boresight.model.arrays import BoolArray
 from boresight.model.declarations import PERIODS
-from boresight.model.kalman.update import CLAIMED, INDEFINITE, SPREAD
+from boresight.model.kalman.update import CLAIMED, INDEFINITE, PREDICTED, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
@@ -313,20 +313,27 @@ def _cure(
 ) -> str:
     """What gives a value more bits: a narrower range, or what it follows from; or nothing."""
     said, limits = of.program.values[value], f"[{low:.4g}, {high:.4g}]"
-    elements = of.estimator.covariance_elements
-    if said.kind is not Kind.OP and said.name in elements:
-        cures = []
-        for name, (i, j) in elements.items():
-            if i == j and i in elements[said.name] and (n := of.program.find(name)) in reached:
-                share = math.sqrt(2.0**MARGIN_BITS * reached[n][1] / of.program.values[n].high)
-                cures += [f"multiply sd_max of {i} by {share:.2g}"] if share < 0.7 else []
-        return " and ".join(cures)
+    if said.kind is not Kind.OP and said.name in (elements := of.estimator.covariance_elements):
+        return _less_deviation(of, reached, elements[said.name])
     if node is not None and node.unless in (INDEFINITE, CLAIMED):
-        known = of.estimator.remedies.get(node.line)
-        return known or "lower sd_max of its states or of its Measurement"
+        known = of.estimator.remedies
+        growth = known.get(node.line) or known.get(PREDICTED + node.line)
+        return growth or _less_deviation(of, reached)
+    if node is not None and not node.name and node.line in of.estimator.remedies:
+        return ""  # of the filter, not of the author
     if said.kind is not Kind.OP or (node is not None and node.kind in ("bounded", "saturated")):
         return f"narrow its range to {limits}"
     return f"bound it to {limits} with ops.bounded"
+
+
+def _less_deviation(of: Traced, reached: Mapping[int, Range], names: Sequence[str] = ()) -> str:
+    """Smaller largest deviations of these states, or of all, where the log needs no more."""
+    cures = list[str]()
+    for name, (i, j) in of.estimator.covariance_elements.items():
+        if i == j and (not names or i in names) and (n := of.program.find(name)) in reached:
+            share = math.sqrt(2.0**MARGIN_BITS * reached[n][1] / of.program.values[n].high)
+            cures += [f"multiply sd_max of {i} by {share:.2g}"] if share < 0.7 else []
+    return " and ".join(cures)
 
 
 def _is_source(of: Traced, reached: Mapping[int, Range], value: int) -> bool:
@@ -366,7 +373,9 @@ def rounding_text(
     if wasted:
         fit = "" if fitted else "; or choose formats by boresight fit"
         model = f", or {_MODEL}" if by_hand else ""
-        return text + "; ".join(map(str, wasted[:NAMED])) + fit + model
+        several = {w.cure: w for w in reversed(wasted)}  # of those with one cure the first
+        named = [w for w in wasted if several[w.cure] is w][:NAMED]
+        return text + "; ".join(map(str, named)) + fit + model
     wider = "use a wider word, or " * (program.arithmetic.word < _WIDEST)
     if by_hand:
         return f"{text}its covariance is written by hand: {wider}{_MODEL}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -120,12 +121,24 @@ class Pulled(Spread):
         return [kalman.Measurement(u.z, x.v, 1e-4)]
 
 
-def test_what_widens_the_variance_of_an_innovation_is_named() -> None:
+@pytest.mark.parametrize("cure", ["range of dt", "sd_max of a"])
+def test_what_widens_a_predicted_variance_is_named_and_the_cure_helps(cure: str) -> None:
     """64 = the largest growth that `Kalman` allows."""
     log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N), "dt": np.full(N, 0.01)}
     (result,) = boresight.check(Pulled, log, levels=("fixed",), word=24)["results"]
-    said = "lower sd_max of a, or the range of dt (one prediction may take the standard deviation "
-    assert said + "of v from 1 to 64)" in str(result), str(result)
+    said = r"narrow the range of dt to \[0, (\S+)\], or lower sd_max of a to (\S+) \(one "
+    said += "prediction may take the standard deviation of v from 1 to 64"
+    found = re.search(said, str(result))
+    assert found, str(result)
+    most, sd = map(float, found.groups())
+    z, dt, v, a = *Pulled.inputs, *Pulled.states
+    dt = replace(dt, high=most) if cure == "range of dt" else dt
+    a = replace(a, sd_max=sd) if cure == "sd_max of a" else a
+    cured = type("Pulled", (Pulled,), {"inputs": (z, dt), "states": (v, a)})
+    (after,) = boresight.check(cured, log, levels=("fixed",), word=24)["results"]
+    assert "one prediction may take" not in str(after)
+    before, after = (r.accuracy.differences[0].largest for r in (result, after))
+    assert after < 0.5 * before
 
 
 def test_a_wide_variance_of_an_innovation_asks_for_sd_max() -> None:
