@@ -18,6 +18,7 @@ import numpy as np
 from boresight.firmware.build import WordRanges
 from boresight.model.arrays import BoolArray
 from boresight.model.declarations import PERIODS
+from boresight.model.estimator import Estimator
 from boresight.model.kalman.update import CLAIMED, INDEFINITE, PREDICTED, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import Range
@@ -35,6 +36,8 @@ NAMED = 3
 RAISE = "raise sd_max of this Measurement"
 #: What helps where a covariance by hand is not exact enough.
 _MODEL = "write the model with boresight.kalman, or one scalar update for each measurement"
+#: And what else.
+_POSITIVE = "use Joseph's form, or limit it by ops.maximum(p, FLOOR)"
 #: Widest word, bits.
 _WIDEST = 32
 #: Share of the word below which an argument is too coarse to be normalised.
@@ -355,6 +358,21 @@ def _is_source(of: Traced, reached: Mapping[int, Range], value: int) -> bool:
         low, high = ends_of(node, [*map(ends, node.args)])
     largest = max(-reached[value][0], reached[value][1], of.program.format(value).lsb)
     return bool(max(-low[0], high[0]) >= largest * 2.0 ** (MARGIN_BITS + 1))
+
+
+def variances_of(estimator: Estimator) -> set[int]:
+    """Numbers of the states that are variances; of one by hand without others, if it says so."""
+    covariance, states = covariance_of(estimator), estimator.states
+    several = len(covariance.axes) > 1
+    return {k for i, j, k in covariance.elements if i == j and (several or states[k].low >= 0.0)}
+
+
+def positive_text(of: Traced) -> str:
+    """What keeps a variance above 0."""
+    wider = "use a wider word, or " * (of.program.arithmetic.word < _WIDEST)
+    if of.estimator.covariance_elements:
+        return f"{wider}raise floor, or the process noise"
+    return f"{wider}{_MODEL}, {_POSITIVE}"
 
 
 def rounding_text(

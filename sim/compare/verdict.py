@@ -21,8 +21,10 @@ from boresight.sim.compare.diagnosis import (
     Wasted,
     find_culprit,
     near_floor,
+    positive_text,
     reached_by,
     rounding_text,
+    variances_of,
     wasted_bits,
 )
 from boresight.sim.compare.difference import Difference, Differences
@@ -167,6 +169,9 @@ class Judge:
         self._endless: int | None = None
         #: By number of a state: first update after which it is out of its range, and its value.
         self._left: dict[int, tuple[int, float]] = {}
+        #: The same of variances below 0.
+        self._negative: dict[int, tuple[int, float]] = {}
+        self._variances = variances_of(self._of.estimator)
         #: Extremes of every value, and the largest change of each state.
         self._ranges: WordRanges | None = None
         self._last: IntArray | None = None
@@ -200,12 +205,15 @@ class Judge:
         for values in reference.outputs.values():
             self._endless = _first(self._endless, start, ~np.isfinite(values))
         for k, (state, _) in enumerate(self._program.states):
-            if k not in self._left:
-                reals = self._program.format(state).real(states[:, k])
-                wrong = outside(reals, self._program.values[state])
-                if wrong.any():
-                    step = int(np.argmax(wrong))
-                    self._left[k] = start + step, float(reals[step])
+            reals = self._program.format(state).real(states[:, k])
+            wrong = outside(reals, self._program.values[state])
+            for first, rows in (
+                (self._left, wrong),
+                (self._negative, (reals < 0.0) & (k in self._variances)),
+            ):
+                if k not in first and rows.any():
+                    step = int(np.argmax(rows))
+                    first[k] = start + step, float(reals[step])
         return states
 
     def result(self, clamped: Mapping[str, int], again: Callable[[], Iterable[Piece]]) -> Accuracy:
@@ -250,11 +258,17 @@ class Judge:
         """A line for each state and claim beyond its range; saturations are named already."""
         assert self._ranges is not None
         program, nodes, lines = self._program, self._of.nodes, list[str]()
+        for k, (step, value) in sorted(self._negative.items(), key=lambda x: x[1][0])[:1]:
+            name = declared_name(program, nodes, program.states[k][0])
+            lines.append(
+                f"the variance {name} is {value:.3g} in step {step}, below 0: rounding or the "
+                f"model makes the covariance indefinite; {positive_text(self._of)}"
+            )
         named = {becomes(program, nodes, n) for n in saturated}
         for k, (step, value) in sorted(self._left.items()):
             state = program.states[k][0]
             said, name = program.values[state], declared_name(program, nodes, state)
-            if state not in named:
+            if state not in named and k not in self._negative:
                 lines.append(
                     f"state {name} is {value:.6g} in step {step}, BEYOND its declared range "
                     f"[{said.low:g}, {said.high:g}]: widen it"
@@ -284,8 +298,9 @@ class Judge:
         """The first operation that leaves its float twin, or what to do about rounding."""
         program = self._program
         bad = {d.output for d in errors if not d.good}
-        if not (bad or self._left or self._saturated):
-            return ""
+        by_hand = not self._of.estimator.covariance_elements
+        if not (bad or self._left or self._saturated) or (by_hand and self._negative):
+            return ""  # a negative variance has its own line
         steps = {step for step, _ in self._left.values()}
         steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
         steps |= set() if self._clamp is None else {self._clamp}

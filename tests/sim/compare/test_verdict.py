@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 import numpy as np
+import pytest
 
 from boresight.model import ops
 from boresight.model.declarations import Input, Output, State
@@ -210,3 +211,25 @@ def test_a_state_beyond_its_range_is_no_success_though_its_word_holds_it() -> No
     assert not judge(Sums(), [1.0, 1.0, 0.017]).good
     # What saturates is named once.
     assert judge(Sums(), [4.0, 4.0]).beyond_range == ()
+
+
+@pytest.mark.parametrize(("low", "floor", "fault"), [(0.0, None, True), (-1.0, None, False),
+                                                     (0.0, 1e-3, False)])  # fmt: skip
+def test_a_variance_below_0_is_no_range_to_widen(
+    low: float, floor: float | None, fault: bool
+) -> None:
+    class Shrinking(Estimator):
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("p00", low, 1.0, initial=0.5),)
+        outputs = (Output("y", tolerance=1e-3),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            p00 = x.p00 - 0.2 * (x.p00 + 0.1)
+            return {"p00": p00 if floor is None else ops.maximum(p00, floor)}, {"y": x.p00}
+
+    made = judge(Shrinking(), [0.0] * 20)
+    assert made.good != fault and not made.culprit
+    if fault:
+        (text,) = made.beyond_range
+        assert re.match(r"the variance p00 is -0.0195 in step 8, below 0: ", text)
+        assert "boresight.kalman" in text and "Joseph's form, or limit it by ops.maximum" in text
