@@ -103,10 +103,11 @@ class Cascade:
             for k in range(len(self.sections))
         ]
         magnitudes = [math.ldexp(1.0, binary_exponent(bound)) for bound in self.largest_values[1:]]
-        return sum_of(
+        total: float = sum_of(
             0.5 * _absolute_sum(tail) * size / magnitudes[-1]
             for tail, size in zip(tails, magnitudes, strict=True)
         )
+        return total
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
         """``NAME0_1``, ``NAME0_2``: earlier inputs; ``NAME1_1``, ...: outputs of section 1."""

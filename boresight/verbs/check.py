@@ -43,7 +43,7 @@ JUDGED: Mapping[str, Figure] = {
     "results.*.good": Figure("good", "count", falls=True),
     "results.*.accuracy.outputs.*.samples": Figure("samples", "count", falls=True),
     "results.*.parameters.*": Figure("value", "parameter"),
-    "results.*.program": Figure("program", "identity"),
+    "results.*.program": Figure("program digest", "identity"),
     "results.*.truth.*.rms": Figure("error from the truth, rms", "truth"),
     "results.*.accuracy.outputs.*.max": Figure("fixed point from float64", "rounding"),
     "results.*.accuracy.saturated_updates": Figure("updates that saturated", "count"),

@@ -76,8 +76,9 @@ def _table(rows: Sequence[Sequence[object]]) -> str:
 
 
 def _example(word: Word, bits: int) -> str:
-    """An example value of an input, and its word."""
-    real = (word.high or 0.0) / 2 or (word.low or 0.0) / 2
+    """A value in the middle of an input's range, but not 0, and its word."""
+    low, high = word.low or 0.0, word.high or 0.0
+    real = float(f"{(low + high) / 2 or high / 2:g}")
     quantised = int(Format(bits, word.frac).quantise(real)) & ((1 << bits) - 1)
     value = f"`{word.name}` = {real:g} {word.unit}".rstrip()
     return f"{value} is the word `0x{quantised:0{-(-bits // 4)}x}`"

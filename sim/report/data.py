@@ -39,7 +39,7 @@ _FIGURES = {
     "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
     "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
     "parameters.*": Figure("value", "parameter"),
-    "digest": Figure("program", "identity"),
+    "digest": Figure("program digest", "identity"),
 }
 _IDENTITY = {name: Figure(name, "same") for name in ("design", "config", "word")}
 #: Figures that are judged, by their place in a report of one program, and of several.

@@ -49,7 +49,7 @@ def test_another_rounding_within_the_tolerance_passes(here: Path, data, said) ->
     source = Path("mine.py")
     wider = source.read_text().replace('State("pos", -128.0, 128.0', 'State("pos", -4096.0, 4096.0')
     source.write_text(wider)
-    assert "program has changed" in said(f"{line} --baseline before.json -q")
+    assert "program digest has changed" in said(f"{line} --baseline before.json -q")
 
 
 def test_of_another_verb(here: Path) -> None:

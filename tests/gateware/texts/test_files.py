@@ -11,7 +11,8 @@ import pytest
 
 from boresight.core_files import core_files
 from boresight.gateware.bus.axi import axi_ports
-from boresight.gateware.description import core_pins, describe
+from boresight.gateware.description import Word, core_pins, describe
+from boresight.gateware.texts.render import _example
 from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available
 
@@ -221,6 +222,15 @@ def test_readme_of_one_program(one: Design) -> None:
         assert line in text, line
     assert f"out in cycle **{max(plan.latencies)}**" in text and f"**{plan.interval}**" in text
     assert "[[" not in text and "\n\n\n" not in text and "Program 0" not in text
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "value"),
+    [(0.0, 0.1, 0.05), (-8.0, 8.0, 4.0), (3.0, 5.0, 4.0), (-5.0, -3.0, -4.0)],
+)
+def test_an_example_lies_in_the_range(low: float, high: float, value: float) -> None:
+    said = _example(Word("u", 16, "m", low=low, high=high), 20)
+    assert said == f"`u` = {value:g} m is the word `0x{round(value * 2**16) & 0xFFFFF:05x}`"
 
 
 def test_readme_of_several_programs(several: Design) -> None:
