@@ -14,16 +14,6 @@ from boresight.model.tools.needs import COMMON, install_line
 
 SIMULATORS = ("verilator", "icarus")
 
-#: Arguments of Verilator's build. It is two-valued: unknown start values become random, so that a
-#: result that depends on one differs. Only signals that a bench names are public. What it wrote is
-#: compiled as one unit, lightly optimised, and what runs once not at all (Verilator marks it cold);
-#: its library as it comes: half of the time to build, and runs within a tenth as fast.
-BUILD_ARGS = (
-    *("-Wno-fatal", "-O3", "--output-split", "0", "-MAKEFLAGS", "OPT_FAST=-O1"),
-    *("-CFLAGS", "'-Dcold=cold,optimize(0)'", "--no-public-flat-rw"),
-    *("--x-initial", "unique", "--x-assign", "unique"),
-)
-
 
 class SimulationFailed(ToolFailed):
     """The simulation did not end, or showed an unknown value: never a pass.

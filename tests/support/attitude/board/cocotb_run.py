@@ -26,8 +26,8 @@ from boresight.sim.attitude.board.run import (
     frames_of,
     read_trace,
 )
-from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed
-from boresight.sim.rtl.verilator import build_program
+from boresight.sim.rtl.simulators import SimulationFailed
+from boresight.sim.rtl.verilator import build_program, plain_folder
 
 
 def run_under_cocotb(
@@ -179,16 +179,16 @@ def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
 
     folder = tempfile.TemporaryDirectory(prefix="boresight-board-")
     values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
-    build_program(
-        Path(folder.name) / "bench",
-        {"seen.vlt": _SEEN, **board_sources(board)},
-        [
-            *("--vpi", "--public-flat-rw", "--prefix", "Vtop", "-LDFLAGS"),
-            "-Wl,-rpath-link,{folder}/libs -L{folder}/libs -lcocotbvpi_verilator",
-            *(*BUILD_ARGS, "--timescale", "1ns/1ps", *values),
-        ],
-        top="bench",
-        links={"libs": Path(libs_dir), "share": Path(share_dir)},
-        mains=["{folder}/share/lib/verilator/verilator"],
-    )
+    main = (Path(share_dir) / "lib/verilator/verilator.cpp").read_text()
+    with plain_folder({"libs": Path(libs_dir)}) as place:
+        build_program(
+            Path(folder.name) / "bench",
+            {"seen.vlt": _SEEN, **board_sources(board), "verilator.cpp": main},
+            [
+                *("--vpi", "--prefix", "Vtop", "-LDFLAGS"),
+                f"-Wl,-rpath-link,{place}/libs -L{place}/libs -lcocotbvpi_verilator",
+                *("--timescale", "1ns/1ps", *values),
+            ],
+            top="bench",
+        )
     return folder
