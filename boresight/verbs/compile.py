@@ -43,9 +43,8 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.gateware.synthesis.blocks import check_memory
 from boresight.gateware.synthesis.family import Target
-from boresight.gateware.synthesis.routed import Mapped, Routed, netlist_for
+from boresight.gateware.synthesis.routed import Mapped, Routed, check_memory, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require, require_choice, require_whole

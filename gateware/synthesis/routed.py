@@ -1,4 +1,4 @@
-"""A design on a target: its area, and its clock, estimated or after routing."""
+"""A design on a target: its area, its clock, estimated or routed, and the block RAM of a core."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ import copy
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from itertools import count
+from operator import and_, or_
 from typing import Any, Final
 
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.image import Image
 from boresight.gateware.synthesis.family import ClockEstimate, Family, Target
 from boresight.gateware.synthesis.nextpnr import Run, find_router, place_and_route
-from boresight.gateware.synthesis.targets import smallest
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError, find_tool, synthesise
+from boresight.gateware.texts.memories import data_memories
 from boresight.model.errors import InputError
 
 #: Default clock that the router works towards: higher than any core reaches, MHz.
@@ -132,18 +137,29 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
     )
 
 
-def _check_room(used: Mapping[str, float], target: Target) -> None:
+def _check_room(
+    used: Mapping[str, float],
+    target: Target,
+    *,
+    why: str = "",
+    otherwise: str = "another family or a narrower --word, or compile less",
+) -> None:
     """Raise InputError if a part has too little of something."""
     device = target.device
     over = [key for key, n in used.items() if n > device.capacity(key)]
     if not over:
         return
-    fits = smallest(target, lambda part: all(n <= part.capacity(k) for k, n in used.items()))
+    fits = (
+        t.name
+        for t in TARGETS.values()
+        if t.family.name == target.family.name
+        and all(n <= t.device.capacity(k) for k, n in used.items())
+    )
     raise InputError.at(
         f"target {target.name}",
         wanted=", ".join(f"{device.capacity(k):,} {device.unit(k)}" for k in over),
         found=", ".join(f"{used[k]:,g} ({used[k] - device.capacity(k):,g} too many)" for k in over),
-        fix=f"choose {fits or 'another family or a narrower --word, or compile less'}",
+        fix=f"{why}choose {next(fits, otherwise)}",
     )
 
 
@@ -257,3 +273,41 @@ def _cell(
         "port_directions": {**dict.fromkeys(inputs, "input"), **dict.fromkeys(outputs, "output")},
         "connections": {port: [net] for port, net in {**inputs, **outputs}.items()},
     }
+
+
+#: Ways to use a block: (words, bits) -> blocks, halves where a block can be divided.
+Shapes = Mapping[tuple[int, int], float]
+
+
+def least_blocks(words: int, bits: int, shapes: Shapes) -> float:
+    """Fewest blocks for a memory, made of columns of blocks of one shape each."""
+    columns = [(width, each * -(-words // depth)) for (depth, width), each in shapes.items()]
+    cost = [0.0]
+    for remaining in range(1, bits + 1):
+        cost.append(min(each + cost[max(0, remaining - width)] for width, each in columns))
+    return cost[bits]
+
+
+def core_blocks(machine: Machine, image: Image, shapes: Shapes) -> tuple[float, float]:
+    """Blocks of the microcode, and of registers and tables; at least.
+
+    Bits that are the same in all words of a memory of microcode are none of its columns.
+    """
+    microcode = 0.0
+    for words in image.hardware_rom(machine):
+        varying = reduce(or_, words) & ~reduce(and_, words)
+        microcode += least_blocks(len(words), varying.bit_count(), shapes)
+    data = data_memories(machine, image).values()
+    word = machine.arithmetic.word
+    return microcode, sum(least_blocks(len(words), word, shapes) for words in data)
+
+
+def check_memory(machine: Machine, image: Image, target: Target) -> None:
+    """Raise InputError, with the core's need, if a part has too little block RAM."""
+    microcode, data = core_blocks(machine, image, target.family.memory_shapes)
+    take = (
+        f"{len(image.rom):,} microwords of {machine.word_bits} bits take {microcode:g}, "
+        f"{machine.register_words:,} registers and the tables {data:g}: "
+    )
+    used = {target.device.memory: microcode + data}
+    _check_room(used, target, why=take, otherwise="another family, or compile less")

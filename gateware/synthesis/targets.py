@@ -7,7 +7,7 @@ reports for xc6slx9; of Artix-7 and Cyclone V E, which no router of PyPI has, of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
@@ -483,9 +483,3 @@ TARGETS: Final = {
     for k, grade in enumerate(device.grades)
     for target in [Target(f"{device.name}-{grade}" if k else device.name, family, device, grade)]
 }
-
-
-def smallest(target: Target, fits: Callable[[Device], bool]) -> str | None:
-    """Name of the smallest part of a target's family that fits; None: there is none."""
-    parts = (t for t in TARGETS.values() if t.family.name == target.family.name)
-    return next((t.name for t in parts if fits(t.device)), None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.gateware.synthesis.blocks import core_blocks
+from boresight.gateware.synthesis.routed import core_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.sim.experiments.seeds import Runs

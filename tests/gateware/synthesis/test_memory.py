@@ -4,7 +4,7 @@ import pytest
 
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.microcode.image import Image
-from boresight.gateware.synthesis.blocks import check_memory, core_blocks, least_blocks
+from boresight.gateware.synthesis.routed import check_memory, core_blocks, least_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 
