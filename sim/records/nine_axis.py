@@ -1,9 +1,9 @@
 """The nine-axis log: the record of a gyro, an accelerometer and a magnetometer on one body.
 
-Columns ``t`` [s]; ``gx gy gz`` [rad/s], the mean body rate of the step that ends at ``t``; ``ax ay
-az`` [m/s^2], the specific force, +g on the axis that points up at rest; ``mx my mz`` [uT], no
-value in rows where the magnetometer had nothing new; perhaps ``qw qx qy qz``, the attitude b to n
-(Hamilton, scalar first, ENU), ``dt`` [s] and ``mov``.
+Columns ``t`` or ``dt`` [s]; ``gx gy gz`` [rad/s], the mean body rate of the step that ends at
+``t``; ``ax ay az`` [m/s^2], the specific force, +g on the axis that points up at rest; ``mx my mz``
+[uT], no value in rows where the magnetometer had nothing new; perhaps ``qw qx qy qz``, the attitude
+b to n (Hamilton, scalar first, ENU), and ``mov``.
 """
 
 from __future__ import annotations
@@ -70,8 +70,9 @@ class NineAxis:
         for key, values in triads.items():
             _refuse(record, TRIADS[key][0], values, in_part=key == "mag")
         mov = record.numbers("mov") != 0.0 if "mov" in record.columns else None
-        t = _stack(record, ["t"], "s")[:, 0]
-        return cls(record.name, t, **triads, q=q, steps=record.steps(), mov=mov)
+        if "dt" not in record.columns:
+            _require(record, ["t"])
+        return cls(record.name, record.times(), **triads, q=q, steps=record.steps(), mov=mov)
 
     def record(self) -> Record:
         """Return the columns as a record."""
@@ -119,6 +120,12 @@ class NineAxis:
 
 def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:
     """Columns side by side, (n, k)."""
+    _require(record, names)
+    return np.stack([record.values(name, unit) for name in names], axis=1)
+
+
+def _require(record: Record, names: Sequence[str]) -> None:
+    """Refuse a record without a column."""
     for name in names:
         if name not in record.columns:
             raise InputError.at(
@@ -127,7 +134,6 @@ def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:
                 found=f"none named {name}",
                 fix="add what is missing",
             )
-    return np.stack([record.values(name, unit) for name in names], axis=1)
 
 
 def _refuse(record: Record, names: Sequence[str], values: FloatArray, in_part: bool = True) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import chain, combinations
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import QUATERNION, Input
 from boresight.model.estimator import Estimator
+from boresight.model.units import UnitError, linear
 from boresight.sim.records.turning import Triad, contradictions, departures
 
 #: A held sensor: least share of samples that repeat the one before, and that jump after it; finest
@@ -77,7 +79,7 @@ def warnings_of(
     log's attitude, among others, NaN where it has none. ``clamped``: samples beyond their range.
     """
     uneven = False
-    dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
+    steps_s = _steps_s(estimator, inputs)
     warnings, triads = list[str](), dict[str, Triad]()
     implausible, still = dict[str, list[str]](), dict[str, list[str]]()
     for names, columns in _sensors(estimator):
@@ -102,7 +104,7 @@ def warnings_of(
         unlikely = _unlikely(names, declared, float(np.median(lengths)))
         warnings += unlikely
         triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
-        if dt not in columns:
+        if declared.name != "dt":
             warnings += _held(triad)
         if len(columns) == 3:
             triads[declared.unit] = triad
@@ -110,7 +112,7 @@ def warnings_of(
             clamps = any(estimator.inputs[k].clamp for k in columns)
             ends = [] if clamps else [*_at_ends(triad)]
             warnings += ends
-            still[declared.unit] = [] if dt is None or ends else [*_still(triad, inputs[:, dt])]
+            still[declared.unit] = [] if steps_s is None or ends else [*_still(triad, steps_s)]
         if is_field and not (unlikely or still["uT"]):
             low, high = np.percentile(lengths, (5.0, 95.0))
             if uneven := bool(high > _UNEVEN * low):
@@ -119,17 +121,17 @@ def warnings_of(
                     "a magnet or iron near, or an offset?"
                 )
     warnings += chain.from_iterable(still.values())
-    if dt is not None and "rad/s" in triads:
+    if steps_s is not None and "rad/s" in triads:
         rates, force, field = (triads.get(unit) for unit in ("rad/s", "m/s^2", "uT"))
         assert rates is not None
         attitude = None if truth is None else _attitude(truth)
         force = None if implausible.get("m/s^2") else force
         field = None if uneven else field  # which is not that of the Earth
-        lines, agree = contradictions(rates, force, field, attitude, inputs[:, dt])
+        lines, agree = contradictions(rates, force, field, attitude, steps_s)
         if agree:  # however fast they are
             warnings = [text for text in warnings if text not in implausible["rad/s"]]
         warnings += [] if any(still.values()) else lines
-    usual = 0.0 if dt is None else float(np.median(inputs[:, dt]))
+    usual = 0.0 if steps_s is None else float(np.median(steps_s))
     if usual < 0.0 or 2 * (clamped or {}).get("dt", 0) > len(inputs):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
     return tuple(warnings)
@@ -146,14 +148,24 @@ def estimate_warnings(
         if len(group) == 3 and estimator.inputs[columns[0]].unit == "rad/s"
     ]
     attitude = _attitude(outputs)
-    if attitude is None or not columns or "dt" not in names:
+    steps_s = _steps_s(estimator, inputs)
+    if attitude is None or not columns or steps_s is None:
         return []
     rates = Triad(
         " ".join(names[k] for k in columns[0]),
         inputs[:, columns[0]],
         np.asarray(new[:, columns[0]].all(axis=1)),
     )
-    return departures(rates, attitude, inputs[:, names.index("dt")])
+    return departures(rates, attitude, steps_s)
+
+
+def _steps_s(estimator: Estimator, inputs: FloatArray) -> FloatArray | None:
+    """The input ``dt`` in seconds; None without one, or in a unit that is no time."""
+    for k, declared in enumerate(estimator.inputs):
+        if declared.name == "dt":
+            with suppress(UnitError):
+                return inputs[:, k] * linear(declared.unit or "s", "s")[0]
+    return None
 
 
 def _attitude(values: Mapping[str, FloatArray]) -> Triad | None:
@@ -250,8 +262,11 @@ def _still(sensor: Triad, dt: FloatArray) -> Iterator[str]:
         value = sensor.values[sensor.new][start, k] + 0.0
         if end - start > len(steps):
             others = [_is_noisy(steps[:, j]) for j in range(3) if j != k]
-            if len(steps) > _AT_END and value == 0.0 and all(others):
-                yield f"{sensor.names}: {name} is 0 in every sample: is the axis dead?"
+            # A turn about the axis, without noise, leaves the length as it is.
+            lengths = np.linalg.norm(sensor.values[sensor.new], axis=1)
+            is_turn = np.ptp(lengths) < 1e-9 * lengths.max()
+            if len(steps) > _AT_END and all(others) and not is_turn:
+                yield f"{sensor.names}: {name} is {value:.4g} in every sample: is the axis dead?"
                 return
         elif (end - start) * step_s > _STILL_S and _is_noisy(
             np.delete(steps[:, k], slice(start, end))

@@ -217,6 +217,12 @@ class Record:
             return self.values("dt", "s")
         return steps_of(self.where, self.values("t", "s"))
 
+    def times(self) -> FloatArray:
+        """Times (n,) in seconds: the column ``t``, or the sums of the lengths of ``dt``."""
+        if "t" in self.columns:
+            return self.values("t", "s")
+        return np.asarray(np.cumsum(np.abs(self.steps())))
+
     def derived(self, columns: Mapping[str, Column], place: Place | None = None) -> Record:
         """The record with other columns for its samples, which have been checked."""
         record = copy(self)

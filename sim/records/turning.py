@@ -36,6 +36,8 @@ _WEIGHT_S = 1.0
 _PARTS, _FEWEST, _MOST, _FILLED = 12, 8, 64, 3
 #: Scatter (mean square angle [rad^2]) that is noise, and that is a turn without doubt.
 _NOISE, _TURN = 3e-4, 0.01
+#: rad/s: an offset of the rates that is usual. In a slow turn it looks like a scale, or other axes.
+_BIAS = 0.05
 #: Scatter of a force that hardly accelerates.
 _CALM = 2e-3
 #: Share of the scatter that a cause explains; standard deviations of the count of windows.
@@ -419,7 +421,10 @@ def _finding(
     is_right = not cause.text or not (is_known or (cause.late_s and best_scatter < _CALM))
     explains = best_scatter < 0.5 * without and (not is_force or best_scatter < 0.5 * before)
     fits = before < 0.5 * without
-    if not is_right and explains and _is_sure(after, as_is):
+    seconds = windows.block_s * windows.blocks
+    noise = max(_NOISE, (_BIAS * seconds) ** 2 / 12.0)  # scatter of the turn by a usual offset
+    is_inside = abs(cause.late_s) < 0.95 * float(_DELAYS_S[-1])  # the best one of all, not an end
+    if not is_right and explains and is_inside and _is_sure(after, as_is, noise):
         return _Finding(names, cause, before, best_scatter, fits)
     unlike = not is_force and without > _TURN and before > 0.8 * without
     return _Finding(names, None, before, before, fits, unlike=unlike)
@@ -511,13 +516,13 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
     return offset, found
 
 
-def _is_sure(after: FloatArray, before: FloatArray) -> bool:
+def _is_sure(after: FloatArray, before: FloatArray, noise: float) -> bool:
     """Whether the scatter is less in surely more than half of the windows that differ."""
     less = before - after
     differ = np.abs(less) > np.maximum(0.05 * before, _NOISE)  # false for NaN
     count, fewer = int(differ.sum()), int((less[differ] > 0.0).sum())
     mean = float(np.nanmean(less))
-    return mean > max(_NOISE, _SHARE * float(before.mean())) and (
+    return mean > max(noise, _SHARE * float(before.mean())) and (
         fewer - 0.5 * count > 0.5 * _SURE * math.sqrt(count)
     )
 

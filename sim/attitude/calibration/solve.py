@@ -185,7 +185,7 @@ def _sights(record: Record) -> FloatArray:
 
 def _clock(record: Record) -> tuple[FloatArray, Tick | None]:
     """Times [s], and the stamp's period against them."""
-    t = np.cumsum(record.steps()) if "t" not in record.columns else record.values("t", "s")
+    t = record.times()
     t = t - t[0]
     if "stamp" not in record.columns or len(t) < 1000:
         return t, None

@@ -183,6 +183,9 @@ def test_there_and_back() -> None:
     assert np.array_equal(back.attitude, Q, equal_nan=True) and len(back) == 3
     assert back.counts.tolist() == mov.tolist() and back.dt.tolist() == steps.tolist()
     assert back.mag_new.tolist() == [True, False, True]
+    only_steps = back.record().derived({n: c for n, c in back.record().columns.items() if n != "t"})
+    assert NineAxis.of(only_steps).t.tolist() == [0.75, 1.0, 2.0]
+    assert NineAxis.of(only_steps).dt.tolist() == steps.tolist()
     again = NineAxis.of(plain)
     assert again.dt.tolist() == log().dt.tolist() == [0.75, 0.5, 1.0]
     assert again.counts.all() and again.q is None
@@ -385,6 +388,7 @@ CARELESS = [
     (scaled(RATES, 0.0), False, f"{RATES}: do not explain how {FIELD} turn"),
     (scaled(RATES, np.pi / 180.0), False, f"{RATES}: do not explain how {FIELD} turn"),
     (scaled("gz", 0.0), False, f"{RATES}: gz is 0 in every sample"),
+    (lambda c: {"mz": 0.0 * c["mz"] - 12.5}, False, f"{FIELD}: mz is -12.5 in every sample"),
     (scaled(FORCE, 0.8), False, f"{FORCE}: a mean of 7.8 m/s\\^2 over 1 s, too little"),
     (scaled(RATES, -1.0), False, f"{RATES}: contradict .*: the sign is wrong"),
     (scaled("gy", -1.0), False, f"{RATES}: contradict .* x, -y, z"),
@@ -471,6 +475,20 @@ def test_a_steady_turn_is_not_told(rate: float, force: list[float]) -> None:
     rates, forces = np.full((3, 4000), [[0.0], [0.0], [rate]]), np.full((3, 4000), np.c_[force])
     columns = {"t": 0.01 * np.arange(4000), **dict(zip(RATES.split(), rates, strict=True))}
     columns |= zip(f"{FORCE} {FIELD}".split(), [*forces, *field], strict=True)
+    assert feed(estimator("mekf"), Record.of(columns)).warnings == ()
+
+
+@pytest.mark.parametrize("offset", [-0.05, 0.05])
+def test_a_usual_offset_in_a_slow_turn_is_no_scale(offset: float) -> None:
+    """About one axis the two look alike."""
+    rng = np.random.default_rng(1)
+    t, noise = 0.01 * np.arange(4000), rng.normal(size=(3, 3, 4000))
+    turn, still = 0.2 * t, np.zeros(4000)
+    rates = np.stack([still, still, np.full(4000, 0.2 + offset)]) + 0.002 * noise[0]
+    force = np.stack([still, still, np.full(4000, 9.81)]) + 0.05 * noise[1]
+    field = np.stack([20.0 * np.sin(turn), 20.0 * np.cos(turn), still - 40.0]) + 0.3 * noise[2]
+    names = f"{RATES} {FORCE} {FIELD}".split()
+    columns = {"t": t, **dict(zip(names, [*rates, *force, *field], strict=True))}
     assert feed(estimator("mekf"), Record.of(columns)).warnings == ()
 
 
