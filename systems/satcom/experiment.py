@@ -130,9 +130,7 @@ class Satcom(CasesExperiment):
             "bias_error_max": np.abs(off[-1]).max(axis=1),
             "hit_rate": (status & 1)[moving].mean(axis=0),
             "false_rate": (status & 1)[~moving].mean(axis=0),
-            "tracking_used": ((status & 6) == 0).mean(axis=0),
             "loss_db_99_max": np.quantile(loss[start:], 0.99, axis=0),
-            "loss_db_max": loss[start:].max(axis=0),
             "saturated_sum": loops.run.saturated.sum(axis=0).astype(float),
         }
         filter = Filter(**case.options, innovations=True)

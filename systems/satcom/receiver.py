@@ -10,6 +10,8 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 
 LIGHT = 299792458.0  #: m/s
+DWELL_S, SQUINT = 0.005, math.radians(0.35)  #: of each position of the beam [s], [rad].
+LOCK_DB = 6.0  #: power below the nominal one that still counts as tracking.
 
 
 @dataclass(frozen=True)
@@ -52,26 +54,15 @@ class Receiver:
     """Conical scan: the beam squints right, left, up and down within every sample.
 
     Powers of the four are summed over a tracking interval; their differences over the sum give the
-    error, the sum tells whether there is a signal.
-
-    ``interval``: in samples, in the mean; ``dwell_s``, ``squint`` [rad]: of each position;
-    ``lock_db``: power below the nominal one that still counts as tracking.
+    error, the sum tells whether there is a signal. ``interval``: in samples, in the mean.
     """
 
-    def __init__(
-        self,
-        link: Link,
-        interval: float,
-        *,
-        dwell_s: float = 0.005,
-        squint: float = math.radians(0.35),
-        lock_db: float = 6.0,
-    ) -> None:
-        self.link, self.interval, self.squint = link, interval, squint
-        self.snr = link.cn0 * dwell_s
-        gain, next_gain = (float(link.pattern(np.array(s))) for s in (squint, squint + 1e-6))
+    def __init__(self, link: Link, interval: float) -> None:
+        self.link, self.interval = link, interval
+        self.snr = link.cn0 * DWELL_S
+        gain, next_gain = (float(link.pattern(np.array(s))) for s in (SQUINT, SQUINT + 1e-6))
         self.slope = (gain - next_gain) / 1e-6 / (2.0 * gain)  # of the difference over the sum
-        self.lock_power = self.snr * gain * 10.0 ** (-lock_db / 10.0)
+        self.lock_power = self.snr * gain * 10.0 ** (-LOCK_DB / 10.0)
         self.reset()
 
     def reset(self) -> None:
@@ -80,16 +71,15 @@ class Receiver:
 
     def sample(
         self, right: FloatArray, up: FloatArray, ahead: FloatArray, loss: float, noise: FloatArray
-    ) -> tuple[FloatArray, FloatArray] | None:
+    ) -> FloatArray | None:
         """One sample.
 
         Direction cosines (runs,) of the satellite in the antenna's axes, the share of the power
-        that arrives, and normal noise (4, 2, runs); at the end of an interval the errors right and
-        up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
+        that arrives, and normal noise (4, 2, runs); at the end of an interval the error to the
+        right (runs,) [rad], NaN where there is no signal.
         """
-        s = self.squint
-        across = right + s * np.array([[-1.0], [1.0], [0.0], [0.0]])
-        along = up + s * np.array([[0.0], [0.0], [-1.0], [1.0]])
+        across = right + SQUINT * np.array([[-1.0], [1.0], [0.0], [0.0]])
+        along = up + SQUINT * np.array([[0.0], [0.0], [-1.0], [1.0]])
         sine = np.where(ahead > 0.0, np.hypot(across, along), 1.0)
         amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
         noise = math.sqrt(0.5) * noise
@@ -99,13 +89,11 @@ class Receiver:
         if self._age < self.interval:
             return None
         total = self._powers.sum(axis=0)
-        mean = total / (4.0 * self._count)
-        difference = np.stack(
-            [self._powers[0] - self._powers[1], self._powers[2] - self._powers[3]]
-        )
+        has_signal = total > 4.0 * self._count * self.lock_power
+        difference = self._powers[0] - self._powers[1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.where(mean > self.lock_power, difference / (total * self.slope), np.nan)
+            error = np.where(has_signal, difference / (total * self.slope), np.nan)
         over = self._age - self.interval
         self.reset()
         self._age = over
-        return error, mean
+        return error

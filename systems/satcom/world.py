@@ -150,7 +150,7 @@ class OnTheMove(BatchedWorld):
             loss = 10.0 ** (-self.drive.loss_db[k] / 10.0)
             signal = self.receiver.sample(right, above, ahead, loss, self._radio[k])
             if signal is not None:
-                error = np.arctan2(signal[0][0], level)
+                error = np.arctan2(signal, level)
         w, x, y, z = columns
         return {
             "dt": np.full(1, (1.0 if k else -1.0) / self.drive.ride.rate_hz),

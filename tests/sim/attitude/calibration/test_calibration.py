@@ -12,10 +12,10 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.sim.attitude import system
-from boresight.sim.attitude.calibration.__main__ import calibration_records, device, trial
 from boresight.sim.attitude.calibration.solve import LINE, mounting
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Column, Record
+from tests.support.attitude.calibration import calibration_records, device, trial
 from tests.support.attitude.serial_board import SerialBoard
 
 linalg = pytest.importorskip("scipy.linalg")
@@ -44,7 +44,6 @@ def changed(column: str, change: Callable | None, only: str = "") -> list[Record
 
 
 def test_registers_and_attitude() -> None:
-    """`python -m boresight.sim.attitude.calibration` does the same on 100 devices."""
     trials = [trial(seed, **SIZE) for seed in (1, 2, 3)]
     errors = np.array([[*t.errors.values()] for t in trials])
     assert errors.shape == (3, 37)

@@ -1,15 +1,9 @@
-"""``python -m boresight.sim.attitude.calibration``: calibrate simulated devices.
-
-Is every register recovered within its uncertainty, and what does the attitude gain?
-"""
+"""Simulated devices with known errors, their calibration, and what the attitude gains."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,14 +12,12 @@ from boresight.model.arrays import FloatArray
 from boresight.model.attitude.front import AXES, FRONT, STAMP_BITS
 from boresight.model.attitude.mekf import Mekf
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError, ToolMissing, require
 from boresight.sim.accuracy.figures import attitude_errors
 from boresight.sim.attitude.calibration.files import calibrated
 from boresight.sim.attitude.calibration.solve import INERTIAL, LINE, SIGHT
 from boresight.sim.attitude.ma2014.paper import ACCELEROMETER, GYRO, MAGNETOMETER
 from boresight.sim.attitude.worlds import Triad, synthetic_log
 from boresight.sim.experiments.forms import run_forms
-from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, log_axis, settings
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Column, Record
@@ -190,8 +182,6 @@ def _sighted(path: Course, t: FloatArray, rng: np.random.Generator, sight_deg: f
     return angles
 
 
-#: Uncertainties within which all registers of a device shall be, and the share of devices.
-_SIGMAS, _SHARE = 3.0, 0.95
 #: s, of a flight; of its beginning, which is not judged.
 _FLIGHT_S, _ALIGNED_S = 60.0, 20.0
 #: Standard deviation of a sight about each axis, simulated and stated [deg].
@@ -207,11 +197,6 @@ class Trial(NamedTuple):
 
     errors: dict[str, float]
     attitude: dict[str, float]
-
-    def __str__(self) -> str:
-        name, error = max(self.errors.items(), key=lambda item: abs(item[1]))
-        angles = ", ".join(f"{kind} {value:.3f}" for kind, value in self.attitude.items())
-        return f"worst register {name} {error:+.2f} uncertainties; attitude, deg: {angles}"
 
 
 def trial(seed: int, **size: Any) -> Trial:
@@ -254,63 +239,3 @@ def attitude_error(of: Device, registers: Mapping[str, Mapping[str, float]], see
     filter = Mekf()
     (run,), *_ = run_forms(filter, [feed(filter, seen).inputs], levels=("c",))
     return attitude_errors(attitude_of(run.outputs), true.attitude, true.t > _ALIGNED_S)["total"]
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Print the figures; return 1 if too many devices have a register beyond 3 uncertainties."""
-    parser = argparse.ArgumentParser(prog="python -m boresight.sim.attitude.calibration")
-    parser.add_argument("--runs", type=int, default=100, help="devices (%(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="of the first (%(default)s)")
-    parser.add_argument("-o", "--output", type=Path, help="picture of the errors, FILE.png")
-    given = parser.parse_args(arguments)
-    trials = []
-    try:
-        require(given.runs >= 1, "--runs", "1 or more", given.runs)
-        for seed in range(given.seed, given.seed + given.runs):
-            trials.append(trial(seed))
-            print(f"device {seed}: {trials[-1]}", file=sys.stderr, flush=True)
-    except (InputError, ToolMissing) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    errors = np.array([[*t.errors.values()] for t in trials])
-    attitudes = {kind: [t.attitude[kind] for t in trials] for kind in trials[0].attitude}
-    if given.output is not None:
-        _plot(errors, attitudes, given.output)
-    worst = np.abs(errors).max(axis=1)
-    share = float((worst <= _SIGMAS).mean())
-    median = ", ".join(f"{kind} {np.median(values):.3f}" for kind, values in attitudes.items())
-    count = errors.shape[1]
-    print(f"all {count} registers within {_SIGMAS:g} uncertainties: {share:.0%} of the devices")
-    print(
-        f"errors in uncertainties: rms {np.sqrt((errors**2).mean()):.2f}, worst {worst.max():.2f}"
-    )
-    print(f"attitude, median rms, deg: {median}")
-    return int(share < _SHARE)
-
-
-def _plot(errors: FloatArray, attitudes: Mapping[str, Sequence[float]], path: Path) -> None:
-    """Attitude errors of the devices in their order, and errors of all registers."""
-    with settings():
-        figure, (left, right) = figure_and_axes(3.2, 1, 2)
-        for kind, colour, style in (
-            ("declared", "grey", "-"),
-            ("found", "heading", "-"),
-            ("true", "pitch", "--"),
-        ):
-            count = np.arange(1, len(errors) + 1)
-            left.plot(np.sort(attitudes[kind]), count, style, color=COLOUR[colour], label=kind)
-        left.set(xlabel="rms error of the attitude [deg]", ylabel="devices with less")
-        log_axis(left)
-        legend(left, 3)
-        edges = np.linspace(-4.0, 4.0, 33)
-        right.hist(errors.ravel(), edges, color=COLOUR["sky"], label="registers of all devices")
-        density = np.exp(-0.5 * edges**2) / np.sqrt(2.0 * np.pi)
-        expected = density * errors.size * (edges[1] - edges[0])
-        right.plot(edges, expected, color=INK, label="normal distribution")
-        right.set(xlabel="error [stated uncertainties]", ylabel="registers")
-        legend(right, 2)
-        figure.savefig(path, dpi=130)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
