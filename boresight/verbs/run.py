@@ -52,7 +52,7 @@ from boresight.sim.records.files import (
 )
 from boresight.sim.records.record import Column, Record
 from boresight.sim.result import Result
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
 from boresight.sim.worlds.world import World, drawn, is_world, world_of
 

@@ -16,8 +16,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Differences, Spread
 from boresight.sim.records.feed import Feed, LongFeed
-from boresight.sim.rotations.accuracy import AttitudeError, attitude_error
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import AttitudeError, attitude_error, attitude_of
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,

@@ -41,8 +41,7 @@ from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import log_files, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.result import Result
-from boresight.sim.rotations.accuracy import largest_turn_deg
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
 
 #: deg/s, the gyro bias of a case: of size 1.
 BIAS_DEG_S = (0.5 * 2.0**0.5, -0.4 * 2.0**0.5, 0.3 * 2.0**0.5)

@@ -42,8 +42,7 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
-from boresight.sim.rotations.accuracy import largest_turn_deg
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
 from boresight.sim.rtl.simulators import SimulationFailed
 from boresight.sim.rtl.verilator import build
 

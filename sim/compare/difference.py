@@ -29,7 +29,7 @@ from boresight.model.declarations import (
     QUATERNION,
     Output,
 )
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
 
 #: Natural logarithm of a quaternion's norm that is no attitude's.

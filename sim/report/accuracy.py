@@ -19,8 +19,7 @@ from boresight.sim.accuracy.figures import Angles
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.results import CheckResult, Part
 from boresight.sim.records.feed import Feed
-from boresight.sim.rotations.accuracy import attitude_error
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_error, attitude_of
 from boresight.sim.rotations.rotation import quaternion_to_euler
 
 #: Outputs that are Euler angles, with their columns in `quaternion_to_euler`.

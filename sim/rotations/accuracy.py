@@ -10,17 +10,24 @@ Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
+from boresight.model.declarations import QUATERNION
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
 )
+
+
+def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
+    """Quaternions (..., 4) of an attitude filter's outputs by name."""
+    return np.moveaxis(np.stack([outputs[name] for name in QUATERNION]), 0, -1)
 
 
 class AttitudeError(NamedTuple):

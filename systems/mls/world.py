@@ -18,7 +18,7 @@ from boresight import World
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require, require_choice
 from boresight.sim.experiments.forms import run_forms
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
 from boresight.sim.rotations.zyx import wrapped
 from boresight.systems.mls.deck import RATE_HZ, deck, records

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
-from boresight.sim.rotations.accuracy import largest_turn_deg
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
 from boresight.sim.rotations.rotation import (
     angle_between,
     quaternion_conjugate,

@@ -18,7 +18,7 @@ from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from tests.support.compiled_float import compiled_float
 from tests.support.estimators import ALL
 

@@ -10,7 +10,7 @@ import numpy as np
 from boresight.firmware.build import CModel
 from boresight.model.estimator import Estimator, input_words, param_words
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import input_words
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import euler_to_quaternion
 from tests.support import exact_sensors
 from tests.support.exact_sensors import (

@@ -14,8 +14,7 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.rotations.accuracy import attitude_error
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_error, attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
 from tests.support import exact_sensors
 from tests.support.exact_sensors import GRAVITY, GRID, GYR, MAG, apart, at_rest, bits

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from tests.support.exact_sensors import ACC, MAG, apart, at_rest, bits, run_fixed, run_float
 
 #: Filters, and the largest angle between fixed point and float64 from the first row on, in degrees,

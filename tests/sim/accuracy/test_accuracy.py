@@ -19,7 +19,7 @@ from boresight.sim.attitude.worlds import SensorError, synthetic_log
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply
 from boresight.verbs.accuracy import FIRST
 from tests.support.records import write_record

@@ -21,7 +21,7 @@ from boresight.sim.experiments.forms import run_forms
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Column, Record
-from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
