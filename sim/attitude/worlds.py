@@ -67,6 +67,14 @@ class Triad:
         return np.asarray(np.clip(value, -self.full_scale, self.full_scale))
 
 
+IDEAL = Triad(0.0, np.inf)  #: without errors.
+
+
+def white(noise: float, bias: Sequence[float] = (0.0, 0.0, 0.0)) -> Triad:
+    """A triad with white noise, by the standard deviation of a sample, and an offset."""
+    return Triad(0.0, np.inf, [noise * noise] * 3, bias)
+
+
 def misalignment(rng: np.random.Generator, sd_rad: float) -> FloatArray:
     """Matrix of a triad mounted askew: a turn by a random vector, ``sd_rad`` about each axis."""
     turn = rotation_vector_to_quaternion(sd_rad * rng.standard_normal(3))
@@ -111,22 +119,6 @@ _BAND_HZ = (0.05, 0.4)
 _LIMITS = np.radians((60.0, 70.0, 150.0))
 
 
-@dataclass(frozen=True)
-class SensorError:
-    """Error that one triad adds to the true value, in its unit.
-
-    White noise, by its standard deviation of each sample and axis, and an offset.
-    """
-
-    noise: float = 0.0
-    bias: Sequence[float] = (0.0, 0.0, 0.0)
-
-    def apply(self, true: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Return the reading for true values (n, 3)."""
-        noise = self.noise * rng.standard_normal(true.shape)
-        return np.asarray(true + np.asarray(self.bias) + noise, dtype=np.float64)
-
-
 def synthetic_log(
     *,
     seconds: float,
@@ -135,9 +127,9 @@ def synthetic_log(
     acceleration: float = 0.0,
     field_ut: Sequence[float] = (0.0, 27.9, -46.2),
     mag_every: int = 1,
-    gyr_error: SensorError | None = None,
-    acc_error: SensorError | None = None,
-    mag_error: SensorError | None = None,
+    gyr_error: Triad = IDEAL,
+    acc_error: Triad = IDEAL,
+    mag_error: Triad = IDEAL,
     name: str = "synthetic",
 ) -> Record:
     """Make a log with exact truth; the same arguments give the same log.
@@ -165,15 +157,15 @@ def synthetic_log(
     to_body = quaternion_conjugate(q)
     force = np.stack([_sum_of_sines(t, acceleration, force_rng) for _ in range(3)], axis=-1)
     force[:, 2] += GRAVITY
-    mag = (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng)
+    mag = mag_error.read(rotate(to_body, field_ut), mag_rng)
     mag[np.arange(count) % mag_every != 0] = np.nan
     # the steps as a user of the log sees them: differences of rounded times
     dt = steps_of(name, t)[:, None]
     return NineAxis(
         name,
         t,
-        (gyr_error or SensorError()).apply(turn / dt, gyr_rng),
-        (acc_error or SensorError()).apply(rotate(to_body, force), acc_rng),
+        gyr_error.read(turn / dt, gyr_rng),
+        acc_error.read(rotate(to_body, force), acc_rng),
         mag,
         q,
     ).record()
@@ -196,8 +188,8 @@ def synthetic_60s() -> Record:
         seed=20140,
         acceleration=0.5,
         mag_every=10,
-        gyr_error=SensorError(noise=0.003, bias=(0.002, -0.003, 0.001)),
-        acc_error=SensorError(noise=0.05),
-        mag_error=SensorError(noise=0.3),
+        gyr_error=white(0.003, (0.002, -0.003, 0.001)),
+        acc_error=white(0.05),
+        mag_error=white(0.3),
         name="synthetic_60s",
     )

@@ -6,10 +6,9 @@ module     contents
 record     a table of columns by name, with units, validity and locations for messages
 text       CSV, with faults named by line and column
 tables     Parquet, Feather, MAT, ``.npz``
-topics     topics of a recording, and their clocks
 recordings PX4's flight logs, bags of ROS, MCAP
 maps       which topics and fields become which columns, in TOML
-assembly   a recording's topics as one record
+assembly   a recording's topics as one record, and their clocks
 selection  slices, every n-th row, gaps
 files      log files by suffix; a log in blocks, as often as wanted
 feed       a record as an estimator's inputs: units, steps, true values

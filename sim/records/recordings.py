@@ -11,18 +11,20 @@ import dataclasses
 import io
 import os
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import redirect_stdout
+from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from boresight.model.arrays import IntArray
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
 from boresight.sim.records.reading import opened, read_bytes
-from boresight.sim.records.topics import Recording, Topic
 
 #: First bytes, length of the header, and types of messages.
 _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
@@ -30,6 +32,34 @@ _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
 _FOLLOWING = 8
 #: Bytes of a message that is no sensor's (images, clouds), and numbers of an array.
 _LARGE, _ARRAY = 1 << 14, 64
+
+
+@dataclass(frozen=True, eq=False)
+class Topic:
+    """Messages of one name, as recorded.
+
+    Attributes
+    ----------
+    name, kind : str
+        Name, and type of the messages.
+    stamps : int64 (n,)
+        Times [ns].
+    fields : mapping of str to array (n,)
+        Numbers of each message, by the path to them: ``angular_velocity.x``, ``q[0]``.
+    """
+
+    name: str
+    kind: str
+    stamps: IntArray
+    fields: Mapping[str, npt.NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Topics of a file, and remarks about it."""
+
+    topics: tuple[Topic, ...]
+    notes: tuple[str, ...] = ()
 
 
 def _damage(path: Path, wanted: str, error: Exception, fix: str) -> InputError:

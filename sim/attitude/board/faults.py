@@ -19,7 +19,7 @@ from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.board.build import FASTER, FAULTY, Board, make_board
 from boresight.sim.attitude.board.run import BoardRun, run_board, stimulus
 from boresight.sim.attitude.devices import COMPASS_FAULTS, INERTIAL_FAULTS
-from boresight.sim.attitude.worlds import RAMP_S, SensorError, fast_turn, synthetic_log
+from boresight.sim.attitude.worlds import RAMP_S, fast_turn, synthetic_log, white
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rtl.simulators import SimulationFailed
@@ -88,8 +88,8 @@ def trial_log() -> NineAxis:
             rate_hz=1024.0 * _SLOWER,
             seed=5,
             acceleration=0.1,
-            gyr_error=SensorError(noise=0.003 * _SLOWER),
-            acc_error=SensorError(noise=0.05),
+            gyr_error=white(noise=0.003 * _SLOWER),
+            acc_error=white(noise=0.05),
             name="fault trials",
         )
     )

@@ -10,6 +10,7 @@ The loop runs at one rate; at each of its samples it has the mean body rate sinc
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +23,13 @@ from boresight.sim.attitude.ma2014.paper import ACCELEROMETER, GYRO, MAGNETOMETE
 from boresight.sim.attitude.worlds import Triad, misalignment
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.rotations.rotation import matrix_to_quaternion, turns_between
+from boresight.sim.rotations.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    rotate,
+    rotation_vector_to_quaternion,
+    turns_between,
+)
 
 LOOP_HZ = 8.0
 #: Accelerometer samples averaged into one of the loop, 100 Hz over 8 Hz.
@@ -58,31 +65,16 @@ class Motion:
         """How long all swings take."""
         return sum(swing.period * swing.periods for swing in self.swings)
 
-    def matrix(self, t: FloatArray) -> FloatArray:
-        """Attitude C_bn at times t [s]: (n, 3, 3)."""
+    def attitude(self, t: FloatArray) -> FloatArray:
+        """Quaternions of C_bn at times t [s], (n, 4)."""
         angles, start = np.zeros((len(t), 3)), 0.0
         for s in self.swings:
             since = np.minimum(t - start, s.period * s.periods)
             angle = s.amplitude * np.sin(s.phase + 2.0 * math.pi / s.period * since)
             angles[:, s.axis] = np.where(t >= start, angle, angles[:, s.axis])
             start += s.period * s.periods
-        rx, ry, rz = (_turn(k, angles[:, k]) for k in range(3))
-        return np.asarray(rx @ ry @ rz)
-
-    def attitude(self, t: FloatArray) -> FloatArray:
-        """The same as quaternions, (n, 4)."""
-        return matrix_to_quaternion(self.matrix(t))
-
-
-def _turn(axis: int, angle: FloatArray) -> FloatArray:
-    """Turn by ``angle`` about a coordinate axis: (n, 3, 3)."""
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    c = np.zeros((len(angle), 3, 3))
-    c[:, axis, axis] = 1.0
-    c[:, i, i] = c[:, j, j] = np.cos(angle)
-    c[:, j, i] = np.sin(angle)
-    c[:, i, j] = -c[:, j, i]
-    return c
+        turns = (rotation_vector_to_quaternion(angles * axis) for axis in np.eye(3))
+        return functools.reduce(quaternion_multiply, turns)
 
 
 def _table_1() -> Motion:
@@ -142,13 +134,13 @@ def _record(
     """
     step = 1.0 / rate_hz
     t = np.arange(-LEAD, int(np.floor(motion.seconds * rate_hz)) + 1) / rate_hz
-    turned = turns_between(motion.attitude(t - step), motion.attitude(t)) / step
-    c = motion.matrix(t)
-    truths = (turned, GRAVITY * c[:, 2, :], np.asarray(FIELD_UT) @ c)  # C^T (0, 0, g), C^T m
+    q = motion.attitude(t)
+    turned, to_body = turns_between(motion.attitude(t - step), q) / step, quaternion_conjugate(q)
+    truths = (turned, rotate(to_body, (0.0, 0.0, GRAVITY)), rotate(to_body, FIELD_UT))
     streams = np.random.SeedSequence(seed).spawn(3)
     gyr, acc, mag = (
         sensor.read(v, np.random.default_rng(stream))
         for sensor, v, stream in zip(sensors, truths, streams, strict=True)
     )
-    q, steps = motion.attitude(t), np.full(len(t), step)
+    steps = np.full(len(t), step)
     return NineAxis("ma2014", t, gyr - np.asarray(gyro_bias), acc, mag, q, steps=steps).record()

@@ -15,7 +15,7 @@ from boresight.cli import main
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.accuracy.peers import run_peer
-from boresight.sim.attitude.worlds import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log, white
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -33,9 +33,9 @@ def noisy(seconds: int, seed: int) -> Record:
         seed=seed,
         name=f"log{seed}",
         acceleration=0.5,
-        gyr_error=SensorError(0.01),
-        acc_error=SensorError(0.1),
-        mag_error=SensorError(0.5),
+        gyr_error=white(0.01),
+        acc_error=white(0.1),
+        mag_error=white(0.5),
     )
 
 

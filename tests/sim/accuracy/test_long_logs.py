@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import boresight
-from boresight.sim.attitude.worlds import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log, white
 from boresight.sim.records import feed, files
 from boresight.sim.records.files import content_of
 from boresight.sim.records.selection import Selection, selected
@@ -30,7 +30,7 @@ def test_accuracy_and_tune_hold_no_long_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for seed, name in ((1, "a.csv"), (2, "b.parquet")):
-        made = synthetic_log(seconds=5, rate_hz=50, seed=seed, mag_error=SensorError(2.0))
+        made = synthetic_log(seconds=5, rate_hz=50, seed=seed, mag_error=white(2.0))
         (tmp_path / name).write_bytes(content_of(name, made))
     monkeypatch.setattr(feed, "ROWS", 70)
     held = figures(tmp_path)

@@ -7,13 +7,13 @@ import pytest
 
 from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude import robustness as v
-from boresight.sim.attitude.worlds import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log, white
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import turns_between
 
 
 def made(noise: float = 0.0) -> NineAxis:
-    error = SensorError(noise=noise)
+    error = white(noise=noise)
     log = NineAxis.of(
         synthetic_log(
             seconds=30.0, rate_hz=100.0, seed=3, gyr_error=error, acc_error=error, mag_error=error

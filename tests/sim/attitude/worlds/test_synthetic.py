@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.worlds import SensorError, synthetic_log
+from boresight.sim.attitude.worlds import synthetic_log, white
 from boresight.sim.records.nine_axis import NineAxis
 
 FIELD = (-3.0, 28.0, -46.0)
@@ -67,7 +67,7 @@ def test_magnetometer_is_decimated_from_the_first_row() -> None:
 
 
 def test_same_arguments_same_log_and_other_seed_other_log() -> None:
-    errors = {"gyr_error": SensorError(noise=0.1), "acceleration": 1.0}
+    errors = {"gyr_error": white(noise=0.1), "acceleration": 1.0}
     first, again, other = make(**errors), make(**errors), make(**errors, seed=8)
     np.testing.assert_array_equal(first.gyr, again.gyr)
     np.testing.assert_array_equal(first.acc, again.acc)
@@ -77,7 +77,7 @@ def test_same_arguments_same_log_and_other_seed_other_log() -> None:
 @pytest.mark.parametrize("sensor", ["gyr", "acc", "mag"])
 def test_errors_touch_their_sensor_only_and_have_the_asked_size(sensor: str) -> None:
     clean = make()
-    bad = make(**{f"{sensor}_error": SensorError(noise=0.2, bias=(1.0, -2.0, 3.0))})
+    bad = make(**{f"{sensor}_error": white(noise=0.2, bias=(1.0, -2.0, 3.0))})
     np.testing.assert_array_equal(bad.q, clean.q)
     for name in ("gyr", "acc", "mag"):
         difference = getattr(bad, name) - getattr(clean, name)
