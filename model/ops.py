@@ -447,25 +447,25 @@ class Operation:
         Its text in single-precision C, with its arguments, then its data
         (`firmware.floating`).
     slopes : tuple of callables
-        Derivatives by each argument, computed from the expression and its arguments. Kinds
-        without have methods of `model.kalman.slopes.Slopes`.
+        Derivatives by each argument: 1.0, -1.0, or computed from the expression and its
+        arguments. Kinds without have methods of `model.kalman.slopes.Slopes`.
     """
 
     numpy: Callable[..., Any]
     precise: Callable[..., Any] | None = None
     c: str = ""
-    slopes: tuple[Callable[..., Scalar], ...] = ()
+    slopes: tuple[Callable[..., Scalar] | float, ...] = ()
 
 
 #: Kinds of expressions by name; all but leaves.
 OPERATIONS = {
     "const": Operation(lambda number: number),
-    "named": Operation(lambda x, name: x),
-    "same": Operation(lambda x, tag: x),
-    "bounded": Operation(lambda x, *claim: x),
-    "add": Operation(operator.add, c="({} + {})"),
-    "sub": Operation(operator.sub, c="({} - {})"),
-    "neg": Operation(operator.neg, c="(- {})"),
+    "named": Operation(lambda x, name: x, slopes=(1.0,)),
+    "same": Operation(lambda x, tag: x, slopes=(1.0,)),
+    "bounded": Operation(lambda x, *claim: x, slopes=(1.0,)),
+    "add": Operation(operator.add, c="({} + {})", slopes=(1.0, 1.0)),
+    "sub": Operation(operator.sub, c="({} - {})", slopes=(1.0, -1.0)),
+    "neg": Operation(operator.neg, c="(- {})", slopes=(-1.0,)),
     "mul": Operation(operator.mul, c="({} * {})", slopes=(lambda e, a, b: b, lambda e, a, b: a)),
     "div": Operation(
         operator.truediv,
@@ -483,9 +483,9 @@ OPERATIONS = {
     "larger": Operation(lambda a, b: where(a < b, b, a), c="larger({}, {})"),
     "smaller": Operation(lambda a, b: where(a < b, a, b), c="smaller({}, {})"),
     "clip": Operation(clip, c="clamp({}, {}, {})"),
-    "saturated": Operation(saturated, c="clamp({0}, -{1}, {1})"),
-    "wrap": Operation(_wrapped, c="wrap_half_turns({})"),
-    "wrap_turns": Operation(lambda x: (x + 0.5) % 1.0 - 0.5, c="wrap_turns({})"),
+    "saturated": Operation(saturated, c="clamp({0}, -{1}, {1})", slopes=(1.0,)),
+    "wrap": Operation(_wrapped, c="wrap_half_turns({})", slopes=(1.0,)),
+    "wrap_turns": Operation(lambda x: (x + 0.5) % 1.0 - 0.5, c="wrap_turns({})", slopes=(1.0,)),
     "sin": Operation(
         lambda x: np.sin(np.pi * x),
         PRECISE.sinpi,

@@ -23,21 +23,8 @@ _WRITTEN = ("<string>", "<frozen ", "<__array_function__")
 _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (np.__file__, os.__file__))
 
 
-class Place(str):
-    """A line of a file, "file.py, line 41"; ``path`` is that of the file."""
-
-    path: str
-
-    def __new__(cls, path: str, line: int | None) -> Place:
-        """The text has the file's name alone."""
-        text = super().__new__(cls, f"{os.path.basename(path)}, line {line}")
-        text.path = path
-        return text
-
-    def __getnewargs__(self) -> tuple[str, int | None]:  # type: ignore[override]
-        """Copies and pickles have the path too."""
-        line = self.rpartition(" ")[2]
-        return self.path, int(line) if line != "None" else None
+def _place(path: str, line: int | None) -> str:
+    return f"{os.path.basename(path)}, line {line}"
 
 
 @lru_cache(maxsize=256)
@@ -56,21 +43,21 @@ def author_line() -> str:
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and not _is_authors(frame.f_code.co_filename):
         frame = frame.f_back
-    return "" if frame is None else Place(frame.f_code.co_filename, frame.f_lineno)
+    return "" if frame is None else _place(frame.f_code.co_filename, frame.f_lineno)
 
 
 def place_of(error: BaseException, *, users: bool = False) -> str:
     """The innermost line of an author (of ``users``: outside this package), else ""."""
     for f in reversed(traceback.extract_tb(error.__traceback__)):
         if _is_authors(f.filename) and not (users and f.filename.startswith(_PACKAGE)):
-            return Place(f.filename, f.lineno)
+            return _place(f.filename, f.lineno)
     return ""
 
 
 def place_of_function(function: Callable[..., Any]) -> str:
     """The line at which a function begins, else ""."""
     code = getattr(function, "__code__", None)
-    return "" if code is None else Place(code.co_filename, code.co_firstlineno)
+    return "" if code is None else _place(code.co_filename, code.co_firstlineno)
 
 
 def placed(line: str, where: str) -> str:

@@ -34,8 +34,10 @@ def total(*slopes: Mapping[int, Scalar]) -> Slope:
     return {k: v for k, v in out.items() if not is_const(v, 0.0)}
 
 
-def _times(slope: Mapping[int, Scalar], factor: Scalar) -> Slope:
-    return {k: product(v, factor) for k, v in slope.items()}
+def _times(slope: Mapping[int, Scalar], factor: Scalar | float) -> Slope:
+    if isinstance(factor, Scalar):
+        return {k: product(v, factor) for k, v in slope.items()}
+    return {k: -v if factor < 0.0 else v for k, v in slope.items()}
 
 
 def chosen(condition: Any, yes: Any, no: Any) -> Any:
@@ -87,22 +89,9 @@ class Slopes:
             return {}
         assert isinstance(e, Scalar)
         if by := ops.OPERATIONS[e.kind].slopes:
-            return total(*(_times(s, d(e, *e.args)) for s, d in zip(slopes, by, strict=True)))
+            factors = (d(e, *e.args) if callable(d) else d for d in by)
+            return total(*(_times(s, d) for s, d in zip(slopes, factors, strict=True)))
         return getattr(self, f"_{e.kind}")(e, *slopes)  # type: ignore[no-any-return]
-
-    def _through(self, e: Scalar, a: Slope) -> Slope:
-        return a
-
-    _named = _same = _bounded = _saturated = _wrap = _wrap_turns = _through
-
-    def _add(self, e: Scalar, a: Slope, b: Slope) -> Slope:
-        return total(a, b)
-
-    def _sub(self, e: Scalar, a: Slope, b: Slope) -> Slope:
-        return total(a, self._neg(e, b))
-
-    def _neg(self, e: Scalar, a: Slope) -> Slope:
-        return {k: -v for k, v in a.items()}
 
     def _select(self, e: Scalar, c: Slope, yes: Slope, no: Slope) -> Slope:
         zero = self.tracer.const(0.0)
