@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import stem
 from boresight.firmware.validation import validate_c
@@ -129,7 +128,7 @@ def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> str:
     check_memories(core.machine, core.image, texts["core.v"])
     firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
     for part in core.parts:
-        validate_c(part.program, Body(part.program).name, firmware)
+        validate_c(part.program, firmware)
     seconds = time.perf_counter() - start
     for file, text in texts.items():
         (folder / file).parent.mkdir(exist_ok=True)

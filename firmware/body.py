@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator
 
 from boresight.firmware.layout import head
 from boresight.firmware.names import identifier, literal, stem, unique
 from boresight.model.tools.c_names import comment
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
-
-#: Stems whose ``<stem>_t`` belongs to the standard headers.
-_TYPE_STEM = re.compile(r"u?int((_least|_fast)?\d+|ptr|max)|s?size|ptrdiff|wchar|max_align")
 
 _RESULT = {
     Overflow.SAT: "saturate(acc, &saturated)",
@@ -33,29 +29,21 @@ def _captured(op: Op) -> tuple[int | None, int | None, int | None]:
 class Body:
     """Names and statements that the files of one program share.
 
-    Parameters
-    ----------
-    prefix : str or None
-        Name of the files and prefix of every public name; None: the program's name.
-
     Attributes
     ----------
     name : str
-        The prefix in use.
+        Name of the files and prefix of every public name.
     params, states : list of int
         Value numbers of the parameters and of the states, in the order of their structures.
     input_members, param_members, state_members, output_members : list of str
         Names of the members of the structures.
     """
 
-    def __init__(self, program: Program, *, prefix: str | None = None) -> None:
+    def __init__(self, program: Program) -> None:
         self.params = program.of_kind(Kind.PARAM)
         self.states = [state for state, _ in program.states]
-        if prefix is not None and identifier(prefix) != prefix:
-            raise ValueError(f"prefix must be a C identifier, not {prefix!r}")
-        name = stem(program.name) if prefix is None else prefix
         self.program = program
-        self.name = f"{name}_program" if _TYPE_STEM.fullmatch(name) else name
+        self.name = stem(program.name)
         names = [value.name for value in program.values]
         self.input_members = unique(names[n] for n in program.inputs)
         self.param_members = unique(names[n] for n in self.params)

@@ -80,20 +80,9 @@ def _assign(body: Body, group: str, numbers: Sequence[int], members: Sequence[st
     ]
 
 
-def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
-    """Texts of ``<name>.h`` and ``<name>.c`` by file name.
-
-    Parameters
-    ----------
-    prefix : str or None
-        Name of the files and prefix of every public name; None: the program's name.
-
-    Raises
-    ------
-    ValueError
-        The program is incomplete or the prefix is not an identifier.
-    """
-    body = Body(program, prefix=prefix)
+def emit_c(program: Program) -> dict[str, str]:
+    """Texts of ``<name>.h`` and ``<name>.c`` by file name."""
+    body = Body(program)
     p, name, brief = program, body.name, "Fixed-point estimator"
     after = [
         f"out->{member} = {body.word(n)};"
@@ -116,7 +105,6 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
             body.head(
                 ".h", f"{brief}: a word w stands for w * 2^-FRAC, x for floor(x * 2^FRAC + 0.5)."
             ),
-            includes="#include <stdbool.h>\n#include <stdint.h>",
             definitions=_constants(body),
             members=members,
             number="int32_t",

@@ -141,7 +141,6 @@ def emit_float_c(estimator: Estimator, *, single: bool = False) -> dict[str, str
         f"{name}.h": header(
             name,
             head(f"{name}.h", brief, origin),
-            includes="",
             definitions=f"#define {name.upper()}_INPUTS {len(e.inputs)}\n"
             f"#define {name.upper()}_OUTPUTS {len(e.outputs)}",
             members={k: [f"float {identifier(d.name)};" for d in v] for k, v in declared.items()},
@@ -152,8 +151,7 @@ def emit_float_c(estimator: Estimator, *, single: bool = False) -> dict[str, str
         f"{name}.c": source(
             name,
             head(f"{name}.c", brief, origin),
-            includes="\n\n#include <math.h>\n#include <stdbool.h>",
-            before=[banner("Functions"), _HELPERS],
+            before=["#include <math.h>", banner("Functions"), _HELPERS],
             params=[
                 f"self->params.{identifier(p.name)} = {_literal(p.default, single)};"
                 for p in e.params

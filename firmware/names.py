@@ -31,6 +31,8 @@ HEADERS = frozenset(_HEADERS_TEXT.split())
 RESERVED_PATTERN = re.compile(
     r"u?int\w*_t|(size|ptrdiff|wchar)_t|U?INT\w*_(MAX|MIN|C)|(PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)_(MAX|MIN|WIDTH)"
 )
+#: Stems whose ``<stem>_t`` belongs to the standard headers.
+_TYPE_STEM = re.compile(r"u?int((_least|_fast)?\d+|ptr|max)|s?size|ptrdiff|wchar|max_align")
 
 
 def identifier(name: str) -> str:
@@ -46,7 +48,8 @@ def identifier(name: str) -> str:
 def stem(name: str) -> str:
     """The identifier of a program, which is also the name of its files."""
     text = identifier(name)
-    return f"{text}_" if text.lower() in HEADERS else text
+    text = f"{text}_" if text.lower() in HEADERS else text
+    return f"{text}_program" if _TYPE_STEM.fullmatch(text) else text
 
 
 #: `model.tools.c_names.unique` of such identifiers.

@@ -17,6 +17,7 @@ from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
 from boresight.firmware.helpers import helpers
+from boresight.firmware.names import stem
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Program, Scale
 from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refuted, Terms
@@ -34,12 +35,13 @@ _LOCAL = re.compile(r"v(\d+)_")
 _HELPERS = re.compile(r"(?s)\n// Functions\n\n(?:(.*?)\n\n)??void ")
 
 
-def validate_c(program: Program, name: str, texts: Mapping[str, str]) -> int:
+def validate_c(program: Program, texts: Mapping[str, str]) -> int:
     """Prove that emitted C computes its program; return the number of its operations.
 
-    ``texts`` are those of `firmware.emit.emit_c` with the prefix ``name``. Raises Refuted if some
-    word differs for some input, or if the text cannot be read back.
+    ``texts`` are those of `firmware.emit.emit_c`. Raises Refuted if some word differs for some
+    input, or if the text cannot be read back.
     """
+    name = stem(program.name)
     try:
         _check(program, _File(program, name, texts))
     except (_Unread, ParseError, AttributeError, KeyError, ValueError) as error:

@@ -51,13 +51,11 @@ def evaluate(
         if noise is not None:
             pairs = zip(e.args, args, strict=True)
             args = [x if isinstance(a, Condition) else noise(x) for a, x in pairs]
-        compute = _clipped if claims and e.kind == "bounded" else OPERATIONS[e.kind].numpy
-        values[e.number] = compute(*args, *e.data)
+        if claims and e.kind == "bounded":
+            values[e.number] = np.clip(*args, *e.data[:2])
+        else:
+            values[e.number] = OPERATIONS[e.kind].numpy(*args, *e.data)
     return values
-
-
-def _clipped(x: Any, low: float, high: float, *reasons: str) -> Any:
-    return np.clip(x, low, high)
 
 
 def check_recorded(

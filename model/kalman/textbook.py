@@ -51,11 +51,12 @@ def _rates_of(kalman: Kalman) -> list[tuple[int, int]]:
     """Pairs of error states of which the second has the unit of the first one's rate."""
     scalars = [i for i, name in enumerate(kalman.errors) if name in kalman.groups]
     known = [(i, unit) for i in scalars if (unit := _unit_of(kalman, i))]
-    return [(i, j) for i, of in known for j, by in known if by == f"{of}/s" or _per_s2(of, by)]
-
-
-def _per_s2(of: str, by: str) -> bool:
-    return by == f"{of}^2" and "/s" in by
+    return [
+        (i, j)
+        for i, of in known
+        for j, by in known
+        if by == f"{of}/s" or ("/s" in of and by == f"{of}^2")
+    ]
 
 
 class _Function:
@@ -83,7 +84,6 @@ class _Function:
         inputs = Values("input", grouped(kalman.inputs, Values("input", u)))
         results = record(tracer, Values("state", states), inputs, Values("parameter", p))
         self.trace = Trace(tracer, [], {k: tracer.lift(v) for k, v in results.items()})
-        self.names = list(results)
 
     def __call__(self, leaves: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
         values = evaluate(self.trace, leaves)

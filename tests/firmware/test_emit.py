@@ -75,11 +75,11 @@ def write(files: dict[str, str], folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def all_files(program: Program, prefix: str | None = None) -> dict[str, str]:
+def all_files(program: Program) -> dict[str, str]:
     """Firmware, and what a host adds."""
-    body = Body(program, prefix=prefix)
+    body = Body(program)
     return {
-        **emit_c(program, prefix=prefix),
+        **emit_c(program),
         f"{body.name}_host.c": host_source(body.name, len(program.states)),
         f"{body.name}_observe.c": observe_source(body),
     }
@@ -171,7 +171,7 @@ def test_outputs_have_their_units() -> None:
 
 
 def test_output_that_bears_the_name_of_an_input(odd_names: Program) -> None:
-    header = emit_c(odd_names, prefix="odd")["odd.h"]
+    header = emit_c(replace(odd_names, name="odd"))["odd.h"]
     names = [line.split()[1] for line in header.split("\n") if line.startswith("#define ")]
     assert len(set(names)) == len(names)
     assert "#define ODD_IN_INT__FRAC (-3) // fixed<32,35>, µT _, [-1e+09, 1]" in header
@@ -202,7 +202,7 @@ def test_no_warning(
         if which in programs
         else with_ranges(random_program(3, word=int(which[-2:]), n_ops=60), 3)
     )
-    write(all_files(program, prefix="p"), tmp_path)
+    write(all_files(replace(program, name="p")), tmp_path)
     compile_(tmp_path, *STRICT, "-O2", "-c", "p.c")
     compile_(tmp_path, *STRICT, "-O0", "-c", "p_host.c")
     compile_(tmp_path, *STRICT, "-O0", "-c", "p_observe.c")
@@ -227,7 +227,7 @@ def test_no_undefined_behaviour(
         rows = random_inputs(program, word, 300)
     else:
         program, rows = corner(word), corner_rows(word)
-    write(all_files(program, prefix="p"), tmp_path)
+    write(all_files(replace(program, name="p")), tmp_path)
     text = MAIN
     for name, count in (
         ("@n_in@", len(program.inputs)),

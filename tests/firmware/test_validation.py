@@ -9,6 +9,7 @@ import pytest
 from boresight.firmware.emit import emit_c
 from boresight.firmware.validation import validate_c
 from boresight.model.attitude.front import FRONT
+from boresight.model.words.program import Program
 from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
 from tests.support.random_program import random_program, with_ranges
@@ -17,15 +18,14 @@ from tests.support.random_program import random_program, with_ranges
 @pytest.mark.parametrize("name", {**ALL, **FRONT})
 def test_shipped_programs(name: str) -> None:
     program = {**ALL, **FRONT}[name]().compile()
-    texts = emit_c(program, prefix="filter")
-    assert validate_c(program, "filter", texts) == len(program.ops)
+    assert validate_c(program, emit_c(program)) == len(program.ops)
 
 
 @pytest.mark.parametrize("word", [18, 23, 32])
 @pytest.mark.parametrize("seed", range(8))
 def test_random_programs(seed: int, word: int) -> None:
     program = random_program(seed, word=word, n_ops=30)
-    assert validate_c(program, program.name, emit_c(program))
+    assert validate_c(program, emit_c(program))
 
 
 def test_a_table_that_is_named_and_not_read() -> None:
@@ -36,7 +36,7 @@ def test_a_table_that_is_named_and_not_read() -> None:
     program = replace(program, ops=(replace(op, terms=terms, table=1, index=op.terms[0].a),))
     texts = emit_c(program)
     assert "TABLE" not in texts[f"{program.name}.c"]
-    assert validate_c(program, program.name, texts) == len(program.ops)
+    assert validate_c(program, texts) == len(program.ops)
 
 
 # Seeded faults: one token of the text, outside comments.
@@ -94,38 +94,42 @@ def dropped(code: str, text: str, rng: random.Random) -> str:
     return "" if re.match(r"    (acc|out|self)\W.*=", code) else code
 
 
+def named(program: Program) -> Program:
+    return replace(program, name="filter")
+
+
 def test_faults(seeds: int = 60) -> None:
     for seed in range(seeds):
         rng = random.Random(seed)
-        program = with_ranges(random_program(seed % 10, n_ops=20, n_states=3), seed)
-        texts = emit_c(program, prefix="filter")
+        program = named(with_ranges(random_program(seed % 10, n_ops=20, n_states=3), seed))
+        texts = emit_c(program)
         text = faulty(texts["filter.c"], rng)
         with pytest.raises(Refuted):
-            validate_c(program, "filter", texts | {"filter.c": text})
+            validate_c(program, texts | {"filter.c": text})
 
 
 def test_a_segment_that_no_word_selects() -> None:
-    program = random_program(0)
-    texts = emit_c(program, prefix="filter")
+    program = named(random_program(0))
+    texts = emit_c(program)
     text = re.sub(r"segment_index\w*\(\w+\)", "3u", texts["filter.c"], count=1)
     with pytest.raises(Refuted, match=r"^filter\.c cannot be read back: 3$"):
-        validate_c(program, "filter", texts | {"filter.c": text})
+        validate_c(program, texts | {"filter.c": text})
 
 
 def test_members_in_another_order() -> None:
-    program = random_program(4, n_inputs=3)
-    texts = emit_c(program, prefix="filter")
+    program = named(random_program(4, n_inputs=3))
+    texts = emit_c(program)
     lines = texts["filter.h"].split("\n")
     k = next(k for k, line in enumerate(lines) if "Inputs of one update" in line) + 2
     lines[k], lines[k + 1] = lines[k + 1], lines[k]
     with pytest.raises(Refuted, match=r"^filter\.c: "):
-        validate_c(program, "filter", texts | {"filter.h": "\n".join(lines)})
+        validate_c(program, texts | {"filter.h": "\n".join(lines)})
 
 
 def test_types_and_numbers_of_macros() -> None:
     """Each declaration with another type, and each macro with another number, is refused."""
-    program = random_program(1, n_ops=12, n_states=2)
-    texts, tried = emit_c(program, prefix="filter"), 0
+    program = named(random_program(1, n_ops=12, n_states=2))
+    texts, tried = emit_c(program), 0
     for file, text in texts.items():
         lines = text.split("\n")
         update = next((k for k, x in enumerate(lines) if x.startswith("void filter_init")), 0)
@@ -138,5 +142,5 @@ def test_types_and_numbers_of_macros() -> None:
             tried += 1
             with pytest.raises(Refuted):
                 changed = "\n".join([*lines[:k], wrong, *lines[k + 1 :]])
-                validate_c(program, "filter", texts | {file: changed})
+                validate_c(program, texts | {file: changed})
     assert tried > 40

@@ -115,7 +115,7 @@ def check(case: Case) -> str:
     parts = [part.program for part in core.parts]
     try:
         for program in parts:
-            validate_c(program, program.name, emit_c(program))
+            validate_c(program, emit_c(program))
     except Refuted as error:
         return f"proof: {error}"
     return next(_differences(case, core), "")
