@@ -33,6 +33,8 @@ _STEP = 2.0**-10
 _UNSEEN = 1e-6
 #: Share of updates without a new value from which on an input counts as held.
 _HELD = 0.5
+#: Share of its measurements that a gate accepts at least, without a remark.
+_ACCEPTED = 0.5
 #: Largest share of the declared process noise that floor may add without a remark.
 _MOST_FLOOR = 0.1
 #: Root of the most information about a direction that one update has.
@@ -245,6 +247,12 @@ class Textbook:
             f"{placed(m.line, 'measurement')}: not valid in any of {updates} updates"
             for m, valid in zip(self.measurements, self._valid[0], strict=True)
             if not valid
+        ]
+        texts += [
+            f"{placed(m.line, 'measurement')}: the gate of {m.gate:g} standard deviations rejects "
+            f"{valid - accepted} of {valid} measurements; raise r, the process noise or the gate"
+            for m, valid, accepted in zip(self.measurements, *self._valid, strict=True)
+            if 0 < accepted < _ACCEPTED * valid
         ]
         unseen = self._observability.unseen()
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)

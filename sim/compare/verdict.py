@@ -28,6 +28,7 @@ from boresight.sim.compare.diagnosis import (
     wasted_bits,
 )
 from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.gates import gates_apart
 from boresight.sim.compare.twin import Traced, becomes, made_of, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted, words_of
@@ -158,6 +159,7 @@ class Judge:
     """
 
     def __init__(self, build: Build, number: int, *, curves: bool = False) -> None:
+        self._build, self._number = build, number
         self._of = Traced.of(build, number)
         self._program = self._of.program
         self._claims = claims_of(self._program, self._of.nodes)
@@ -311,7 +313,11 @@ class Judge:
         faults |= {n for name, n in outputs if name in bad}
         pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
         first = find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
+        rows = ((records, anew) for records, _, anew in again())
+        apart = gates_apart(self._build, self._number, rows) if bad else None
         text = str(first or rounding_text(self._of, wasted, self._changes, reached))
+        if apart is not None and apart[0] <= (first.step if first else max(steps)):
+            text = apart[1]
         if self._endless is not None:
             text = (
                 f"float64 is not finite from step {self._endless} on: the estimator diverges; "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -138,3 +139,43 @@ def test_a_floor_beside_the_noise_is_told_and_the_textbook_has_none() -> None:
 
 def test_no_process_noise_at_all_is_told() -> None:
     assert "track: no state has process noise" in str(tracked(q=0.0))
+
+
+@pytest.mark.parametrize(("sd", "told"), [(0.1, False), (1.0, True)])
+def test_a_gate_that_rejects_most_is_told(sd: float, told: bool) -> None:
+    z = np.random.default_rng(3).normal(0.0, sd, N)
+    result = checked(type("Track", (Track,), {"gate": 2.0})(), t=T, z=z)
+    text = r"the gate of 2 standard deviations rejects (\d+) of 200 measurements; raise r, "
+    found = re.search(text, str(result))
+    assert bool(found) == told and result.good
+    assert not found or f"{200 - int(found[1])} accepted, {found[1]} rejected in" in str(result)
+
+
+def test_a_gate_that_decides_otherwise_than_in_float64_is_to_blame_and_may_be_accepted() -> None:
+    t = DT * np.arange(3000)
+    columns = {"t": t, "z": np.sin(t) + np.random.default_rng(1).normal(0.0, 0.3, len(t))}
+
+    class Near(Track):
+        inputs, flagged, gate = (Input("z", -100.0, 100.0, "m"),), False, 3.0
+        states = (
+            State("pos", -100.0, 100.0, "m", sd=1.0, sd_max=1.5),
+            State("vel", -100.0, 100.0, "m/s", sd=1.0, sd_max=1.5),
+        )
+        outputs = (Output("pos", "m", tolerance=2e-2),)
+
+        def noise(self, x: Any, u: Any, p: Any) -> Any:
+            return {"pos": 1e-8, "vel": 1e-4}
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            return [Measurement(u.z, x.pos, 0.09, gate=self.gate)]
+
+    def near(**changes: Any) -> CheckResult:
+        kind = type("Near", (Near,), changes)
+        return boresight.check(kind, columns, levels=("fixed",), word=20)["results"][0]
+
+    culprit = near().accuracy.culprit
+    said = r"step \d+, the gate \(test_model\.py, line \d+\) rejects [01] measurements, in float64 "
+    said += r'[01]: .*; use a wider word, or .*, by Output\("rejected", "bits", share=(\S+)\)'
+    found = re.fullmatch(said, culprit)
+    assert found, culprit
+    assert near(outputs=(*Near.outputs, Output("rejected", "bits", share=float(found[1])))).good
