@@ -45,6 +45,7 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_to_euler
+from boresight.sim.rotations.zyx import wrapped
 
 
 class Method(NamedTuple):
@@ -170,12 +171,7 @@ def count_mismatches(method: Method, log: Record) -> int:
 def score(angles: FloatArray, logs: Sequence[Record]) -> FloatArray:
     """Error [deg] of the samples from t = 0 on: (steps - LEAD, runs, 3)."""
     truth = [np.degrees(quaternion_to_euler(NineAxis.of(log).attitude)) for log in logs]
-    return wrapped_deg(angles - np.stack(truth, axis=1))[LEAD:]
-
-
-def wrapped_deg(x: FloatArray) -> FloatArray:
-    """Degrees into [-180, 180)."""
-    return np.asarray((x + 180.0) % 360.0 - 180.0)
+    return wrapped(angles - np.stack(truth, axis=1), 360.0)[LEAD:]
 
 
 #: Section 3.2 with two sets of errors, and section 1.3, the heading test, with those of case C.
@@ -236,7 +232,7 @@ def run_case(name: str, seeds: range) -> Runs:
         figures |= spread(method.key, error)
         saturated = floating[1] + fixed[1]
         figures[f"{method.key}_saturated_sum"] = np.array([saturated / len(logs)] * len(logs))
-        apart = wrapped_deg(error - score(floating[0], logs)).std(axis=0)
+        apart = wrapped(error - score(floating[0], logs), 360.0).std(axis=0)
         for k, axis in enumerate(paper.AXES):
             figures[f"{method.key}_fixed_{axis}_max"] = apart[:, k]
     for key in _KALMAN:
