@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -60,18 +61,17 @@ class NineAxis:
         InputError for a missing column or sample, a field or attitude that is there in part, or an
         attitude without the norm one.
         """
-        triads = {key: _stack(record, names, unit) for key, (names, unit) in TRIADS.items()}
+        wanted = "the columns t,gx,gy,gz,ax,ay,az,mx,my,mz"
+        columns = partial(stacked, record, wanted=wanted, fix="add what is missing")
+        triads = {k: columns(names, unit, gaps=k == "mag") for k, (names, unit) in TRIADS.items()}
         names = truth_names(record)
         q = None
         if all(n in names for n in QUATERNION):
-            q = _stack(record, [names[n] for n in QUATERNION], "")
+            q = columns([names[n] for n in QUATERNION], "", gaps=True)
             check_norm(record, q)
-            _refuse(record, [names[n] for n in QUATERNION], q)
-        for key, values in triads.items():
-            _refuse(record, TRIADS[key][0], values, in_part=key == "mag")
         mov = record.numbers("mov") != 0.0 if "mov" in record.columns else None
         if "dt" not in record.columns:
-            _require(record, ["t"])
+            columns(["t"], "s")
         return cls(record.name, record.times(), **triads, q=q, steps=record.steps(), mov=mov)
 
     def record(self) -> Record:
@@ -118,34 +118,30 @@ class NineAxis:
         return steps_of(f"log {self.name!r}", self.t) if self.steps is None else self.steps
 
 
-def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:
-    """Columns side by side, (n, k)."""
-    _require(record, names)
-    return np.stack([record.values(name, unit) for name in names], axis=1)
+def stacked(
+    record: Record, names: Sequence[str], unit: str, *, wanted: str, fix: str, gaps: bool = False
+) -> FloatArray:
+    """Columns in a unit side by side, (n, k); with ``gaps`` a row may have none of them, as NaN.
 
-
-def _require(record: Record, names: Sequence[str]) -> None:
-    """Refuse a record without a column."""
+    Raises
+    ------
+    InputError
+        A missing column, by ``wanted`` and ``fix``; a missing value.
+    """
     for name in names:
         if name not in record.columns:
-            raise InputError.at(
-                record.where,
-                wanted="the columns t,gx,gy,gz,ax,ay,az,mx,my,mz",
-                found=f"none named {name}",
-                fix="add what is missing",
-            )
-
-
-def _refuse(record: Record, names: Sequence[str], values: FloatArray, in_part: bool = True) -> None:
-    """Refuse rows in which values are missing, or only some of them (``in_part``)."""
+            found = f"no column {name}"
+            raise InputError.at(record.where, wanted=wanted, found=found, fix=fix)
+    values = np.stack([record.values(name, unit) for name in names], axis=1)
     missing = np.isnan(values)
-    if in_part:
+    if gaps:
         missing &= ~missing.all(axis=1, keepdims=True)
     if missing.any():
         row, k = divmod(int(np.argmax(missing)), missing.shape[1])
         raise InputError.at(
             record.place(row, names[k]),
-            wanted="a number" + ", or none in all of the row" * in_part,
+            wanted="a number" + ", or none in all of the row" * gaps,
             found="no value",
             fix="complete or remove the row",
         )
+    return values

@@ -21,8 +21,7 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.satcom import interface
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
-from boresight.systems.satcom.receiver import Link
-from boresight.systems.satcom.world import OnTheMove, SensorErrors
+from boresight.systems.satcom.world import Link, OnTheMove, SensorErrors
 
 SETTLED_S = 30.0  #: time before which nothing is judged.
 ANGLES = ("roll", "pitch", "heading")

@@ -38,6 +38,7 @@ from boresight.model.attitude.front import AXES, FRONT, GAP_S, GYRO_SCALE, STAMP
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
+from boresight.sim.records.nine_axis import stacked
 from boresight.sim.records.record import Record, check_norm
 from boresight.sim.rotations.rotation import (
     euler_to_quaternion,
@@ -110,8 +111,18 @@ class Observed(NamedTuple):
 
 def observe(records: Sequence[Record]) -> Observed:
     """Find rests, turns and lines in records."""
-    raw = [_columns(record, INERTIAL) for record in records]
-    lines = [_columns(record, LINE, gaps=True) for record in records]
+    raw, lines = (
+        [
+            stacked(
+                *(record, names, "counts"),
+                wanted=f"raw counts {names[0]} to {names[-1]}",
+                fix="take a log of boresight monitor --log",
+                gaps=names is LINE,
+            )
+            for record in records
+        ]
+        for names in (INERTIAL, LINE)
+    )
     if np.isnan(np.concatenate(lines)).all():
         raise InputError.at(
             "records",
@@ -145,30 +156,6 @@ def observe(records: Sequence[Record]) -> Observed:
     tick = Tick(sum(k.value / k.sigma**2 for k in ticks) / weight, weight**-0.5) if ticks else None
     variance = total[0] / np.maximum(total[1], 1.0)
     return Observed(rests, turns, variance, np.concatenate(swing), tick)
-
-
-def _columns(record: Record, names: Sequence[str], *, gaps: bool = False) -> FloatArray:
-    """Columns of counts (n, k); raises InputError without one, or without a value."""
-    for name in names:
-        if name not in record.columns:
-            raise InputError.at(
-                record.where,
-                wanted=f"raw counts {names[0]} to {names[-1]}",
-                found=f"no column {name}",
-                fix="take a log of boresight monitor --log",
-            )
-    values = np.column_stack([record.values(name, "counts") for name in names])
-    missing = np.isnan(values)
-    wrong = missing.any(axis=1) & ~missing.all(axis=1) if gaps else missing.any(axis=1)
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise InputError.at(
-            record.place(row, names[int(np.argmax(missing[row]))]),
-            wanted="a value",
-            found="none",
-            fix="correct or remove the row",
-        )
-    return values
 
 
 def _sights(record: Record) -> FloatArray:

@@ -213,8 +213,8 @@ def test_other_units_and_names() -> None:
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"gy": None}, "log 'walk': wanted the columns t,gx,gy,gz,ax,ay,az,mx,my,mz, found none "
-         "named gy; add what is missing"),
+        ({"gy": None}, "log 'walk': wanted the columns t,gx,gy,gz,ax,ay,az,mx,my,mz, found no "
+         "column gy; add what is missing"),
         ({"t": None}, "log 'walk': wanted the columns t,gx,gy,gz,"),
         ({"ax": [0.0, NAN, 0.0]}, "log 'walk', ax[1]: wanted a number, found no value; complete "),
         ({"my": [0.0, NAN, NAN]}, "log 'walk', my[2]: wanted a number, or none in all of the row, "

@@ -5,8 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from boresight.systems.radar.flight import EARTH_RATE, GM, ballistic
-from boresight.systems.radar.world import BIAS, NOISE, TwoRadars, seen_from
+from boresight.systems.radar.world import (
+    BIAS,
+    EARTH_RATE,
+    GM,
+    NOISE,
+    TwoRadars,
+    ballistic,
+    seen_from,
+)
 
 # -- two radars: what they report, miss and are late by; draws; what is refused -------------------
 

@@ -12,8 +12,7 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
 from boresight.systems.satcom.drive import specification_drive
 from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.receiver import Link
-from boresight.systems.satcom.world import OnTheMove, SensorErrors
+from boresight.systems.satcom.world import Link, OnTheMove, SensorErrors
 
 # -- the closed loop: what the core points at decides what is measured next -----------------------
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.sim.rotations.rotation import euler_to_matrix
-from boresight.systems.radar.flight import gravity as gravitation
+from boresight.systems.radar.world import gravity as gravitation
 from boresight.systems.worlds.sensors import Noise, Triad, signed
 from boresight.systems.worlds.turning import EARTH_RATE, Turn, Turning, earth_rate, normal_gravity
 from boresight.systems.worlds.turntable import Mark, Pulses, pulses
