@@ -244,7 +244,9 @@ class EkfBias(Estimator):
         not_north = ops.saturated(north, 2.0**-3) < 0.0
         heading_found = seeking & learnt & ~(unused | not_north)
         unfinished = unaligned | (seeking & ~heading_found)
-        start = self._first(unfinished, p)
+        bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, P0_LIMIT)
+        attitude = ops.where(unfinished, ALIGN_P, initial_variance(p))
+        start = [*[attitude] * 4, *[bias_p0 * bias_p0] * 3]  # of an alignment, or after it
         after = self._turned(downdated(a, gains, aligning), turned, (full, bias_full), fresh, start)
 
         # The reference follows strength and dip, which need no heading.
@@ -327,13 +329,6 @@ class EkfBias(Estimator):
             return bounded_element(value, i, j)
 
         return symmetric(7, element)
-
-    @staticmethod
-    def _first(unfinished: Any, p: Any) -> list[Any]:
-        """Variances of an alignment, or P0 after it."""
-        bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, P0_LIMIT)
-        attitude = ops.where(unfinished, ALIGN_P, initial_variance(p))
-        return [*[attitude] * 4, *[bias_p0 * bias_p0] * 3]
 
     @staticmethod
     def _turned(

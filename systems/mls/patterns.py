@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.pages import Section
-from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, figure_and_axes, settings, svg
 from boresight.systems.mls.linear_array import Array, direction, lobe
 from boresight.systems.mls.phases import AXES, ArrayPhases
 from boresight.systems.mls.world import SCANS
@@ -27,11 +26,6 @@ _PULSES = (
     "Elements displaced along {} by b d N(0, 1), 64 elements, one draw: what receivers at -60, 0 "
     "and 60 deg get over time, a pulse while the beam goes to 62 deg and one while it comes back "
     "(bars), with a pause of 0.6 ms between. "
-)
-_TURN = (
-    "Where the scan turns, 60 deg, X, b = 0.5: with the pause that ICAO Annex 10 has both pulses "
-    "stay apart. If the beam turns at once, those of 16 elements are one, as in the paper's "
-    "Figure 3f; those of 64 overlap (table: merged, the share that never falls by 3 dB in between)."
 )
 _AXES = {
     "x": "At b = 0.5 only the ends of the scan are usable, as the paper says; at 0.1 the pulse is "
@@ -121,7 +115,6 @@ def _figures(
 def sections_of(patterns: Mapping[int, Mapping[str, Trial]]) -> Iterator[Section]:
     """Figures 3 to 5, and the table of all trials, by number of elements."""
     pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
-    pulses.append((_TURN, _turn(patterns)))
     yield Section(title="Figures 3 to 5: elements out of place", figures=pulses)
     trials = [trial for by_name in patterns.values() for trial in by_name.values()]
     rows: list[list[str | float]] = [[trial.meaning, *trial.figures.values()] for trial in trials]
@@ -144,19 +137,3 @@ def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
         for axes in grid[1]:
             axes.set_xlabel("time, ms")
         return svg(figure, f"pulses-{axis}")
-
-
-def _turn(patterns: Mapping[int, Mapping[str, Trial]]) -> str:
-    """The right end of Figure 3f, with the pause between to and fro and without."""
-    with settings():
-        figure, row = figure_and_axes(2.2, 1, 2, sharey=True)
-        for axes, (elements, trials) in zip(row, patterns.items(), strict=True):
-            for pause, name in ((_SCAN.pause, "grey"), (0.0, "heading")):
-                time, amplitude = replace(_SCAN, pause=pause).waveform(*trials["x_05_60"].shown)
-                middle = 0.5 * (time[0] + time[-1])
-                label = f"pause of {1e3 * pause:g} ms" if pause else "no pause"
-                axes.plot(1e3 * (time - middle), amplitude, color=COLOUR[name], label=label)
-            axes.set(xlabel=f"time from the turn, ms ({elements} elements)", xlim=(-0.95, 0.95))
-        row[0].set_ylabel("amplitude")
-        legend(row[0], 2)
-        return svg(figure, "turn")
