@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from boresight.gateware.core import build_core
 from boresight.model.arrays import FloatArray
 from boresight.model.attitude import ESTIMATORS
 from boresight.model.attitude.complementary import Complementary
@@ -35,7 +34,7 @@ from boresight.sim.attitude.ma2014.world import (
     noise_free_log,
 )
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
-from boresight.sim.experiments.forms import run_forms
+from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.page import render
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
@@ -323,13 +322,9 @@ def _timing() -> dict[str, float]:
     """Cycles to the attitude and microseconds at 100 MHz, from the schedules."""
     out = {}
     for key in ("ma2014_cf", "ekf_quaternion", "complementary"):
-        estimator = ESTIMATORS[key]()
-        program = estimator.compile()
-        for config in ("small", "fast"):
-            schedule = build_core(program, config, urgent=estimator.urgent).schedule
-            cycles = max(schedule.latencies[: estimator.urgent])
-            out[f"{key}_{config}_cycles"] = float(cycles)
-            out[f"{key}_{config}_us"] = cycles / paper.CLOCK_MHZ
+        for config, (schedule,) in schedules_of(ESTIMATORS[key]()).items():
+            out[f"{key}_{config}_cycles"] = float(schedule.latency)
+            out[f"{key}_{config}_us"] = schedule.latency / paper.CLOCK_MHZ
     return out
 
 
