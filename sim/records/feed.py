@@ -318,8 +318,10 @@ def _irregular_steps(estimator: Estimator, clock: Clock) -> Iterator[str]:
     does = "has no input dt, and counts each as one"
     if timed:
         does = "takes each as one long step"
-    if dt and estimator.restarts and dt.low < 0.0 and clock.longest_s > _LONGEST * dt.high:
-        does = f"bridges those above {dt.high:g} s or restarts, by a dt below 0"
+    if dt and estimator.restarts and dt.low < 0.0:
+        longest_s = dt.high * _TIME_UNITS.get(dt.unit, 1.0)
+        if clock.longest_s > _LONGEST * longest_s:
+            does = f"bridges those above {longest_s:g} s or restarts, by a dt below 0"
     for note in clock.notes(jitter=not timed):
         yield f"{note}: {estimator.name} {does}"
 

@@ -261,6 +261,10 @@ class Sensors(Estimator):
     outputs = (Output("y"),)
 
 
+class InMilliseconds(Sensors):
+    inputs = (*Sensors.inputs[:-1], Input("dt", -250.0, 250.0, "ms", clamp=True))
+
+
 def warned(**values: float) -> tuple[str, ...]:
     usual = {"ax": 6.0, "ay": 0.0, "az": 8.0, "mx": 30.0, "my": 40.0, "mz": 0.0, "thrust": 1.0}
     row = [{**usual, **values}.get(declared.name, 0.0) for declared in Sensors.inputs]
@@ -343,6 +347,8 @@ def test_rates_that_contradict_how_the_vectors_turn(change: dict[str, Any], text
             inputs[:, k] = 0.01
     lines = warnings_of(Sensors(), inputs, np.ones(inputs.shape, bool))
     assert len(lines) == (text != "") and re.match(text, "".join(lines)), lines
+    inputs[:, -1] *= 1000.0
+    assert warnings_of(InMilliseconds(), inputs, np.ones(inputs.shape, bool)) == lines
 
 
 def scaled(names: str, factor: float) -> Any:
