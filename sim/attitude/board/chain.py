@@ -47,9 +47,8 @@ class Samples:
     #: (n,) updates that restart the filter, besides those after a gap; at least the first.
     restart: BoolArray
     filter: IntArray  #: (n,) number of the filter
-    #: New words of input registers, and the first update that has them.
+    #: New words of input registers, which the first update has.
     feed: Mapping[str, int] = field(default_factory=dict)
-    new_feed: int = 0
 
     def __len__(self) -> int:
         """Count the updates."""
@@ -83,9 +82,8 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
     words[ZERO] = np.zeros(n, dtype=np.int64)
     for k, (name, value) in enumerate(feed.registers.items()):
-        words[REGISTERS + k] = column = np.full(n, reset_word(value))
-        column[samples.new_feed :] = samples.feed.get(name, reset_word(value))
-    new_set = (np.arange(n) == samples.new_feed) & bool(samples.feed)
+        words[REGISTERS + k] = np.full(n, samples.feed.get(name, reset_word(value)))
+    new_set = (np.arange(n) == 0) & bool(samples.feed)
 
     def column_of(fed: Fed) -> IntArray:
         """The word of a record at each update."""
