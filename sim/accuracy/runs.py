@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -65,15 +65,16 @@ def read_trials(
 ) -> tuple[list[Trial], list[Log]]:
     """Logs with truth, in the order of their names, and the logs that are left out.
 
-    By default the bundled logs; those of the same name are named with their folders. ``load``: hold
-    whole logs in memory, as published filters need. Raises InputError for a bad log, a log named
-    twice, or none with truth.
+    By default the bundled logs. ``load``: hold whole logs in memory, as published filters need.
+    Raises InputError for a bad log, a log named twice, or none with truth.
     """
     fix = "record it first: boresight run ESTIMATOR WORLD -o log.csv"
     require(not any(map(is_world, logs)), "logs", "logs", "a world", fix)
     trials, left_out = list[Trial](), list[Log]()
     found = logs_of(logs or [bundled(name) for name in bundled_names()], load=load)
-    for log in sorted(_distinct(found), key=lambda log: log.name):
+    for name, times in Counter(log.name for log in found).items():
+        require(times == 1, "logs", "each once", f"{name} twice", "name it once")
+    for log in sorted(found, key=lambda log: log.name):
         members = [fitted(e, log.first) for e in estimators]
         feeds = {
             e.name: (member, feed_of(member, log))
@@ -96,18 +97,6 @@ def _has_attitude(log: Log) -> bool:
     """Whether a log of nine axes has a reference attitude."""
     nine = NineAxis.of(log.first)
     return nine.q is not None and bool((np.isfinite(nine.q).all(axis=1) & nine.counts).any())
-
-
-def _distinct(logs: Sequence[Log]) -> list[Log]:
-    """Logs with different names: of equal ones ``FOLDER/NAME``."""
-    counts, named = Counter(log.name for log in logs), dict[str, Log]()
-    for log in logs:
-        name = log.name
-        if counts[name] > 1 and log.path is not None:
-            name = f"{log.path.absolute().parent.name}/{name}"
-        require(name not in named, "logs", "each once", f"{name} twice", "name it once")
-        named[name] = replace(log, name=name)
-    return [*named.values()]
 
 
 @dataclass(frozen=True)

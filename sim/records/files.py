@@ -8,8 +8,9 @@ from __future__ import annotations
 import gzip
 import io
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -292,6 +293,12 @@ class Log:
         record = read_record(path).head(steps)
         return cls(record.name, record, path=path)
 
+    def named(self, name: str) -> Log:
+        """The log with another name."""
+        data = self.data
+        data = replace(data, name=name) if isinstance(data, Record) else data
+        return replace(self, name=name, data=data)
+
     @property
     def comparison(self) -> bool:
         """Its reference is another device's estimate, not truth."""
@@ -316,6 +323,7 @@ class Log:
             return
         count = 0
         for block in read_pieces(self.data, rows):
+            block = replace(block, name=self.name)
             yield block if self.steps is None else block.head(self.steps - count)
             count += len(block)
             if self.steps is not None and count >= self.steps:
@@ -323,11 +331,22 @@ class Log:
 
 
 def logs_of(logs: Iterable[Any], steps: int | None = None, *, load: bool = False) -> list[Log]:
-    """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ..."""
+    """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ...
+
+    Files of one name are named with their folders, as ``FOLDER/NAME``.
+    """
     paths = (log_files([x]) if isinstance(x, str | Path) else [x] for x in logs)
     out, unnamed = list[Log](), 0
     for log in chain.from_iterable(paths):
         unnamed += not isinstance(log, Record | Path)
         name = f"record{unnamed if unnamed > 1 else ''}"
         out.append(Log.of(log, steps, name=name, load=load))
-    return out
+    names = [log.name for log in out]
+    folders = [() if log.path is None else log.path.absolute().parts[1:-1] for log in out]
+    for depth in range(1, 1 + max(map(len, folders), default=0)):
+        files = Counter(name for name, _ in {*zip(names, folders, strict=True)})
+        names = [
+            "/".join((*above[-depth:], log.name)) if files[name] > 1 else name
+            for log, name, above in zip(out, names, folders, strict=True)
+        ]
+    return [log.named(name) for log, name in zip(out, names, strict=True)]

@@ -101,3 +101,11 @@ def test_the_page(here: Path, said, refused) -> None:
     assert report["resources"]["lut"] > 100
     assert Path("out/report.html").read_text().count("mine.py") > 0
     refused("check mine.py out/report.html")
+
+
+def test_logs_of_one_name_are_told_apart_by_their_folders(here: Path, data) -> None:
+    for folder in ("a/run", "b/run", "c"):
+        Path(folder).mkdir(parents=True)
+        Path(folder, "mine.csv").write_text(Path("mine.csv").read_text())
+    line = "check mine.py a/run/mine.csv b/run/mine.csv c --levels c --steps 9"
+    assert [x["log"] for x in data(line)["results"]] == ["a/run/mine", "b/run/mine", "c/mine"]
