@@ -9,7 +9,7 @@ Every verb of the command line is a function here::
     boresight.check("my_filter.py", "log.csv", output="build")
     boresight.fit("my_filter.py", "log.csv")
     boresight.explore("my_filter.py", "log.csv", words=(18, 24, 32), output="build")
-    boresight.accuracy("my_filter.py", "folder", output="build")
+    boresight.accuracy("my_filter.py", "folder")
     boresight.tune("my_filter.py", "folder", output="params.json")
     boresight.montecarlo("plant.py:Plant", "my_filter.py", runs=500, output="build")
     boresight.experiment("satcom", output="build")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -150,3 +153,13 @@ def test_two_verbs_in_one_process(here: Path, data) -> None:
     assert rows[0] < rows[1] == 400
     assert second["results"][0]["accuracy"]["outputs"][0]["tolerance"] == 1e-4
     assert time.perf_counter() - begin < 60
+
+
+def test_the_calls_in_the_package_s_docstring_fit_the_verbs() -> None:
+    calls = re.findall(r"^    (boresight\.\w+\(.*\))$", boresight.__doc__ or "", re.MULTILINE)
+    assert {call.partition("(")[0].removeprefix("boresight.") for call in calls} == {*VERBS}
+    for text in calls:
+        call = ast.parse(text, mode="eval").body
+        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
+        signature = inspect.signature(getattr(boresight, call.func.attr))
+        signature.bind(*call.args, **{k.arg or "": None for k in call.keywords})
