@@ -19,8 +19,8 @@ class ResultPort(wiring.Signature):
     ``value`` is the word at the ``index`` of ``read_cycles`` before.
     """
 
-    def __init__(self, *, word: int) -> None:
-        super().__init__({"take": Out(1), "index": Out(INDEX_BITS), "value": In(word)})
+    def __init__(self) -> None:
+        super().__init__({"take": Out(1), "index": Out(INDEX_BITS), "value": In(32)})
 
 
 class Results(wiring.Component):
@@ -34,8 +34,7 @@ class Results(wiring.Component):
     is the newest from the cycle after ``complete``.
     """
 
-    def __init__(self, *, word: int, readers: int = 2, read_cycles: int = 1) -> None:
-        self.word = word
+    def __init__(self, *, readers: int = 2, read_cycles: int = 1) -> None:
         self.readers = readers
         self.read_cycles = read_cycles
         super().__init__(
@@ -45,9 +44,9 @@ class Results(wiring.Component):
                 "complete": In(1),
                 "w_en": In(1),
                 "w_index": In(INDEX_BITS),
-                "w_data": In(word),
+                "w_data": In(32),
                 # Words not written by an update are those of an older one.
-                "ports": In(ResultPort(word=word)).array(readers),
+                "ports": In(ResultPort()).array(readers),
             }
         )
 
@@ -66,10 +65,7 @@ class Results(wiring.Component):
             with m.If(port.take):
                 m.d.sync += bank.eq(newest)
             m.submodules[f"copy{k}"] = words = memory.Memory(
-                shape=self.word,
-                depth=1 << (bits + INDEX_BITS),
-                init=[],
-                attrs={"ram_style": "block"},
+                shape=32, depth=1 << (bits + INDEX_BITS), init=[], attrs={"ram_style": "block"}
             )
             w_port = words.write_port()
             r_port = words.read_port()

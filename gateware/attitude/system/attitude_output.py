@@ -46,7 +46,7 @@ class AttitudeOutput(wiring.Component):
                 "record": In(1),  # ... in frames of kind SENSED
                 "divider": In(10),  # from the next update sent on; 0 counts as 1
                 "flags": In(8),  # upper byte of the header, taken with the update
-                "port": Out(ResultPort(word=32)),
+                "port": Out(ResultPort()),
                 "o": Out(stream.Signature(body_layout)),  # bodies of frames
                 "events": Out(len(self.EVENTS)),
             }

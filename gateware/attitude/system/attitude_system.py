@@ -358,16 +358,8 @@ def system_design(core: Core, clock_hz: int) -> AttitudeSystem:
     Raises
     ------
     InputError
-        The core's words do not have 32 bits; a clock unfit for the serial lines.
+        A clock unfit for the serial lines.
     """
-    word = core.machine.arithmetic.word
-    if word != 32:
-        raise InputError.at(
-            "word",
-            wanted="32 bits for a complete system",
-            found=str(word),
-            fix="leave --word out, or say --top records",
-        )
     try:
         return AttitudeSystem(core=core, clock_hz=clock_hz)
     except InputError:

@@ -20,6 +20,7 @@ from boresight.gateware.attitude.system.programs import (
     HELD,
     RAW,
     REGISTERS,
+    WORD,
     Fed,
     Plan,
     plan_of,
@@ -119,26 +120,23 @@ class Words:
         self.conductor, self.plan, self.s = conductor, conductor.plan, s
         self.i, self.o, self.fire = i, o, fire
         self.calibrated = o.valid & (s.job != Job.FILTER)
-        self.waits = Signal(self.plan.word)
+        self.waits = Signal(WORD)
         self.set_valid = Signal()
         self.set_index = Signal(5)
-        self.set_data = Signal(self.plan.word)
+        self.set_data = Signal(WORD)
 
     def remember(self, m: Module) -> None:
         """The memory: calibrated words, constants, registers; the next word of the record."""
         s, o, feed = self.s, self.o, self.plan.feed
         depth = 64 if feed.wide else 16
         init = [0] * depth
-        mask = (1 << self.plan.word) - 1
+        mask = (1 << WORD) - 1
         for k, value in enumerate(feed.registers.values()):
             init[REGISTERS + k] = reset_word(value) & mask
         for k, constant in enumerate(feed.constants):
             init[HELD + k] = constant & mask
         m.submodules.calibrated = words = memory.Memory(
-            shape=self.plan.word,
-            depth=depth,
-            init=init if feed.wide else [],
-            attrs={"ram_style": "block"},
+            shape=WORD, depth=depth, init=init if feed.wide else [], attrs={"ram_style": "block"}
         )
         w_port = words.write_port()
         r_port = words.read_port()
@@ -207,7 +205,7 @@ class Words:
         value.connect(
             m, *self.conductor.values, Cat(Const(0, 15), s.restarting), which[0], which[1]
         )
-        stamp, (s0, s1) = self.conductor.stamp[32 - self.plan.word :], source
+        stamp, (s0, s1) = self.conductor.stamp, source
         fraction = Cat(Const(0, bits - FRACTION), self.conductor.word[:FRACTION])
         high.connect(
             m, self.waits[bits:], stamp[bits:], self.conductor.word[FRACTION:], value.o, s0, s1
@@ -244,11 +242,11 @@ class Words:
                 m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(Place.OUTPUTS >> 4)]
             with m.Case(State.FINISH):
                 m.d.comb += results.w_en.eq(is_filter)
-        m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
+        m.submodules.put = put = Bitwise(function=_put, inputs=5, width=WORD)
         s0, s1, _ = Value.cast(taking)
         of_line = s.job[1] << Place.LINE.bit_length() - 3
         is_stamp = (region == Place.RAWS >> 4) & (count == RAW.index("stamp"))
-        header = Cat(header, Const(0, results.word - len(header)))
+        header = Cat(header, Const(0, WORD - len(header)))
         m.d.comb += [
             results.w_index.eq(Mux(is_stamp, Place.STAMP, Cat(count, region) | of_line)),
             results.w_data.eq(put.connect(m, i.payload.data, o.payload.data, header, s0, s1)),
@@ -340,8 +338,7 @@ class Conductor(wiring.Component):
         self.plan = plan = plan_of(core)
         #: Cycles to read a result.
         self.read_cycles = 2 if core.machine.has("memory") else 1
-        word = plan.word
-        feed = {"feed_en": In(1), "feed_index": In(5), "feed_data": In(word)}
+        feed = {"feed_en": In(1), "feed_index": In(5), "feed_data": In(WORD)}
         feed |= {"feed_take": In(1), "feed_busy": Out(1)}
         super().__init__(
             {
@@ -370,11 +367,11 @@ class Conductor(wiring.Component):
                 "from_initial": Out(1),  # the update of ``updated`` began from initial states
                 "beyond": Out(1),  # an input word of it was beyond its declared range
                 "last_output": Out(4),  # number of its last output word
-                "ports": In(ResultPort(word=word)).array(2),  # by `interface.Place`
+                "ports": In(ResultPort()).array(2),  # by `interface.Place`
                 "events": Out(len(self.EVENTS)),
                 # The core's registers: parameters and status. The program is not chosen here.
                 # Writes take 2 cycles more than those of a core: acknowledged early in a cycle.
-                "bus": In(BusSignature(word=word)),
+                "bus": In(BusSignature(word=WORD)),
                 **(feed if plan.feed.registers else {}),
             }
         )
@@ -605,9 +602,9 @@ class Conductor(wiring.Component):
         plan = self.plan
         if not plan.feed.registers:
             return Const(0)
-        mask = (1 << plan.word) - 1
+        mask = (1 << WORD) - 1
         m.submodules.registers = registers = memory.Memory(
-            shape=plan.word,
+            shape=WORD,
             depth=32,
             init=[reset_word(value) & mask for value in plan.feed.registers.values()],
             attrs={"ram_style": "distributed"},
@@ -644,7 +641,7 @@ class Conductor(wiring.Component):
     def _outputs(self, m: Module, s: Step, words: Words, payload: Any, saturated: Value) -> None:
         """Words to the core and to the results."""
         plan = self.plan
-        m.submodules.results = results = Results(word=plan.word, read_cycles=self.read_cycles)
+        m.submodules.results = results = Results(read_cycles=self.read_cycles)
         for mine, theirs in zip(self.ports, results.ports, strict=True):
             wiring.connect(m, wiring.flipped(mine), theirs)
         words.remember(m)

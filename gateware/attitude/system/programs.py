@@ -15,12 +15,14 @@ from dataclasses import dataclass, replace
 from boresight.gateware.core import Core, build_shared_core
 from boresight.model.attitude.front import FRONT, SENSED, Sensed, board_params
 from boresight.model.declarations import Input, SourceFormat
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import InPort, Program, Value
 
+#: Bits of a word of a complete system.
+WORD = 32
 #: Places: gyro, accelerometer, time step; the field; a zero; constants; registers.
 PLACES = {
     **{f"g{a}": k for k, a in enumerate("xyz")},
@@ -75,13 +77,13 @@ def feed_of(programs: Sequence[Program]) -> Feed:
             return ZERO
         if word not in constants:
             constants.append(word)
-        if len(constants) > _MOST_CONSTANTS:
-            raise InputError.at(
-                "estimators",
-                wanted=f"{_MOST_CONSTANTS} or fewer different values of missing= on a board",
-                found=f"{len(constants)} or more",
-                fix="use missing=0 or missing='hold', or leave estimators out",
-            )
+        require(
+            len(constants) <= _MOST_CONSTANTS,
+            "estimators",
+            f"{_MOST_CONSTANTS} or fewer different values of missing= on a board",
+            f"{len(constants)} or more",
+            "use missing=0 or missing='hold', or leave estimators out",
+        )
         return _CONSTANTS + constants.index(word)
 
     def fed(program: Program, number: int) -> tuple[Fed, bool]:
@@ -114,7 +116,7 @@ def feed_of(programs: Sequence[Program]) -> Feed:
 def reset_word(value: Value) -> int:
     """Initial word of an input register: 0, or the nearest value in its range."""
     nearest = min(max(0.0, value.low), value.high)
-    return int(Format(32, value.frac).quantise(nearest))
+    return int(Format(WORD, value.frac).quantise(nearest))
 
 
 #: The programs before the estimators, in the order of their numbers, which follow theirs.
@@ -122,15 +124,12 @@ FRONT_NAMES = ("calibrate_inertial", "calibrate_field", "compass_field")
 _INERTIAL = tuple(f"{s}{a}" for s in "ga" for a in "xyz")
 #: Raw words of an inertial sample.
 RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
-#: Widths of the words of a complete system, bits.
-SYSTEM_WORDS = range(26, 33)
 
 
 @dataclass(frozen=True)
 class Plan:
     """The programs of a core, for the update controller."""
 
-    word: int  #: W
     names: tuple[str, ...]  #: of the programs, by number
     filters: int  #: number of estimators, which come first
     lengths: tuple[int, ...]  #: cycles of each program
@@ -150,7 +149,6 @@ def plan_of(core: Core) -> Plan:
     filters = len(programs) - len(FRONT_NAMES)
     inertial = programs[filters]
     return Plan(
-        programs[0].arithmetic.word,
         tuple(p.name for p in programs),
         filters,
         tuple(s.length for s in schedules),
@@ -166,7 +164,7 @@ def plan_of(core: Core) -> Plan:
 _MOST_WORDS, _MOST = 16, 8
 
 
-def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estimator]:
+def system_estimators(filters: Sequence[Named]) -> list[Estimator]:
     """Estimators, then the programs before them: in the order of their numbers in the core.
 
     Inputs with a sensor, by name, have the format of its words; inputs of one name without a sensor
@@ -180,31 +178,26 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
     """
     chosen = [estimator_of(f) for f in filters]
     front = [FRONT[name]() for name in FRONT_NAMES]
-    if len(chosen) > _MOST:
-        raise InputError.at(
-            "estimators",
-            wanted=f"{_MOST} or fewer on a board",
-            found=str(len(chosen)),
-            fix="leave some out",
-        )
+    count = len(chosen)
+    require(count <= _MOST, "estimators", f"{_MOST} or fewer on a board", count, "leave some out")
     formats: dict[str, int] = {}
-    for program in (e.compile(word=word) for e in front):
+    for program in (e.compile(word=WORD) for e in front):
         outputs = zip(program.output_names, program.outputs, strict=True)
         formats |= {name: program.format(n).frac for name, n in outputs}
     registers: dict[str, Input] = {}
-    fed = [_fed(e, formats, registers, word) for e in chosen]
-    if len(registers) > MOST_REGISTERS:
-        raise InputError.at(
-            "estimators",
-            wanted=f"{MOST_REGISTERS} or fewer inputs without a sensor",
-            found=f"{len(registers)}: {', '.join(registers)}",
-            fix="give them fewer, or the names of what the sensors give",
-        )
+    fed = [_fed(e, formats, registers) for e in chosen]
+    require(
+        len(registers) <= MOST_REGISTERS,
+        "estimators",
+        f"{MOST_REGISTERS} or fewer inputs without a sensor",
+        f"{len(registers)}: {', '.join(registers)}",
+        "give them fewer, or the names of what the sensors give",
+    )
     return [*fed, *front]
 
 
 def _fed(
-    estimator: Estimator, formats: Mapping[str, int], registers: dict[str, Input], word: int
+    estimator: Estimator, formats: Mapping[str, int], registers: dict[str, Input]
 ) -> Estimator:
     """The estimator with its inputs in the formats that they come in."""
     where = f"estimator {estimator.name}"
@@ -213,39 +206,34 @@ def _fed(
         if i.flags:
             inputs.append(i)
         elif i.name in SENSED:
-            inputs.append(_sensed(i, SENSED[i.name], formats[i.name], word, where))
+            inputs.append(_sensed(i, SENSED[i.name], formats[i.name], where))
         else:
             first = registers.setdefault(i.name, i)
-            form = Format.declared(word, first.low, first.high, first.unit)
+            form = Format.declared(WORD, first.low, first.high, first.unit)
             words = SourceFormat(form.frac, first.low, first.high)
             source = f"the input register {i.name}"
-            inputs.append(i.with_source(words, word, of=source, unit=first.unit, where=where))
+            inputs.append(i.with_source(words, WORD, of=source, unit=first.unit, where=where))
     for kind, count in (("inputs", len(inputs)), ("outputs", len(estimator.outputs))):
-        if count > _MOST_WORDS:
-            raise InputError.at(
-                where,
-                wanted=f"{_MOST_WORDS} or fewer {kind} on a board",
-                found=str(count),
-                fix="pack them, or say --top records",
-            )
+        wanted = f"{_MOST_WORDS} or fewer {kind} on a board"
+        require(count <= _MOST_WORDS, where, wanted, count, "pack them, or say --top records")
     fed = copy.copy(estimator)
     fed.inputs = tuple(inputs)
     return fed
 
 
-def _sensed(i: Input, sensor: Sensed, frac: int, word: int, where: str) -> Input:
+def _sensed(i: Input, sensor: Sensed, frac: int, where: str) -> Input:
     """An input with the words of a sensor."""
-    if not sensor.always and i.missing is None:
-        raise InputError.at(
-            f"{where}, input {i.name}",
-            wanted="what it reads between two lines of the compass",
-            found="neither missing=NUMBER nor missing='hold'",
-            fix="declare it",
-        )
+    require(
+        sensor.always or i.missing is not None,
+        f"{where}, input {i.name}",
+        "what it reads between two lines of the compass",
+        "neither missing=NUMBER nor missing='hold'",
+        "declare it",
+    )
     # A time step below the range asks for a restart, one above it comes after a gap.
     clamped = replace(i, clamp=True) if i.name == "dt" else i
     words = SourceFormat(frac, sensor.low, sensor.high)
-    sensed = clamped.with_source(words, word, of="the sensor", unit=sensor.unit, where=where)
+    sensed = clamped.with_source(words, WORD, of="the sensor", unit=sensor.unit, where=where)
     return i if sensed is clamped else sensed
 
 
@@ -253,7 +241,7 @@ def system_core(
     filters: Sequence[Named],
     *,
     config: str = "small",
-    word: int = 32,
+    word: int = WORD,
     clock_hz: float = 100e6,
     params: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Core:
@@ -267,18 +255,13 @@ def system_core(
     ------
     InputError
         See `system_estimators`; unknown name of a program with parameters, of a parameter or
-        configuration; a word below 26 bits.
+        configuration; a word of other than 32 bits.
     ScheduleError
         The programs do not fit the machine.
     """
-    if word not in SYSTEM_WORDS:
-        raise InputError.at(
-            "word",
-            wanted=f"{SYSTEM_WORDS[0]} to {SYSTEM_WORDS[-1]} bits for a complete system",
-            found=str(word),
-            fix="choose a width inside the range",
-        )
-    estimators = system_estimators(filters, word=word)
+    wanted = f"{WORD} bits for a complete system"
+    require(word == WORD, "word", wanted, word, "leave --word out, or say --top records")
+    estimators = system_estimators(filters)
     for name in params or {}:
         require_choice(
             f"parameters of {name}",
@@ -291,5 +274,5 @@ def system_core(
         values[e.name] = {**values.get(e.name, {}), **board_params(e.params)}
     for name, overrides in (params or {}).items():
         values[name] = {**values.get(name, {}), **overrides}
-    programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
+    programs = [with_params(e.compile(word=WORD), e, values.get(e.name)) for e in estimators]
     return build_shared_core(programs, config)

@@ -54,7 +54,7 @@ class SystemBus(wiring.Component):
                 "read": In(1),  # the initiator reads in this cycle; used for bad addresses only
                 "core": Out(BusSignature(word=32)),
                 # Their last place has to be 0; ``take`` is to be driven by the parent.
-                "results": Out(ResultPort(word=32)),
+                "results": Out(ResultPort()),
                 "events": In(events),  # to count; ``bad_address`` is counted after them
                 "clear": In(1),  # the counters
                 **self.csr.ports,

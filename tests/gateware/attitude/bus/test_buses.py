@@ -121,7 +121,7 @@ def test_each_transfer_reaches_its_word_and_is_answered_once(read_cycles: int) -
 @pytest.mark.parametrize("read_cycles", [1, 2])
 def test_a_reader_sees_the_words_of_one_update(read_cycles: int, simulate) -> None:
     """Of the newest at its take, whatever is written since; the writer never waits."""
-    dut, rng = Results(word=16, read_cycles=read_cycles), random.Random(1)
+    dut, rng = Results(read_cycles=read_cycles), random.Random(1)
 
     async def bench(ctx: Any) -> None:
         now: dict[int, int] = {}

@@ -35,7 +35,7 @@ class Bench:
 
     def __init__(self, dut: AttitudeOutput | None = None) -> None:
         self.dut = dut or AttitudeOutput()
-        self.results = Results(word=32, read_cycles=self.dut.read_cycles)
+        self.results = Results(read_cycles=self.dut.read_cycles)
         self.bodies: list[bytes] = []
         self.sent = self.skipped = 0
         self.top = Module()

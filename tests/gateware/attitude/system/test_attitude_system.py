@@ -32,12 +32,6 @@ def test_identity_follows_programs_and_configuration(core: Core) -> None:
     assert AttitudeSystem(core=core).build in builds
 
 
-def test_only_32_bit_words() -> None:
-    narrow = system_core(("complementary",), word=30)
-    with pytest.raises(InputError, match="wanted 32 bits for a complete system, found 30"):
-        system_design(narrow, 70_000_000)
-
-
 def test_a_clock_that_no_line_can_use(core: Core) -> None:
     with pytest.raises(InputError, match="clock: wanted a clock from which both serial rates"):
         system_design(core, 3_000_000)

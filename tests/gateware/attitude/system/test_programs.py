@@ -150,9 +150,9 @@ def test_registers_of_one_name_must_fit_each_other() -> None:
         system_estimators(many)
 
 
-def test_word_below_26_bits_is_refused() -> None:
-    with pytest.raises(InputError, match=r"^word: wanted 26 to 32 bits"):
-        system_core(["complementary"], word=25)
+def test_words_have_32_bits() -> None:
+    with pytest.raises(InputError, match=r"^word: wanted 32 bits .*, found 30; leave --word out"):
+        system_core(["complementary"], word=30)
 
 
 def test_parameters_of_a_stranger_are_refused() -> None:

@@ -50,7 +50,7 @@ def refused(capsys):
 
 def test_capture_of_the_hardware(tmp_path, capsys) -> None:
     """Bytes as the gateware sends them; the third update is lost on the way."""
-    results, output, framer = Results(word=32), AttitudeOutput(), Framer()
+    results, output, framer = Results(), AttitudeOutput(), Framer()
     top, sent, rng = Module(), [], random.Random(1)
     top.submodules += [results, output, framer]
     wiring.connect(top, output.port, results.ports[0])
