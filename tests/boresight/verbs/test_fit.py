@@ -42,7 +42,8 @@ def test_logs_of_one_name(here: Path, data) -> None:
     for name in ("x/a 3.csv", "y/a.csv", "z/a.csv"):
         Path(name).parent.mkdir()
         Path(name).write_bytes(Path("mine.csv").read_bytes())
-    assert [*data("fit mine.py x y z")["records"]] == ["a 3", "a", "a 3 3"]
+    names = ["a 3", "y/a", "z/a", "y/a 4"]
+    assert [*data("fit mine.py x y z y/a.csv")["records"]] == names
 
 
 def test_refused(here: Path, refused) -> None:
