@@ -288,14 +288,19 @@ def _check_route(
 
 
 def _check_memory(build: Build, make: Callable[..., Build], target: Target) -> None:
-    """Raise InputError if a part has too little memory, with the widest word that does fit."""
+    """Raise InputError if a part has too little memory, with the widest word that does fit.
+
+    The programs are sound at that word.
+    """
 
     def check(core: Core) -> None:
         check_memory(core.machine, core.image, target)
 
     def fits(word: int) -> bool:
         with suppress(InputError, ScheduleError):
-            check(make(word=word).core)
+            narrower = make(word=word)
+            check(narrower.core)
+            check_sound(narrower)
             return True
         return False
 

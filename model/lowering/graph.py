@@ -54,8 +54,8 @@ class Node:
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
     ``title`` is the name of the output or the next state that it is. ``fit`` is a range for its
-    format alone (`model.lowering.profile`); what the interval decides, it does not. ``unless``
-    says when a "bounded" one leaves its range.
+    format alone (`model.lowering.profile`); what the interval decides, it does not. ``reason``
+    says why a "bounded" one stays in its range, and ``unless`` when it does not.
     """
 
     number: int
@@ -74,6 +74,7 @@ class Node:
     title: str = ""
     fit: tuple[float, float] | None = None
     unless: str = ""
+    reason: str = ""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -358,8 +359,8 @@ class Graph:
         """``a`` in [low, high], as declared; a word outside saturates."""
         if a.kind == "const" and low <= a.value <= high:
             return a
-        limits = {"low": low, "high": high, "source": f"declared: {reason}", "unless": unless}
-        return self._new("bounded", a, key=(low, high), unit=a.unit, **limits)
+        said = {"source": f"declared: {reason}", "reason": reason, "unless": unless}
+        return self._new("bounded", a, key=(low, high), unit=a.unit, low=low, high=high, **said)
 
     def limited(self, a: Node, low: float, high: float) -> Node:
         """``a`` of one sign, held off zero by comparison: at least ``low``, or at most ``high``.

@@ -441,7 +441,8 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
         slack = RANGE_SLACK * (s.high - s.low)
         far = max(values, key=lambda v: max(s.low - v, v - s.high))
         if not s.low - slack <= far <= s.high + slack:
-            cures = [] if has_unit else [f"name its unit in the header, as {column} [rad]"]
+            unit = "deg" if turn else "UNIT"
+            cures = [] if has_unit else [f"name its unit in the header, as {column}[{unit}]"]
             cures += [] if turn else ["widen the state"]
             lines.append(
                 f"column {column}: {far:.4g} {s.unit or 'without unit'} is beyond the range "

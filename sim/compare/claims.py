@@ -158,6 +158,6 @@ def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
             excepted.setdefault((r.reason, r.unless), []).append(r.line)
     for (reason, unless), places in excepted.items():
         more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        text += f"; {len(places)} not judged, since some inputs reach the exception: "
-        text += f"{reason} ({places[0]}{more}), unless {unless}"
+        text += f"; {len(places)} may be exceeded, as stated: {reason} ({places[0]}{more}), unless "
+        text += unless
     return [text, *lines]

@@ -21,7 +21,7 @@ from boresight.model.declarations import PERIODS
 from boresight.model.estimator import Estimator
 from boresight.model.kalman.update import CLAIMED, INDEFINITE, PREDICTED, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
-from boresight.model.lowering.profile import Range
+from boresight.model.lowering.profile import OBSERVED, Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program
 from boresight.sim.accuracy.covariance import covariance_of
@@ -134,6 +134,8 @@ def _first_leaving(
             f"[{said.low:.6g}, {said.high:.6g}]"
         )
         cure = f"widen the range ({said.range_source}) or limit the value"
+        if said.range_source.startswith(OBSERVED):
+            cure = f"run boresight fit on this log, too (the range was {said.range_source})"
         cure = RAISE if twin.nodes[value].unless == CLAIMED else cure
         if said.unit in PERIODS and max(-said.low, said.high) <= 0.5 * PERIODS[said.unit]:
             wrap = {"ht": "wrap_ht", "turn": "wrap_turns"}[said.unit]

@@ -104,7 +104,7 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
             node.args[0],
             node.low,
             node.high,
-            node.source.removeprefix("declared: "),
+            node.reason,
             node.line,
             word_of.get(node.number),
             lsb(word_of.get(node.number)),

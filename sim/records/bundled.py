@@ -6,10 +6,10 @@ from pathlib import Path
 
 from boresight.model.errors import InputError
 
-#: Bundled logs whose attitude is another device's estimate, not truth.
-_COMPARISONS = ("ximu_walk",)
-
-
+#: In a comment above the columns of a CSV log: its attitude is another device's estimate.
+_COMPARISON = "a comparison, not truth"
+#: Longest such comment, characters.
+_LONGEST = 1000
 _FOLDER = Path(__file__).parents[1] / "data"
 
 
@@ -27,6 +27,11 @@ def bundled(name: str) -> Path:
 
 
 def is_comparison(path: str | Path) -> bool:
-    """Whether a path is that of a bundled log whose attitude is a comparison, not truth."""
-    path = Path(path)
-    return path.stem in _COMPARISONS and path.resolve().parent == _FOLDER.resolve()
+    """Whether a comment above a log's columns says that its attitude is no truth."""
+    if not Path(path).is_file():
+        return False
+    with open(path, encoding="utf-8", errors="replace") as file:
+        while (line := file.readline(_LONGEST)).startswith("#"):
+            if _COMPARISON in line:
+                return True
+    return False

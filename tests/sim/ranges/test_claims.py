@@ -10,6 +10,7 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import estimator_of
 from boresight.sim.compare.check import Check
+from boresight.sim.fit.fitting import fitted
 from boresight.sim.levels.build import Build
 from boresight.sim.ranges.examine import examine
 from boresight.sim.records.record import Record
@@ -204,6 +205,17 @@ def test_check_fails_where_the_search_breaks_a_claim() -> None:
     assert text in str(result) and result.to_json()["claims"][0]["witness"]["inputs"]["a"]
 
 
+def test_a_profile_leaves_the_reason_and_is_what_to_do_again() -> None:
+    quiet = claiming(lambda x, u, p: 0.5 * u.a * u.b, -4.0, 4.0)
+    small = 0.01 * np.ones((20, 2)) * np.arange(20.0)[:, None] / 20.0
+    quiet.profile = fitted(quiet, {"quiet": small}, starts=()).profile
+    assert checked(quiet, a=small[:, 0], b=small[:, 1]).claims[0].reason == "so it is"
+    culprit = checked(quiet, a=np.ones(5), b=np.ones(5)).accuracy.culprit
+    assert culprit.endswith(
+        "; run boresight fit on this log, too (the range was observed in quiet)"
+    )
+
+
 def test_an_exception_changes_no_bit_and_withdraws_the_claim() -> None:
     said, silent = (
         claiming(lambda x, u, p: 0.99 * u.a, -0.6, 0.6, unless=u) for u in ("a is large", "")
@@ -211,7 +223,9 @@ def test_an_exception_changes_no_bit_and_withdraws_the_claim() -> None:
     assert said.compile().digest == silent.compile().digest
     result = checked(said, a=[0.0, 0.9], b=np.zeros(2))
     assert result.good and result.claims[0].status == "excepted"
-    text = r"1 not judged, since .*: so it is \(test_claims\.py, line \d+\), unless a is large"
+    text = (
+        r"1 may be exceeded, as stated: so it is \(test_claims\.py, line \d+\), unless a is large"
+    )
     assert re.search(text, str(result))
 
 
