@@ -437,7 +437,12 @@ class _Observability:
         return total / len(self._moves)
 
     def unseen(self) -> Sequence[FloatArray]:
-        """Directions of less than `_UNSEEN` information: states themselves first."""
+        """Directions of less than `_UNSEEN` information: states themselves first.
+
+        None of a run that diverges.
+        """
+        if not all(np.isfinite(m).all() for m in (*self._moves, *self._rows)):
+            return []
         information = self._information()
         seen = np.diag(information) >= _UNSEEN
         out: list[FloatArray] = [*np.eye(len(seen))[~seen]]

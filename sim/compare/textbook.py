@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import require_choice
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import WAIVED, Estimator, SecondForm
 from boresight.model.methods import called
 from boresight.sim.compare.difference import Difference, differences
@@ -79,13 +80,16 @@ def beside_textbook(
 def wrong_steps(build: Build, records: FloatArray, t: FloatArray | None) -> list[str]:
     """Constant time steps of the model of a build's estimator that are not the log's, a line each.
 
-    ``records`` (n, n_inputs) and times ``t`` (n,) [s] are the first ones of the log.
+    ``records`` (n, n_inputs) and times ``t`` (n,) [s] are the first ones of the log. A textbook
+    form that raises is left to `beside_textbook`.
     """
     (estimator,) = build.estimators
     if t is None or any(i.name == "dt" for i in estimator.inputs):
         return []
-    book = _second_form(build, 0, records[:_PROBED])
-    return [] if book is None else _wrong_steps(estimator, book, t)
+    with suppress(InputError):
+        if book := _second_form(build, 0, records[:_PROBED]):
+            return _wrong_steps(estimator, book, t)
+    return []
 
 
 def _second_form(build: Build, number: int, records: FloatArray) -> SecondForm | None:

@@ -115,6 +115,15 @@ def test_a_state_that_grows_or_decays_hides_no_other(
     assert [text.partition(";")[0] for text in found if text] == unseen
 
 
+def test_a_run_without_numbers_ends() -> None:
+    class Scaled(Doubtful):
+        def measure(self, x: Any, u: Any, p: Any) -> list[Measurement]:
+            return [Measurement(u.z, u.there * x.pos, 0.25)]
+
+    run = Textbook(Scaled()).run(np.tile([1.0, np.nan], (5, 1)))
+    assert np.isnan(run.outputs["pos"]).all()
+
+
 def test_check_warns() -> None:
     columns = {"z": np.ones(40), "there": np.ones(40)}
     (result,) = boresight.check(
