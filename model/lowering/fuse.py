@@ -22,7 +22,7 @@ from boresight.model.words.rounded import binary_exponent
 #: Bits that the arguments of a reciprocal may span: those of the widest word.
 _WIDEST = Arithmetic(word=32).norm_max
 #: Kinds of nodes that are always words.
-_ALONE = ("rsqrt", "reciprocal", "complement", "normalised")
+_ALONE = ("rsqrt", "reciprocal", "normalised")
 
 
 class Fusion:
@@ -162,9 +162,6 @@ class Fusion:
         if node.kind == "normalised":
             clipped = replace(target, overflow=Overflow.CLIP)
             return self.groups.group(form, clipped, frac=word - 1, exact=True)
-        if node.kind == "complement":
-            same = self.groups.frac(self.word(node.args[1]))
-            return self.groups.group(form, target, frac=same)
         if node.kind == "saturated":
             return self.groups.group(
                 form,
@@ -307,14 +304,6 @@ class Fusion:
         form.flag = (self.word(condition), False)
         form.products = [replace(p, negate=CONDITIONAL[p.negate]) for p in form.products]
         return form
-
-    def _form_complement(self, node: Node, wrapped: float) -> Form:
-        """The word n, or where the flag is set -n - 1: negative where n is not."""
-        condition, number = (self.word(arg) for arg in node.args)
-        frac = self.groups.frac(number)
-        last = self.groups.constant(-math.ldexp(1.0, -frac), frac)
-        products = [Product(number, negate=Negate.IF), Product(last, when=When.IF)]
-        return Form(products, flag=(condition, False))
 
     def _form_normalised(self, node: Node, wrapped: float) -> Form:
         """a 2^n of the count n of leading sign bits that the second word has."""

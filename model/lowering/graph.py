@@ -37,8 +37,7 @@ _KINDS = {
     "rsqrt": "this inverse root",
     "const": "this constant",
 }
-#: Largest over least word, without sign, in the shortest words: a complement has the format of its
-#: argument, and a selection from it keeps its last bit.
+#: Largest over least word, without sign, in the shortest words.
 _BELOW = 1.0 - 2.0**-17
 #: Ratio of the limits from which a divisor needs an upper limit too, for its word.
 _SPAN = 2.0**16
@@ -287,15 +286,9 @@ class Graph:
         return self.invert(self.both(self.invert(a), self.invert(b)))
 
     def differs(self, a: Flag, b: Flag) -> Flag:
-        """One selection: b's node, or where a holds its complement, which has the other sign."""
-        inverted = a.inverted != b.inverted
-        for this, other in ((a.node, b.node), (b.node, a.node)):
-            if this.high < 0.0 or this.low >= 0.0:
-                return Flag(other, inverted != (this.high < 0.0))
-        if a.node is b.node:
-            return Flag(self.const(0.0), inverted)
-        low, high = min(b.node.low, -b.node.high), max(b.node.high, -b.node.low * _BELOW)
-        return Flag(self._new("complement", a.node, b.node, low=low, high=high), inverted)
+        """-1 where b holds, else 1; where a holds, with the other sign."""
+        sign = self.select(b, self.const(-1.0), self.const(1.0))
+        return Flag(self.flip(Flag(a.node), sign), a.inverted)
 
     def select(
         self, condition: Flag, yes: Node, no: Node, low: float = -math.inf, high: float = math.inf

@@ -92,7 +92,7 @@ def _count_uses(roots: Sequence[Node]) -> None:
 
 
 #: Kinds of nodes whose formats are prescribed.
-_PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated", "complement")
+_PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated")
 #: Bits more than a state's that leave too many words on a tie.
 _TIES = 6
 

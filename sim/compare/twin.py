@@ -37,7 +37,7 @@ KINDS = {
     **{"mul": "a product", "sum": "a sum", "select": "a selection", "flip": "a change of sign"},
     **{"bounded": "a bounded value", "saturated": "a limited value", "abs": "a magnitude"},
     **{"wrap": "a wrapped angle", "rsqrt": "an inverse root", "reciprocal": "a quotient"},
-    **{"complement": "a change of sign", "asin": "an arc sine", "sin": "a sine"},
+    **{"asin": "an arc sine", "sin": "a sine"},
     "normalised": "a scaled value",
 }
 #: Functions that look up their argument itself, by the block of their table.
@@ -282,7 +282,6 @@ _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     "mul": lambda node, a: np.where((a[0] == 0.0) | (a[1] == 0.0), 0.0, a[0] * a[1]),
     "select": lambda node, a: np.where(a[0] < 0.0, a[1], a[2]),
     "flip": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
-    "complement": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
     "abs": lambda node, a: np.abs(a[0]),
     "wrap": lambda node, a: (a[0] + 0.5 * node.value) % node.value - 0.5 * node.value,
     "bounded": lambda node, a: a[0],

@@ -105,7 +105,6 @@ _ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {
     "mul": _mul,
     "select": _select,
     "flip": _flip,
-    "complement": _flip,
     "abs": _abs,
     "wrap": _wrap,
     "bounded": lambda node, args: args[0],
