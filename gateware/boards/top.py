@@ -10,12 +10,10 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.board import Line
-from boresight.gateware.boards.dispatch import Dispatcher
-from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, word_bytes
-from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.pack import Framer, Packer
 from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
-from boresight.gateware.boards.unpack import Unpacker
+from boresight.gateware.boards.unpack import Dispatcher, Unpacker
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.engine.engine import Engine

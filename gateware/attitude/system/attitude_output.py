@@ -11,8 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.results import INDEX_BITS, ResultPort
 from boresight.gateware.attitude.system.interface import Place
-from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.pack import body_layout
 
 
 class _State(IntEnum):

@@ -8,12 +8,10 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.boards.dispatch import Dispatcher
-from boresight.gateware.boards.framer import Framer, body_layout
 from boresight.gateware.boards.frames import Kind
-from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.pack import Framer, Packer, body_layout
 from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
-from boresight.gateware.boards.unpack import Unpacker
+from boresight.gateware.boards.unpack import Dispatcher, Unpacker
 from boresight.gateware.bus.core_registers import BusSignature
 
 

@@ -6,9 +6,8 @@ import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 
-from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Decoder, Kind
-from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.pack import Framer, Packer
 from tests.support.bench import put, run_bench
 
 

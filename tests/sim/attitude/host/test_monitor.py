@@ -17,8 +17,8 @@ from boresight.cli import main
 from boresight.gateware.attitude.bus.results import Results
 from boresight.gateware.attitude.system.attitude_frame import FORMATS, OUTPUTS, Update, update_of
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
-from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, encode
+from boresight.gateware.boards.pack import Framer
 from boresight.gateware.description import Records, Word
 from boresight.sim.attitude.host.monitor import track_of
 from tests.support.attitude.serial_board import REGISTERS, SerialBoard, words_of
