@@ -18,7 +18,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.claims import FoldedClaims, claim_results
-from boresight.sim.compare.difference import Differences
+from boresight.sim.compare.difference import Differences, around
 from boresight.sim.compare.results import (
     Agreement,
     CheckResult,
@@ -47,6 +47,8 @@ from boresight.sim.rtl.simulators import SIMULATORS
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
 #: Rows of a log that are read at a time, and of a long one those that are kept.
 KEPT = 1 << 16
+#: Typical error in an estimator's own standard deviations, beyond which it is told.
+_SURE = 10.0
 #: Rows that run on a level at a time.
 ROWS = 1 << 15
 
@@ -382,11 +384,13 @@ class Check:
         first = given.rows(0, int(anew[0]) + 1) if len(anew) else given
         book = beside_textbook(self.build, number, first.inputs, reference, first.t)
         run = Run.joined([part.fixed for part in case.pieces])
-        estimator = self.build.estimators[number]
+        estimator, source = self.build.estimators[number], sources[number % len(sources)]
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}
         told = estimate_warnings(estimator, given.inputs, given.new, outputs)
         near = [accuracy.near_floor] if accuracy.near_floor and accuracy.good else []
-        late = (*book.remarks, *told, *_strange_truth(estimator, given), *near)
+        strange = _strange_truth(estimator, given)
+        sure = [] if strange or source.comparison else _too_sure(self.build, number, given, run)
+        late = (*book.remarks, *told, *strange, *sure, *near)
         for text in late:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(
@@ -405,7 +409,7 @@ class Check:
             reference,
             book,
             tuple(d for d in case.truth.result() if d.samples) if case.truth else (),
-            sources[number % len(sources)].comparison,
+            source.comparison,
             (*claims, *case.folded.result()),
             case.rows,
             None if case.complete else partial(self._parts, number, sources),
@@ -447,6 +451,35 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
             lines.append(
                 f"column {column}: {far:.4g} {s.unit or 'without unit'} is beyond the range "
                 f"[{s.low:g}, {s.high:g}] of the state {s.name}; {', or '.join(cures)}"
+            )
+    return lines
+
+
+def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:
+    """Lines about outputs whose errors are many times the estimator's own deviations of them."""
+    estimator, program = build.estimators[number], build.programs[number]
+    if run.states is None or not (given.truth and estimator.covariance_elements):
+        return []
+    states = {
+        program.values[state].name: program.format(state).real(run.states[: len(given), k])
+        for k, (state, _) in enumerate(program.states)
+    }
+    if (own := estimator.error_covariance(states, build.values[number])) is None:
+        return []
+    lines, units = list[str](), {o.name: o.unit for o in estimator.outputs}
+    for k, name in enumerate(own[0]):
+        if name not in given.truth or name not in run.outputs:
+            continue
+        error = np.abs(run.outputs[name][: len(given)] - given.truth[name])
+        unit = units.get(name, "")
+        error = around(error, PERIODS[unit]) if unit in PERIODS else error
+        variance = own[1][:, k, k]
+        known = given.counts & np.isfinite(error) & (variance > 0.0)
+        times = np.median(error[known] / np.sqrt(variance[known])) if known.any() else 0.0
+        if times > _SURE:
+            lines.append(
+                f"{name}: its error against {name}_true is typically {times:.0f} times its own "
+                "standard deviation; compare signs, units and times of the model with the log's"
             )
     return lines
 

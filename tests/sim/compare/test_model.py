@@ -122,6 +122,16 @@ def test_run_tells_a_wrong_time_step_as_check_does(dt: float, notes: int) -> Non
     assert len(result.notes) == notes
 
 
+@pytest.mark.parametrize(("scale", "told"), [(1.0, False), (-1.0, True), (0.1, True)])
+def test_errors_beyond_what_the_filter_says_of_itself_are_told(scale: float, told: bool) -> None:
+    z = 2.0 + np.sin(T) + np.random.default_rng(5).normal(0.0, 0.1, N)
+    kind = type("Track", (Track,), {"q": 1e-4})
+    result = checked(kind(), t=T, z=z, pos_true=scale * (2.0 + np.sin(T)))
+    assert result.good
+    text = r"warning: pos: its error against pos_true is typically \d+ times its own standard dev"
+    assert bool(re.search(text, str(result))) == told
+
+
 def test_an_unknown_kind_of_fault_is_refused() -> None:
     with pytest.raises(InputError, match="waived: wanted one of gate, hold, time step"):
         tracked(waived=("gates",))
