@@ -52,6 +52,19 @@ def test_registers_and_attitude() -> None:
         assert t.attitude["found"] < t.attitude["true"] + 0.1 < 0.2 * t.attitude["declared"]
 
 
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+def test_a_hundred_devices() -> None:
+    """The figures of docs/systems/ma2014.md, in 15 minutes."""
+    trials = [trial(seed) for seed in range(1, 101)]
+    inside = sum(max(map(abs, t.errors.values())) <= 3.0 for t in trials)
+    of = {kind: float(np.median([t.attitude[kind] for t in trials])) for kind in trials[0].attitude}
+    print(inside, of)
+    assert inside >= 95
+    assert 9.0 < of["declared"] < 12.0
+    assert of["found"] < 0.33 and of["found"] < 1.05 * of["true"]
+
+
 @pytest.fixture(scope="module")
 def calibration(tmp_path_factory):
     """The file that the command writes for records in files."""
