@@ -146,8 +146,12 @@ class Twin:
     def leaves(self, value: int) -> BoolArray:
         """In which updates a value is further from its twin than rounding explains."""
         error, size = self.deviation(value)
-        lsb = math.ldexp(1.0, -self.program.values[value].frac)
-        relative = math.ldexp(1.0, RELATIVE_BITS - self.program.arithmetic.word)
+        word, node = self.program.arithmetic.word, self.nodes[value]
+        # What is limited is as coarse as its own range.
+        inner = parts_of(node, self.value_of)[:-1] if node.kind == "saturated" else []
+        full = max((max(-part.low, part.high) for part in inner), default=0.0)
+        lsb = max(self.program.format(value).lsb, math.ldexp(full, 1 - word))
+        relative = math.ldexp(1.0, RELATIVE_BITS - word)
         return ~(error <= ROUNDING_LSB * lsb + relative * size)
 
     def beyond(self, value: int) -> BoolArray:

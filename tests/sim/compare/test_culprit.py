@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.compare import twin as module
 from boresight.sim.compare.diagnosis import _first_leaving
 from boresight.sim.levels.build import Build
@@ -138,3 +138,19 @@ def test_rounding_alone_has_no_culprit(word: int) -> None:
     inputs = np.random.default_rng(5).uniform(-4.0, 4.0, 300).tolist()
     assert look(All(), inputs, word) is None
     assert look(Slow(), inputs, word) is None
+
+
+def test_a_limited_value_is_as_coarse_as_what_is_limited() -> None:
+    """Its first step is not to blame for what rounding adds up."""
+
+    class Leak(Estimator):
+        inputs = (Input("u", -1.0, 1.0),)
+        params = (Param("k", 5e-7, 0.0, 2.0**-10),)
+        states = (State("x", -(2.0**-26), 2.0**-26 * (1.0 - 2.0**-31)),)
+        outputs = (Output("x"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            after = ops.saturated(x.x + p.k * u.u, 2.0**-26)
+            return {"x": after}, {"x": after}
+
+    assert look(Leak(), list(1e-2 * np.sin(np.arange(60.0))), word=24) is None
