@@ -13,14 +13,8 @@ from boresight.gateware.machine import ALL_CONFIGS, machine_named
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import require
-from boresight.model.resolve import (
-    ESTIMATOR_GROUP,
-    Named,
-    estimator_of,
-    names_of_entry_points,
-    profiles,
-    profiles_now,
-)
+from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
+from boresight.model.settings import CURRENT, using
 from boresight.model.tools.files import MANIFEST, changed_files
 from boresight.sim.levels.build import Build
 from boresight.sim.records.reading import read_json
@@ -102,7 +96,7 @@ def made_of(names: Sequence[Named], build: Build, target: str, folder: Path) -> 
     """
     if not all(isinstance(name, str) for name in names):
         return None
-    files = profiles_now()
+    files = CURRENT.get().profiles
     return {
         "estimators": [_named(str(name), Path(), folder) for name in names],
         "config": build.config,
@@ -132,7 +126,7 @@ def build_in(folder: Path) -> Build:
     fix = "compile it again, from a file"
     require(made is not None, str(folder / _REPORT), wanted, found, fix)
     files = made["profiles"]
-    with profiles(files and [_moved(file, folder, Path()) for file in files]):
+    with using(profiles=files and tuple(_moved(file, folder, Path()) for file in files)):
         estimators = [estimator_of(_named(n, folder, Path())) for n in made["estimators"]]
     build = Build(
         *estimators,

@@ -27,6 +27,7 @@ from cyclopts import exceptions as bad
 
 import boresight
 from boresight.model.errors import InputError, ToolMissing, shortened
+from boresight.model.settings import using
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import overwriting
 from boresight.verbs import VERBS
@@ -104,7 +105,7 @@ def _command(name: str) -> Callable[..., int]:
         with ExitStack() as stack:
             stack.enter_context(overwriting(shown.force))
             for group in chosen.values():
-                stack.enter_context(group.context())
+                stack.enter_context(using(**group.settings()))
             if typed is not None:
                 options |= typed(words, options, shown)
             result = function(*words, **options)

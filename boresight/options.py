@@ -8,15 +8,13 @@ to a verb, since they hold for everything that the verb reads (`boresight.cli`).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from cyclopts import Parameter
 
-from boresight.model.resolve import Named, profiles
-from boresight.model.tolerances import tolerances
+from boresight.model.resolve import Named
 
 
 def _text(kind: Any, tokens: Sequence[Any]) -> Any:
@@ -106,9 +104,9 @@ Progress: TypeAlias = Annotated[Callable[[str], None] | None, PythonOnly]
 class Group:
     """Options that hold for all that a verb does."""
 
-    def context(self) -> AbstractContextManager[Any]:
-        """In which the verb runs."""
-        return nullcontext()
+    def settings(self) -> dict[str, Any]:
+        """Settings (`model.settings`) with which the verb runs."""
+        return {}
 
     def judged(self, result: Any) -> Any:
         """The result as it is told."""
@@ -141,14 +139,14 @@ class LogRows(Group):
         ),
     ] = None
 
-    def context(self) -> AbstractContextManager[Any]:
+    def settings(self) -> dict[str, Any]:
         """Reads of log files select these rows."""
         values = astuple(self)
         if {*values} == {None}:
-            return nullcontext()
-        from boresight.sim.records.selection import Selection, selected
+            return {}
+        from boresight.sim.records.selection import Selection
 
-        return selected(Selection.of(*values))
+        return {"rows": Selection.of(*values)}
 
 
 @Parameter(name="*")
@@ -166,9 +164,10 @@ class Profiles(Group):
         ),
     ] = None
 
-    def context(self) -> AbstractContextManager[Any]:
+    def settings(self) -> dict[str, Any]:
         """Estimators take these profiles."""
-        return profiles([] if self.profile == ["none"] else self.profile)
+        files = [] if self.profile == ["none"] else self.profile
+        return {} if files is None else {"profiles": tuple(files)}
 
 
 @Parameter(name="*")
@@ -186,9 +185,9 @@ class Tolerances(Group):
         ),
     ] = ()
 
-    def context(self) -> AbstractContextManager[Any]:
+    def settings(self) -> dict[str, Any]:
         """Outputs are judged by these tolerances."""
-        return tolerances(self.tolerance)
+        return {"tolerances": tuple(self.tolerance)}
 
 
 @Parameter(name="*")

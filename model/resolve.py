@@ -14,9 +14,8 @@ import os
 import re
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -25,6 +24,7 @@ from typing import Any, TypeAlias, TypeVar
 from boresight.model.errors import InputError, listed, require
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile, read_profile
+from boresight.model.settings import CURRENT
 from boresight.model.tolerances import judged_outputs
 
 #: Entry points of installed packages that are estimators.
@@ -34,25 +34,6 @@ ESTIMATOR_GROUP = "boresight.estimators"
 Named: TypeAlias = str | type[Estimator] | Estimator
 
 T = TypeVar("T")
-
-
-#: Files of profiles to be used; None: the file beside each estimator's.
-_profiles: ContextVar[tuple[str, ...] | None] = ContextVar("profiles", default=None)
-
-
-@contextmanager
-def profiles(files: Iterable[str | Path] | None) -> Iterator[None]:
-    """Take the profiles of estimators from these files; without any, none; None: those beside."""
-    token = _profiles.set(None if files is None else tuple(map(str, files)))
-    try:
-        yield
-    finally:
-        _profiles.reset(token)
-
-
-def profiles_now() -> tuple[str, ...] | None:
-    """Files of the latest `profiles`."""
-    return _profiles.get()
 
 
 def profile_place(source: Named, name: str) -> Path | None:
@@ -69,7 +50,7 @@ def profile_place(source: Named, name: str) -> Path | None:
 
 
 def _profile(source: Named, estimator: Estimator) -> Profile | None:
-    files = profiles_now()
+    files = CURRENT.get().profiles
     if files is None:
         place = profile_place(source, estimator.name)
         return read_profile(place) if place is not None and place.exists() else None
@@ -85,11 +66,11 @@ def _profile(source: Named, estimator: Estimator) -> Profile | None:
 def estimator_of(source: Named) -> Estimator:
     """Return the estimator that a name, class or object stands for, with checked declarations.
 
-    Texts have the form given at the head of this module. Its profile is attached, if there is one
-    (`profiles`), and tolerances (`tolerances`). InputError: an unknown name; a file that does not
-    exist, does not import, or holds no estimator or several; arguments that the constructor does
-    not take; declarations that contradict each other; a file of `profiles` that holds no profile,
-    or none of this estimator.
+    Texts have the form given at the head of this module. The profile and the tolerances of
+    `model.settings` are attached. InputError: an unknown name; a file that does not exist, does not
+    import, or holds no estimator or several; arguments that the constructor does not take;
+    declarations that contradict each other; a file of profiles that holds no profile, or none of
+    this estimator; a tolerance that does not fit.
     """
     estimator = load(source, Estimator, "estimator", ESTIMATOR_GROUP)
     estimator.check_declarations()

@@ -7,55 +7,24 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import replace
 
 from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Output
 from boresight.model.errors import listed, require
+from boresight.model.settings import CURRENT
 from boresight.model.units import conversion
 
-#: ``NAME=NUMBER`` or ``NAME=NUMBERunit`` texts, and the estimators that they were taken for.
-_tolerances: ContextVar[tuple[tuple[str, ...], set[str]]] = ContextVar(
-    "tolerances", default=((), set())
-)
 _TEXT = re.compile(r"\s*(\w+)\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
-@contextmanager
-def tolerances(texts: Iterable[str]) -> Iterator[None]:
-    """Judge outputs of the estimators that are looked up by name by these tolerances.
-
-    InputError: no estimator was looked up.
-    """
-    context: tuple[tuple[str, ...], set[str]] = (tuple(texts), set())
-    token = _tolerances.set(context)
-    try:
-        yield
-    finally:
-        _tolerances.reset(token)
-    used = not context[0] or bool(context[1])
-    require(used, "--tolerance", "an estimator", None, "leave --tolerance out")
-
-
-def tolerances_now() -> tuple[str, ...]:
-    """Texts of the latest `tolerances`."""
-    return _tolerances.get()[0]
-
-
 def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output, ...]:
-    """Return the outputs of an estimator, with the tolerances of `tolerances`.
+    """Return the outputs of an estimator, with the tolerances of `model.settings`.
 
-    InputError: a text of another form, an output that the estimator does not have, a unit of
-    another kind.
+    Their texts are ``NAME=NUMBER`` or ``NAME=NUMBERunit``. InputError: a text of another form, an
+    output that the estimator does not have, a unit of another kind.
     """
-    texts, estimators = _tolerances.get()
-    if not texts:
-        return outputs
-    estimators.add(estimator)
     judged = {o.name: o for o in outputs}
-    for text in texts:
+    for text in CURRENT.get().tolerances:
         match, where = _TEXT.fullmatch(text), "--tolerance"
         name, number, unit = match.groups() if match else ("", "nan", "")
         limit = float(number)

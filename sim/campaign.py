@@ -26,11 +26,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
-from boresight.model.resolve import profiles, profiles_now
-from boresight.model.tolerances import tolerances, tolerances_now
+from boresight.model.settings import CURRENT, Settings, using
 from boresight.model.tools.extras import optional
 from boresight.model.tools.failure import ToolFailed
-from boresight.sim.records.selection import selected, selection
 
 BATCH = 5  #: Tasks that one process runs before it returns their results.
 
@@ -75,9 +73,9 @@ def sources(*objects: object) -> str:
     return digest(metadata.version("boresight"), sorted(texts))
 
 
-def _run(settings: tuple[Any, ...], work: Callable[..., Result], *arguments: object) -> Result:
-    """Run a task with the profiles, tolerances and rows of the process that dispatches it."""
-    with profiles(settings[0]), tolerances(settings[1]), selected(settings[2]):
+def _run(settings: Settings, work: Callable[..., Result], *arguments: object) -> Result:
+    """Run a task with the settings of the process that dispatches it."""
+    with using(**vars(settings)):
         return work(*arguments)
 
 
@@ -105,7 +103,6 @@ def dispatch(
     ToolFailed
         A process ended before its task, for example because it was killed.
     """
-    settings = profiles_now(), tolerances_now(), selection()
     remaining = iter(tasks)
     first = list(islice(remaining, processes(jobs)))
     if executor is None and len(first) <= 1:
@@ -119,7 +116,7 @@ def dispatch(
                 # A pool takes tasks as its processes become free; an executor all at once.
                 room = 2 * len(first) - len(futures) if executor is None else None
                 for label, work, arguments in islice(remaining, room):
-                    futures[pool.submit(_run, settings, work, *arguments)] = label
+                    futures[pool.submit(_run, CURRENT.get(), work, *arguments)] = label
                 if not futures:
                     return
                 for future in wait(futures, return_when=FIRST_COMPLETED).done:

@@ -23,8 +23,9 @@ from boresight import options
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require, require_whole
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import call_of, profile_place, profiles
+from boresight.model.resolve import call_of, profile_place
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.settings import CURRENT, using
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.parameters import params_of
@@ -92,14 +93,15 @@ def fit(
         Unknown names, bad logs, no source, a divisor that has both signs.
     """
     if isinstance(estimator, str) and estimator.partition("(")[0] == "board":
-        for name, value in (("params", params), ("steps", steps)):
+        accepted = CURRENT.get().tolerances or None
+        for name, value in (("params", params), ("steps", steps), ("tolerance", accepted)):
             require(value is None, name, "none for a board", value, "leave it out")
         _, _, settings = call_of(estimator, estimator)
         result: Result = board_system().calibrate(sources, settings, output or "calibration.json")
         return result
     check_word(word)
     require_whole("steps", steps, 1)
-    with profiles(()):
+    with using(profiles=()):
         found = copy.copy(find_estimator(estimator))
         values = params_of(estimator, params)
     found.profile = None

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from boresight.model.errors import require
 from boresight.model.estimator import Estimator
+from boresight.model.settings import CURRENT
 from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, units_of
 from boresight.sim.campaign import processes
 from boresight.sim.compare.difference import Difference, Differences
@@ -147,15 +147,9 @@ class LogRuns:
         """Run some logs (all by default); the scores of each, fixed point first."""
         self.estimator.param_values(params)
         indices = range(len(self.feeds)) if indices is None else indices
-        if self.jobs == 1:
-            return [self._scores(index, params) for index in indices]
-        with ThreadPoolExecutor(self.jobs) as pool:
-            contexts = [copy_context() for _ in indices]  # the selection of rows
-            futures = [
-                pool.submit(context.run, self._scores, index, params)
-                for context, index in zip(contexts, indices, strict=True)
-            ]
-            return [future.result() for future in futures]
+        own = {"initializer": CURRENT.set, "initargs": (CURRENT.get(),)}
+        with ThreadPoolExecutor(self.jobs, **own) as pool:
+            return [*pool.map(lambda index: self._scores(index, params), indices)]
 
     def _scores(self, index: int, params: Mapping[str, float] | None) -> list[Scores]:
         """One log on all levels; twice if an offset is taken out, first to measure it."""

@@ -31,7 +31,7 @@ from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
 from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, estimator_of, split_names
-from boresight.model.tolerances import tolerances_now
+from boresight.model.settings import CURRENT, using
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import ANGLES, errors, means
@@ -42,7 +42,7 @@ from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
-from boresight.sim.records.selection import Selection, selected, selection
+from boresight.sim.records.selection import Selection, selection
 from boresight.sim.worlds.loop import recorded
 from boresight.sim.worlds.world import NamedWorld, world_of
 
@@ -199,7 +199,7 @@ def planned(
         program = [own, programs[variant].digest]
         run = [*exploration.worlds, exploration.params, exploration.steps, exploration.digest]
         inputs: dict[str, list[Any]] = {
-            "errors": [*program, case.arguments, *run, tolerances_now()],
+            "errors": [*program, case.arguments, *run, CURRENT.get().tolerances],
             "cycles": [*program, machine],
         }
         if area:
@@ -240,7 +240,7 @@ def _records(exploration: Exploration) -> list[Record]:
 
 @lru_cache(maxsize=1)
 def _read(logs: tuple[str | Record, ...], rows: Selection, _: str) -> list[Record]:
-    with selected(rows):
+    with using(rows=rows):
         return [record_of(log) for log in logs]
 
 

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 from boresight.model.declarations import ATTITUDE, EXACT_UNITS
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import profiles_now
-from boresight.model.tolerances import tolerances_now
+from boresight.model.settings import CURRENT
 from boresight.model.units import conversion
 from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.explore.measure import ANGLE_NAMES, Case, Exploration, Plan
@@ -230,12 +229,12 @@ def _commands(case: Case, exploration: Exploration) -> tuple[str, ...]:
     """Command lines that make and check a combination; none for an object."""
     if not isinstance(case.named, str):
         return ()
-    files, name = profiles_now(), shlex.quote(case.named)
+    settings, name = CURRENT.get(), shlex.quote(case.named)
     options = f"--word {case.word} --config {case.config}"
     options += "".join(f" --param {n}={value!r}" for n, value in exploration.params)
-    options += "".join(f" --tolerance {shlex.quote(text)}" for text in tolerances_now())
-    options += "".join(f" --profile {shlex.quote(file)}" for file in files or ())
-    options += " --profile none" if files == () else ""
+    options += "".join(f" --tolerance {shlex.quote(text)}" for text in settings.tolerances)
+    options += "".join(f" --profile {shlex.quote(file)}" for file in settings.profiles or ())
+    options += " --profile none" if settings.profiles == () else ""
     texts = [x for x in (*exploration.logs, *exploration.worlds) if isinstance(x, str)]
     rows = selection().options + (f" --steps {exploration.steps}" if exploration.steps else "")
     check = f"boresight check {name} {shlex.join(texts)} {options}{rows}"

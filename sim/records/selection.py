@@ -1,6 +1,6 @@
 """Selected rows of a log file: slice of time, every n-th row, map of topics; gaps in the times.
 
-`selected` sets it for all readers of log files inside its block.
+`model.settings` holds the selection of all readers of log files.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ import math
 import re
 import shlex
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,6 +16,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require_choice
+from boresight.model.settings import CURRENT
 from boresight.model.units import UnitError, linear
 from boresight.sim.records.maps import read_map
 from boresight.sim.records.record import (
@@ -307,20 +306,6 @@ def _seconds(where: str, value: str | float | None, default: float) -> float:
     )
 
 
-_ALL = Selection()
-_current: ContextVar[Selection | None] = ContextVar("selection", default=None)
-
-
-@contextmanager
-def selected(rows: Selection) -> Iterator[None]:
-    """Read only this selection of log files."""
-    token = _current.set(rows)
-    try:
-        yield
-    finally:
-        _current.reset(token)
-
-
 def selection() -> Selection:
-    """The current selection, set by `selected`."""
-    return _current.get() or _ALL
+    """The selection of `model.settings`."""
+    return CURRENT.get().rows or Selection()

@@ -11,7 +11,8 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.lowering.profile import Profile, read_profile, record_digest
-from boresight.model.resolve import estimator_of, profile_place, profiles
+from boresight.model.resolve import estimator_of, profile_place
+from boresight.model.settings import using
 from tests.support.track import Track
 
 SOURCE = """
@@ -138,9 +139,9 @@ def test_it_is_found_there_chosen_or_left_out(tmp_path: Path) -> None:
     beside = written(tmp_path / "sum.fit.json", own)
     other = written(tmp_path / "other.json", replace(own, logs=("other",)))
     assert getattr(estimator_of(str(file)).profile, "place", None) == str(beside)
-    with profiles([other]):
+    with using(profiles=(str(other),)):
         assert getattr(estimator_of(str(file)).profile, "place", None) == str(other)
-        with profiles([]):
+        with using(profiles=()):
             assert estimator_of(str(file)).profile is None
         with pytest.raises(InputError, match="wanted a profile of mekf, found 'sum'"):
             estimator_of("mekf")

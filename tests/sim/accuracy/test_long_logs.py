@@ -8,15 +8,16 @@ from typing import Any
 import pytest
 
 import boresight
+from boresight.model.settings import using
 from boresight.sim.attitude.worlds import synthetic_log, white
 from boresight.sim.records import feed, files
 from boresight.sim.records.files import content_of
-from boresight.sim.records.selection import Selection, selected
+from boresight.sim.records.selection import Selection
 
 
 def figures(folder: Path) -> list[Any]:
     """Of two logs from their first second on, without the seconds that it took."""
-    with selected(Selection.of(start="1s")):
+    with using(rows=Selection.of(start="1s")):
         errors = boresight.accuracy("complementary", folder, align="heading", jobs=2).to_json()
         tuned = boresight.tune(
             "complementary", folder, names=["kp_heading_per_s"], rounds=1, folds=2, jobs=2

@@ -17,9 +17,10 @@ from rosbags.typesys import Stores, get_typestore
 
 from boresight.cli import main
 from boresight.model.errors import InputError
+from boresight.model.settings import using
 from boresight.sim.records.files import log_files, read_record
 from boresight.sim.records.record import Record
-from boresight.sim.records.selection import Selection, selected
+from boresight.sim.records.selection import Selection
 from boresight.sim.rotations.rotation import rotate
 from tests.support.flights import AS_PX4, TURN, at_rest, flight, in_motion, write_bag
 
@@ -32,7 +33,7 @@ ODD = {**MOTION, "sensor_combined": [*_ROWS[:100], _ROWS[50], *_ROWS[99:300], *_
 
 def mapped(path: Path, text: str = AS_PX4) -> Record:
     (path.parent / "map.toml").write_text(text)
-    with selected(Selection.of(map=path.parent / "map.toml")):
+    with using(rows=Selection.of(map=path.parent / "map.toml")):
         return read_record(path)
 
 
@@ -100,12 +101,12 @@ def test_odd_times_are_counted(tmp_path: Path) -> None:
         "/imu: messages with a time far from those around them, left out: 1",
         "/mag: 7 samples dropped, a newer one falls into the same row",
     }
-    with selected(Selection.of(gaps="restart")):
+    with using(rows=Selection.of(gaps="restart")):
         record = read_record(path)
     assert np.flatnonzero(record.columns["dt"].values < 0).tolist() == [300]
     assert "gaps in the times, where the filter restarts: 1, the longest of 0.164 s" in record.notes
     refused = pytest.raises(InputError, match=r"t\[300\]: wanted steps .* a gap of 0\.164 s")
-    with selected(Selection.of(gaps="refuse")), refused:
+    with using(rows=Selection.of(gaps="refuse")), refused:
         read_record(path)
 
 

@@ -13,11 +13,12 @@ from boresight import Estimator, Input, Output, State
 from boresight.cli import main
 from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
+from boresight.model.settings import using
 from boresight.sim.records import maps
 from boresight.sim.records.feed import Feeder, feed, feeds
 from boresight.sim.records.files import content_of, read_pieces, read_record
 from boresight.sim.records.record import Record, joined, resized, timed
-from boresight.sim.records.selection import Selection, selected
+from boresight.sim.records.selection import Selection
 from tests.support.estimators import ALL
 
 
@@ -44,7 +45,7 @@ def log(tmp_path: Path) -> Path:
 def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
     (every,) = read_pieces(log, 10_000)
     wanted = Selection.of(**options)
-    with selected(wanted):
+    with using(rows=wanted):
         one = read_record(log)
         for rows in (1, 7, 100_000):
             many = joined([*read_pieces(log, rows)])
@@ -185,7 +186,7 @@ def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
     assert feed(TimedSum(), torn).warnings == told
     noted = replace(torn, notes=("gaps in the times: 1, longest 0.31 s",))  # of a recording
     assert feed(TimedSum(), noted).warnings == told
-    with selected(Selection.of(every=4)):
+    with using(rows=Selection.of(every=4)):
         assert feed(Sum(), even).warnings == (
             "--every 4: sum has no input dt and no rates_hz, and counts 4 rows as one step",
         )
@@ -206,7 +207,7 @@ def test_gaps_of_all_pieces_are_counted() -> None:
 
 def test_gaps_restart_what_restarts() -> None:
     record, mekf = Record.of({"dt": [-0.25]}), estimator("mekf")
-    with selected(Selection.of(gaps="restart")):
+    with using(rows=Selection.of(gaps="restart")):
         Feeder(mekf)
         mekf.restarts = False
         with pytest.raises(InputError, match="^--gaps restart: wanted an estimator .* found mekf;"):
@@ -246,7 +247,7 @@ def test_a_step_at_its_limit(kind: str, every: int) -> None:
     t = np.arange(200) * (0.1 / every) + (1e6 if kind == "late" else 0.0)
     times = {"s": t.round(2), "late": t, "ms": t * 1e3, "single": t.astype(np.float32)}[kind]
     head = "t[ms]" if kind == "ms" else "t"
-    with selected(Selection.of(every=every)):
+    with using(rows=Selection.of(every=every)):
         blocks = [Record.of({head: times, "z": np.zeros(200)})]
         record = joined([*Selection.of(every=every).pieces(timed(blocks))])
         result = feed(ShortSteps(), record)
@@ -277,7 +278,7 @@ def test_a_slice_begins_at_the_first_sample_of_what_is_held() -> None:
     class Held(Sum):
         inputs = (Input("z", -1.0, 1.0, missing="hold"),)
 
-    with selected(Selection.of(start=0.01)):
+    with using(rows=Selection.of(start=0.01)):
         result = feed(Held(), Record.of({"t": [0.01, 0.02, 0.03], "z": [np.nan, 0.5, np.nan]}))
     assert result.inputs.tolist() == [[0.5], [0.5]]
     assert result.warnings == ("z: no sample at the start of the slice; rows left out: 1",)
