@@ -147,8 +147,8 @@ class LogRuns:
         """Run some logs (all by default); the scores of each, fixed point first."""
         self.estimator.param_values(params)
         indices = range(len(self.feeds)) if indices is None else indices
-        own = {"initializer": CURRENT.set, "initargs": (CURRENT.get(),)}
-        with ThreadPoolExecutor(self.jobs, **own) as pool:
+        now = (CURRENT.get(),)
+        with ThreadPoolExecutor(self.jobs, initializer=CURRENT.set, initargs=now) as pool:
             return [*pool.map(lambda index: self._scores(index, params), indices)]
 
     def _scores(self, index: int, params: Mapping[str, float] | None) -> list[Scores]:

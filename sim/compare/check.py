@@ -328,16 +328,10 @@ class Check:
         interpreter: _Attempt,
         keep_all: bool,
     ) -> None:
-        """Run a piece on every level, and compare.
-
-        The interpreter has the states that another level has shown if any has.
-        """
+        """Run a piece on every level, and compare."""
         records = [rows.inputs for rows in piece]
         floating = CompiledFloat.run_together(self._levels(CompiledFloat), records, anew=anew)
         tried = [attempt.advance(records, anew) for attempt in attempts]
-        shown = next((runs for runs in tried if runs and runs[0].states is not None), None)
-        for k, level in enumerate(interpreter.levels):
-            level.shown = None if shown is None else shown[k].states
         fixed = interpreter.advance(records, anew)
         for k, part in enumerate(map(Part, piece, fixed, floating)):
             if len(part.given):
@@ -356,7 +350,7 @@ class Check:
 
     def _parts(self, number: int, sources: Sequence[Log]) -> Iterator[Part]:
         """Every row of an estimator's log, with the C and float64."""
-        kinds = (Emitted, CompiledFloat)
+        kinds: tuple[type[Level], ...] = (Emitted, CompiledFloat)
         levels = [[kind(self.build, k) for k in range(self._count)] for kind in kinds]
         begun = False
         for blocks in self._blocks(sources):

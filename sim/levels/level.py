@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, fields
-from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -62,21 +61,12 @@ class Run:
         return Run({n: v[start:stop] for n, v in self.outputs.items()}, **cut)
 
     @classmethod
-    def stacked(cls, runs: Sequence[Run]) -> Run:
-        """Runs of one level side by side, as one of arrays (n, runs, ...)."""
-        return cls._of_parts(runs, partial(np.stack, axis=1))
-
-    @classmethod
     def joined(cls, runs: Sequence[Run]) -> Run:
         """Runs of one level of which each goes on where the last one ended, as one."""
-        return cls._of_parts(runs, np.concatenate)
-
-    @classmethod
-    def _of_parts(cls, runs: Sequence[Run], join: Callable[[list[Any]], Any]) -> Run:
         parts = {f.name: [getattr(run, f.name) for run in runs] for f in fields(cls)}
-        outputs = {n: join([x[n] for x in parts["outputs"]]) for n in runs[0].outputs}
+        outputs = {n: np.concatenate([x[n] for x in parts["outputs"]]) for n in runs[0].outputs}
         arrays = {
-            name: None if values[0] is None else join(values)
+            name: None if values[0] is None else np.concatenate(values)
             for name, values in parts.items()
             if name not in ("outputs", "fault")
         }
@@ -113,13 +103,10 @@ class Level(ABC):
     tools: ClassVar[tuple[str, ...]]
     #: Whether it computes words, which must equal those of the integer interpreter.
     exact: ClassVar[bool] = True
-    #: Number of runs side by side, each with its own states (`batch`); None: without that axis.
+    #: Number of runs side by side, each with its own states (`Emitted`); None: without that axis.
     runs: int | None = None
     #: Whether runs have the states, of a level that can show them.
     traced: bool = True
-    #: States (n, n_states) that another level had in the records of the next run. A level may use
-    #: them to compute parts of it side by side (`sim.levels.segments`), never to believe them.
-    shown: IntArray | None = None
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         self.build, self.number, self.tool = build, number, tool or self.tools[0]
@@ -165,11 +152,6 @@ class Level(ABC):
         """One update of inputs (n_inputs,) in their units: `advance` with n = 1."""
         return self.advance(record[None])
 
-    @classmethod
-    def batch(cls, build: Build, runs: int) -> Level:
-        """The level with several runs side by side: inputs (n, runs, n_inputs)."""
-        return Batch([cls(build) for _ in range(runs)])
-
     def words_of_update(
         self, records: FloatArray, before: Iterable[FloatArray] = ()
     ) -> Sequence[Seen]:
@@ -214,32 +196,6 @@ class Level(ABC):
     def __exit__(self, *error: object) -> None:
         """Close."""
         self.close()
-
-
-class Batch(Level):
-    """Several runs of one estimator side by side, each on its own level."""
-
-    def __init__(self, levels: Sequence[Level]) -> None:
-        self.levels, self.runs, self.name = levels, len(levels), levels[0].name
-        super().__init__(levels[0].build, levels[0].number, levels[0].tool)
-
-    def reset(self) -> None:
-        """Set the states of every run to their start values."""
-        for level in self.levels:
-            level.reset()
-
-    def run(self, records: FloatArray) -> Run:
-        """Updates of every run: inputs (n, runs, n_inputs)."""
-        return Run.stacked([x.run(records[:, k]) for k, x in enumerate(self.levels)])
-
-    def advance(self, records: FloatArray) -> Run:
-        """`run` from where the last update of each ended."""
-        return Run.stacked([x.advance(records[:, k]) for k, x in enumerate(self.levels)])
-
-    def close(self) -> None:
-        """Release the resources of the levels."""
-        for level in self.levels:
-            level.close()
 
 
 def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more: object) -> Run:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.errors import require_choice
+from boresight.model.errors import require, require_choice
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
 from boresight.sim.levels.integer import Emitted, Interpreted
@@ -16,6 +16,9 @@ LEVELS: dict[str, type[Level]] = {
 
 
 def make_level(name: str, build: Build, runs: int | None = None) -> Level:
-    """Make a level; with ``runs``, that many runs side by side (`Level.batch`)."""
+    """Make a level; with ``runs``, which "c" alone takes, that many runs side by side."""
     require_choice("level", name, LEVELS)
-    return LEVELS[name](build) if runs is None else LEVELS[name].batch(build, runs)
+    if runs is None:
+        return LEVELS[name](build)
+    require(name == "c", "level", "c, which has runs side by side", name, "choose it")
+    return Emitted(build, runs=runs)

@@ -15,7 +15,7 @@ from boresight.model.nine_axis import INPUTS
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
-from boresight.sim.levels.segments import interpret
+from boresight.sim.levels.integer import interpret
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from tests.support.attitude.board.shared import odd_board
