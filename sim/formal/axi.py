@@ -1,4 +1,4 @@
-"""Proofs of AXI: `gateware.bus.axi`, `gateware.bus.axi`."""
+"""Proofs of AXI: `gateware.bus.axi`."""
 
 from __future__ import annotations
 
