@@ -435,7 +435,8 @@ class Update:
 
     def _is_grown(self, i: int) -> bool:
         """Whether others may move a state far beyond its largest standard deviation."""
-        return bool(self.growth[i]) and self.bounds[i] > _GROWN * self.kalman.largest_sd[i]
+        is_wide = self.bounds[i] > _GROWN * self.kalman.largest_sd[i]
+        return is_wide and math.fsum(self.growth[i].values()) > self.room[i]
 
     def _less_growth(self, grown: Sequence[int]) -> str:
         """What keeps the standard deviations of ``grown`` states in a prediction within `_GROWN`.

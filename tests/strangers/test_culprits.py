@@ -141,6 +141,19 @@ def test_what_widens_a_predicted_variance_is_named_and_the_cure_helps(cure: str)
     assert after < 0.5 * before
 
 
+@pytest.mark.parametrize(("variance", "told"), [(1e-6, True), (1e6, False)])
+def test_no_range_is_narrowed_to_a_wider_one(variance: float, told: bool) -> None:
+    """Noise alone may be wider than the largest standard deviation."""
+
+    class Noisy(Pulled):
+        def noise(self, x, u, p):
+            return {"v": variance}
+
+    noisy = Noisy()
+    noisy.compile()
+    assert ("narrow the range of dt" in str(noisy.remedies)) == told
+
+
 def test_a_wide_variance_of_an_innovation_asks_for_sd_max() -> None:
     log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N)}
     (result,) = boresight.check(Spread, log, levels=("fixed",), word=24)["results"]
