@@ -148,7 +148,10 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     if more := sum(c["worse"] for c in changes):
         first, others = changes[0], f", and {more - 1} more" if more > 1 else ""
         is_parameter = first["kind"] == "parameter"
-        was, value = (str(x) if is_parameter else _text(x) for x in (first["before"], first["now"]))
+        was, value = (
+            str(x) if is_parameter and x is not None else _text(x)
+            for x in (first["before"], first["now"])
+        )
         text = f"{first['figure']} {was} -> {value} {first['unit']}".rstrip()
         failures = [f"{'not as in' if is_parameter else 'worse than'} {file}: {text}{others}"]
     data = {"file": str(file), "equal": equal, "changes": changes}

@@ -54,6 +54,7 @@ BEFORE: dict[str, Any] = {
         (("rows", 0, "truth"), 0.5, "worse than old.json: pos: error from the truth 0.2 -> 0.5 m"),
         (("good",), False, "worse than old.json: good 1 -> 0"),
         (("parameters", "gain"), 0.300001, "not as in old.json: gain: value 0.3 -> 0.300001"),
+        (("parameters", "gain"), None, "not as in old.json: gain: value 0.3 -> none"),
         (("digest",), "b", ""),
     ],
 )
