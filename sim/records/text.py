@@ -11,7 +11,8 @@ import codecs
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
@@ -29,6 +30,7 @@ from boresight.sim.records.record import (
     Record,
     is_unit,
     name_of,
+    split_header,
     split_headers,
 )
 
@@ -240,7 +242,7 @@ def _table(
     for column in np.flatnonzero(invalid.any(axis=0)).tolist():
         row = int(np.argmax(invalid[:, column]))
         field = split[row][column].strip()
-        if [re.split(r"[\[(]", f.strip())[0].strip() for f in split[row]] == names:
+        if _is_header(split[row], names):
             faults[names[column]] = InputError.at(
                 f"{path}, line {row + first_line}",
                 wanted="a sample",
@@ -258,6 +260,13 @@ def _table(
         )
     table[invalid] = np.nan
     return table, faults
+
+
+def _is_header(fields: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether the fields of a line are the header of columns with these names."""
+    with suppress(InputError):
+        return [split_header("", field)[0] for field in fields] == names
+    return False
 
 
 def _units_fix(name: str, text: str) -> str:
