@@ -36,7 +36,7 @@ NAMED = 3
 RAISE = "raise sd_max of this Measurement"
 #: What helps where a covariance by hand is not exact enough.
 _MODEL = "write the model with boresight.kalman, or one scalar update for each measurement"
-#: And what else.
+#: What else keeps it positive.
 _POSITIVE = "use Joseph's form, or limit it by ops.maximum(p, FLOOR)"
 #: Widest word, bits.
 _WIDEST = 32
@@ -363,10 +363,18 @@ def _is_source(of: Traced, reached: Mapping[int, Range], value: int) -> bool:
 
 
 def variances_of(estimator: Estimator) -> set[int]:
-    """Numbers of the states that are variances; of one by hand without others, if it says so."""
+    """Numbers of the states that are variances.
+
+    A name like p00 may be another quantity's, such as a coefficient. It is a variance if it is
+    declared from 0 on, or if it begins above 0 and there are others.
+    """
     covariance, states = covariance_of(estimator), estimator.states
     several = len(covariance.axes) > 1
-    return {k for i, j, k in covariance.elements if i == j and (several or states[k].low >= 0.0)}
+    return {
+        k
+        for i, j, k in covariance.elements
+        if i == j and (states[k].low >= 0.0 or (several and states[k].initial > 0.0))
+    }
 
 
 def positive_text(of: Traced) -> str:
@@ -374,7 +382,7 @@ def positive_text(of: Traced) -> str:
     wider = "use a wider word, or " * (of.program.arithmetic.word < _WIDEST)
     if of.estimator.covariance_elements:
         return f"{wider}raise floor, or the process noise"
-    return f"{wider}{_MODEL}, {_POSITIVE}"
+    return f"{wider}{_MODEL}; or {_POSITIVE}"
 
 
 def rounding_text(

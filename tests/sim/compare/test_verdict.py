@@ -233,3 +233,15 @@ def test_a_variance_below_0_is_no_range_to_widen(
         (text,) = made.beyond_range
         assert re.match(r"the variance p00 is -0.0195 in step 8, below 0: ", text)
         assert "boresight.kalman" in text and "Joseph's form, or limit it by ops.maximum" in text
+
+
+def test_coefficients_that_have_names_of_variances_may_be_negative() -> None:
+    class Surface(Estimator):
+        inputs = (Input("u", -1.0, 1.0),)
+        states = tuple(State(name, -4.0, 4.0) for name in ("p00", "p10", "p11"))
+        outputs = (Output("y", tolerance=1e-3),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"p00": 0.9 * x.p00 - 0.2, "p10": x.p10, "p11": x.p11}, {"y": x.p00}
+
+    assert judge(Surface(), [0.0] * 20).good
