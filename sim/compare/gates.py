@@ -51,13 +51,15 @@ def gates_apart(
         if len(differ) and not apart:
             k = int(differ[0])
             step = rows + k
-            first = f"{fixed[k]:.0f} measurements, in float64 {floating[k]:.0f}"
+            first = f"{fixed[k]:.0f}, in float64 {floating[k]:.0f}"
         apart, rows = apart + len(differ), rows + len(records)
     if not 0 < apart <= _FEW * rows:
         return None
     wider = "use a wider word, or " * (build.word < 32)
+    counts = [name for name in names if name in ("accepted", _REJECTED)] or [_REJECTED]
+    shares = [f'Output("{name}", "bits", share={2.0 * apart / rows:.1g})' for name in counts]
     return step, (
-        f"step {step}, the gate ({', '.join(dict.fromkeys(lines))}) rejects {first}: an innovation "
-        f"is within rounding of the gate; {wider}accept that some decisions differ, by "
-        f'Output("{_REJECTED}", "bits", share={2.0 * apart / rows:.1g})'
+        f"step {step}, measurements that the gate ({', '.join(dict.fromkeys(lines))}) rejects: "
+        f"{first}; an innovation is within rounding of the gate; {wider}accept that some decisions "
+        f"differ, by {' and '.join(shares)}"
     )

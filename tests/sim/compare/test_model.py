@@ -183,9 +183,11 @@ def test_a_gate_that_decides_otherwise_than_in_float64_is_to_blame_and_may_be_ac
         kind = type("Near", (Near,), changes)
         return boresight.check(kind, columns, levels=("fixed",), word=20)["results"][0]
 
-    culprit = near().accuracy.culprit
-    said = r"step \d+, the gate \(test_model\.py, line \d+\) rejects [01] measurements, in float64 "
-    said += r'[01]: .*; use a wider word, or .*, by Output\("rejected", "bits", share=(\S+)\)'
-    found = re.fullmatch(said, culprit)
-    assert found, culprit
-    assert near(outputs=(*Near.outputs, Output("rejected", "bits", share=float(found[1])))).good
+    for name, others in (("rejected", ()), ("accepted", (Output("accepted", "bits"),))):
+        culprit = near(outputs=(*Near.outputs, *others)).accuracy.culprit
+        said = r"step \d+, measurements that the gate \(test_model\.py, line \d+\) rejects: "
+        said += r"[01], in float64 [01]; .*; use a wider word, or .*, by "
+        said += rf'Output\("{name}", "bits", share=(\S+)\)'
+        found = re.fullmatch(said, culprit)
+        assert found, culprit
+        assert near(outputs=(*Near.outputs, Output(name, "bits", share=float(found[1])))).good
