@@ -158,6 +158,7 @@ def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
             excepted.setdefault((r.reason, r.unless), []).append(r.line)
     for (reason, unless), places in excepted.items():
         more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        text += f"; {len(places)} may be exceeded, as stated: {reason} ({places[0]}{more}), unless "
-        text += unless
+        whose = "its" if len(places) == 1 else "their"
+        text += f"; {len(places)} exceeded in the search, as {whose} exception allows: {reason} "
+        text += f"({places[0]}{more}), unless {unless}"
     return [text, *lines]
