@@ -52,7 +52,7 @@ def params_of_each(
     Parameters
     ----------
     params : mapping, sequence of str or None
-        For one estimator its values by name; for several, such a mapping by estimator; or texts.
+        For one estimator its values by name; for any, such a mapping by estimator; or texts.
     besides : sequence of str, class or Estimator
         Further programs of the core; names without an estimator are never theirs.
 
@@ -83,7 +83,7 @@ def _given(
 ) -> Iterator[tuple[str, str | None, Any]]:
     """Where values were given, the estimator that they belong to, and the values."""
     if isinstance(params, Mapping):
-        items = {only: params} if only else params
+        items = {only: params} if only and [*params] != [only] else params
         yield from (("parameters", name, values) for name, values in items.items())
         return
     for text in params or ():

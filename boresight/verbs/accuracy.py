@@ -8,7 +8,7 @@ boresight accuracy mekf flight.ulg --align heading  # without a constant offset 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
@@ -71,14 +71,17 @@ def accuracy(
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)
-    ours = [estimator_of(n) for n in estimator_names(*named)]
+    ours = [estimator_of(n) for n in named]
     check_word(word)
     require_choice("align", align, ALIGNMENTS)
     require_whole("jobs", jobs, 1)
     missing = peers if names == FIRST and not find_spec("vqf") else []
     peers = [] if missing else peers
     require_peers(peers)
-    values = _params(ours, params)
+    wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
+    require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
+    each = zip(ours, params_of_each(ours, params), strict=True)
+    values = {e.name: some for e, some in each if some}
     for e in [] if logs and align == "none" else ours:
         where, fix = "logs", "name one after the estimator; the bundled ones are of attitudes"
         where, fix = ("--align", "leave --align out") if logs else (where, fix)
@@ -86,12 +89,10 @@ def accuracy(
         require(gives_attitude(e), where, wanted, found, fix)
     if not logs:
         say("no log named: the bundled ones")
-    trials, left_out = read_trials(logs, ours, load=bool(peers))
-
+    trials, notes = read_trials(logs, ours, load=bool(peers))
     result = benchmark(
         ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
     )
-    notes = [f"log {log.name} has no truth: left out" for log in left_out]
     notes += [f"{n} left out: its package vqf is missing" for n in missing]
     return replace(result, notes=(*result.notes, *notes))
 
@@ -105,30 +106,15 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     Raises
     ------
     InputError
-        A name twice, or none.
+        An estimator twice, or nothing.
     """
     installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
     ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
-    words = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
-    members: list[Named] = []
-    for name in [names] if isinstance(names, str | Estimator | type) else names:
-        for text in split_names(name) if isinstance(name, str) else [name]:
-            members += words.get(text, [text]) if isinstance(text, str) else [text]
-    duplicates = [n for k, n in enumerate(members) if isinstance(n, str) and n in members[:k]]
-    found, fix = [f"{n} twice" for n in duplicates], f"name some, or one of {', '.join(words)}"
-    good = bool(members) and not duplicates
-    require(good, "estimators", "at least one, each once", found[0] if found else None, fix)
-    published = [n for n in members if isinstance(n, str) and n in PEERS]
-    return [n for n in members if n not in published], published
-
-
-def _params(
-    ours: Sequence[Estimator], params: Mapping[str, Any] | Sequence[str] | None
-) -> dict[str, Mapping[str, float]]:
-    """Parameter values by estimator: from Python by estimator, or texts of the command line."""
-    wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
-    require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
-    if isinstance(params, Mapping) and [*params] == [e.name for e in ours]:
-        params = [*params.values()][0] if len(ours) == 1 else params
-    values = zip(ours, params_of_each(ours, params), strict=True)
-    return {e.name: some for e, some in values if some}
+    words: dict[Any, list[Any]] = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
+    several = [names] if isinstance(names, str | Estimator | type) else names
+    texts = [t for n in several for t in (split_names(n) if isinstance(n, str) else [n])]
+    members = [member for text in texts for member in words.get(text, [text])]
+    fix = f"name some, or one of {', '.join(words)}"
+    require(bool(members), "estimators", "at least one", None, fix)
+    own = estimator_names(*(n for n in members if n not in PEERS))
+    return own, [n for n in dict.fromkeys(members) if n in PEERS]

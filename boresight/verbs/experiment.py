@@ -16,7 +16,7 @@ from boresight.model.errors import InputError, require_whole
 from boresight.model.tools.files import output_folder
 from boresight.options import ExperimentName, OutputFolder, Progress
 from boresight.sim.experiments.experiment import Experiment, Target, experiment_of, result_of
-from boresight.sim.experiments.page import target_rows
+from boresight.sim.experiments.targets import target_rows
 from boresight.sim.result import Result, plain
 
 

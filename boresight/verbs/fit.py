@@ -35,12 +35,11 @@ from boresight.sim.compare.diagnosis import NAMED
 from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
 from boresight.sim.fit.observe import Inputs
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feeds
 from boresight.sim.records.files import Log, log_files, logs_of
 from boresight.sim.result import Result
-from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import is_world, world_of
+from boresight.sim.worlds.loop import recorded
+from boresight.sim.worlds.world import is_world
 
 GROUPS = (options.LogRows, options.Tolerances)
 
@@ -109,22 +108,16 @@ def fit(
         fix = "name a log, or a world as file.py:Class"
         raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
     place = Path(output or profile_place(estimator, found.name) or f"{found.name}.fit.json")
-    logs = [s for s in sources if not is_world(s)]
-    target = OutputFile(place, inputs=log_files(s for s in logs if isinstance(s, str | Path)))
+    files = log_files(s for s in sources if isinstance(s, str | Path) and not is_world(s))
+    target = OutputFile(place, inputs=files)
     say = progress or (lambda text: None)
-    records: dict[str, Inputs] = {}
-
-    def keep(name: str, inputs: Inputs) -> None:
+    build, records = Build(found, params=[values]), dict[str, Inputs]()
+    logs = [recorded(s, build, steps) if is_world(s) else s for s in sources]
+    for log in logs_of(logs, steps):
+        name = log.name
         while name in records:
             name += f" {len(records) + 1}"
-        records[name] = inputs
-
-    for log in logs_of(logs, steps):
-        keep(log.name, partial(_inputs, found, log))
-    for world in (world_of(s) for s in sources if is_world(s)):
-        say(f"{world.name} and {found.name} in float64")
-        with make_level("float", Build(found, params=[values])) as level:
-            keep(world.name, close_loop(world, level, steps=steps).inputs)
+        records[name] = partial(_inputs, found, log)
     fit_result = fitted(
         found, records, params=values, starts=initial_covariances(found), progress=say
     )

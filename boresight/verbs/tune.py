@@ -90,12 +90,7 @@ def tune(
     require_whole("jobs", jobs, 1)
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, inputs=files)
-    trials, left_out = read_trials(logs, [made])
-    compared = [trial.name for trial in trials if trial.reference != "truth"]
-    trials = [trial for trial in trials if trial.name not in compared]
-    if not trials:
-        found, fix = f"a device's estimate in {', '.join(compared)}", "name logs with truth"
-        raise InputError.at("logs", wanted="a log with truth", found=found, fix=fix)
+    trials, notes = read_trials(logs, [made], comparisons=False)
     units = {name: unit for trial in trials for name, unit in trial.units.items()}
     given = numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
     counted = weights_of(units, given)
@@ -109,8 +104,6 @@ def tune(
     result = Tuning(runs, axes, values, counted, rounds, say).result(
         [trial.name for trial in trials], units, tests
     )
-    notes = [text for trial in trials for text in trial.warnings]
-    notes += [f"log {log.name} has no truth: left out" for log in left_out]
     result = replace(result, data={**result.data, "word": word}, notes=(*result.notes, *notes))
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")

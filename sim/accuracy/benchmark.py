@@ -96,8 +96,7 @@ def benchmark(
         "parameters": {e.name: e.param_values(params.get(e.name)) for e in estimators},
         "estimators": rows,
     }
-    notes = [text for trial in trials for text in trial.warnings]
-    notes += [
+    notes = [
         f"{row['estimator']}: {saturated_text(row['saturated_updates'], row['saturations'])}"
         for row in rows
         if row["saturated_updates"]

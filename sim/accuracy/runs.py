@@ -49,28 +49,27 @@ class Trial:
         return self.log.name
 
     @property
-    def warnings(self) -> dict[str, None]:
-        """What the reader warns of, once for all estimators."""
-        fed = (columns for _, columns in self.feeds.values())
-        return {f"{self.name}: {text}": None for columns in fed for text in columns.warnings}
-
-    @property
     def reference(self) -> str:
         """What the log's reference is: "truth", or "comparison", the estimate of another device."""
         return "comparison" if self.log.comparison else "truth"
 
 
 def read_trials(
-    logs: Sequence[Any], estimators: Sequence[Estimator], *, load: bool = False
-) -> tuple[list[Trial], list[Log]]:
-    """Logs with truth, in the order of their names, and the logs that are left out.
+    logs: Sequence[Any],
+    estimators: Sequence[Estimator],
+    *,
+    load: bool = False,
+    comparisons: bool = True,
+) -> tuple[list[Trial], list[str]]:
+    """Logs with truth, in the order of their names; lines of warning about these and the others.
 
-    By default the bundled logs. ``load``: hold whole logs in memory, as published filters need.
-    Raises InputError for a bad log, a log named twice, or none with truth.
+    By default the bundled logs. ``load``: hold whole logs in memory, as published filters need;
+    ``comparisons``: also logs whose reference is a comparison. Raises InputError for a bad log, a
+    log named twice, or none with truth.
     """
     fix = "record it first: boresight run ESTIMATOR WORLD -o log.csv"
     require(not any(map(is_world, logs)), "logs", "logs", "a world", fix)
-    trials, left_out = list[Trial](), list[Log]()
+    trials, notes, left_out = list[Trial](), list[str](), list[str]()
     found = logs_of(logs or [bundled(name) for name in bundled_names()], load=load)
     for name, times in Counter(log.name for log in found).items():
         require(times == 1, "logs", "each once", f"{name} twice", "name it once")
@@ -83,14 +82,17 @@ def read_trials(
         units = {name: unit for fed in feeds.values() for name, unit in units_of(*fed).items()}
         if load and not units and _has_attitude(log):
             units = dict.fromkeys(ANGLES, "deg")
-        if units:
+        if units and (comparisons or not log.comparison):
             trials.append(Trial(log, feeds, units))
+            told = dict.fromkeys(text for _, fed in feeds.values() for text in fed.warnings)
+            notes += [f"{log.name}: {text}" for text in told]
         else:
-            left_out.append(log)
+            why = "has a device's estimate" if units else "has no truth"
+            left_out.append(f"log {log.name} {why}: left out")
     example = estimators[0].outputs[0].name if estimators else "qw"
-    wanted = f"at least one log with the truth of an output, as {example}_true"
-    require(bool(trials), "logs", wanted, None, "name logs with truth")
-    return trials, left_out
+    wanted, others = f"a log with the truth of an output, as {example}_true", "; ".join(left_out)
+    require(bool(trials), "logs", wanted, others or None, "name logs with truth")
+    return trials, notes + left_out
 
 
 def _has_attitude(log: Log) -> bool:

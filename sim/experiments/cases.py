@@ -15,9 +15,8 @@ from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import run_forms
-from boresight.sim.experiments.page import render
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
-from boresight.sim.experiments.targets import targets_of
+from boresight.sim.experiments.targets import render, targets_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.pages import Section

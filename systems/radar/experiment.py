@@ -15,8 +15,7 @@ from boresight import Experiment, ExperimentResult
 from boresight.model.arrays import FloatArray
 from boresight.sim.compare.difference import differences
 from boresight.sim.experiments.forms import schedules_of
-from boresight.sim.experiments.page import render
-from boresight.sim.experiments.targets import targets_of
+from boresight.sim.experiments.targets import render, targets_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.pages import Section

@@ -35,9 +35,8 @@ from boresight.sim.attitude.ma2014.world import (
 )
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import run_forms, schedules_of
-from boresight.sim.experiments.page import render
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
-from boresight.sim.experiments.targets import targets_of
+from boresight.sim.experiments.targets import render, targets_of
 from boresight.sim.levels.level import Run
 from boresight.sim.pages import Section
 from boresight.sim.records.feed import feed
