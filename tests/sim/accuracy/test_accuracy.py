@@ -100,9 +100,7 @@ def test_logs_of_the_same_name(folder, capsys) -> None:
 def test_a_log_without_truth_is_left_out(folder) -> None:
     result = boresight.accuracy("complementary", folder, jobs=1)
     assert len(result["logs"]) == 2 and "log blind has no truth: left out" in result.notes
-    with pytest.raises(
-        InputError, match="wanted a log with the truth .*, found log blind has no truth"
-    ):
+    with pytest.raises(InputError, match="wanted a log with the truth .*, found log blind has"):
         boresight.accuracy("complementary", folder / "none")
 
 
