@@ -483,8 +483,16 @@ def is_unit(text: str) -> bool:
 
 
 def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | None]]:
-    """Names and units of columns; raises InputError as `split_header`, and for a name twice."""
+    """Names and units of columns; raises InputError as `split_header`, and for a name twice.
+
+    Round brackets that alone make a name another one, ``alt (m)`` and ``alt (ft)``, are part of it.
+    """
     pairs = [split_header(where, head) for head in heads]
+    counts = Counter(name for name, _ in pairs)
+    pairs = [
+        (head.strip(), None) if counts[name] > 1 and "[" not in head else (name, unit)
+        for head, (name, unit) in zip(heads, pairs, strict=True)
+    ]
     for name, count in Counter(name for name, _ in pairs).items():
         if count > 1:
             raise InputError.at(

@@ -30,7 +30,6 @@ from boresight.sim.records.record import (
     Record,
     is_unit,
     name_of,
-    split_header,
     split_headers,
 )
 
@@ -265,7 +264,7 @@ def _table(
 def _is_header(fields: Sequence[str], names: Sequence[str]) -> bool:
     """Whether the fields of a line are the header of columns with these names."""
     with suppress(InputError):
-        return [split_header("", field)[0] for field in fields] == names
+        return [name for name, _ in split_headers("", fields)] == names
     return False
 
 

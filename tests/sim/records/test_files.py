@@ -312,7 +312,7 @@ def test_empty_fields_are_gaps() -> None:
          " end; sed 's/, *\\r*$//' walk.csv > walk-columns.csv"),
         (",a\n0,2\n", "walk.csv, line 1: wanted a name for every column, found none for the "),
         ("a,b\n1,2\na,b\n3,4\n", "walk.csv, line 3: wanted a sample, found the header again; "),
-        ("a (s),b (x)\n1,2\na (s),b (x)\n3,4\n", "walk.csv, line 3: wanted a sample, found the h"),
+        ("a (s),a (x)\n1,2\na (s),a (x)\n3,4\n", "walk.csv, line 3: wanted a sample, found the h"),
         ("t,b\n12:00:01,2\n12:00:02,3\n", "walk.csv, line 2, column t: wanted a finite number, "
          "found '12:00:01'; write seconds in place of times of day, by pandas: "),
         ("t[us],b\n4294967000,1\n704,2\n", "walk.csv, line 3, column t: wanted a time above "

@@ -155,6 +155,9 @@ def test_what_a_record_is_made_of() -> None:
     columns = {n: c.unit for n, c in Record.of(dict.fromkeys(heads, [0.0])).columns.items()}
     units = {"t": "ms", "a": "m/s^2", "b": "m/(s*s)"}
     assert columns == {**units, **dict.fromkeys(heads[3:])}
+    heads = ("h[m]", "h (ft)", "alt (m)", "alt (ft)")
+    columns = {n: c.unit for n, c in Record.of(dict.fromkeys(heads, [0.0])).columns.items()}
+    assert columns == {"h": "m", **dict.fromkeys(heads[1:])}
 
 
 # -- the nine-axis log as a record, and back ------------------------------------------------------
