@@ -34,8 +34,6 @@ class Recorded:
     #: bool (n,): Whether a result of the update was clamped, an input word beyond its range.
     saturated: BoolArray
     beyond: BoolArray
-    #: Source of the inputs.
-    source: str
 
     @property
     def unhurried(self) -> int:
@@ -95,7 +93,6 @@ def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]
             "number": run.number,
             "name": core.programs[run.number].program,
             "records": len(run.inputs),
-            "source": run.source,
             "inputs": inputs[k],
             "outputs": outputs[k],
         }

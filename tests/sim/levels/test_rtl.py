@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.attitude import estimator
 from boresight.model.estimator import State
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels import rtl as module
@@ -15,9 +14,6 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Interpreted, words_of
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.levels.vectors import recorded
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.estimators import Leaky
 from tests.support.track import Track
@@ -166,15 +162,3 @@ def test_wandering() -> None:
     (again,) = recorded(Build(Track()))
     assert (again.inputs == run.inputs).all() and (again.outputs == run.outputs).all()
     assert run.saturated.any() and not run.saturated.all()
-
-
-def test_from_the_log() -> None:
-    build = Build(estimator("complementary"))
-    (run,) = recorded(build)
-    columns = feed(build.estimators[0], read_record(bundled("synthetic_60s")))
-    count = len(run.inputs)
-    assert run.source == f"synthetic_60s, samples 4000 to {3999 + count}"
-    same = (run.inputs == columns.words(build.programs[0])[4000 : 4000 + count]).all(axis=1)
-    assert same.tolist() == [k != count - 2 for k in range(count)]
-    assert count == 10_000 // build.core.schedule.interval
-    assert np.ptp(run.inputs[:, 1]) > 0 and (run.inputs[:, 4] != 0).any()
