@@ -110,11 +110,12 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     """
     installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
     ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
-    words: dict[Any, list[Any]] = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
+    words: dict[str, list[Any]] = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
     several = [names] if isinstance(names, str | Estimator | type) else names
     texts = [t for n in several for t in (split_names(n) if isinstance(n, str) else [n])]
-    members = [member for text in texts for member in words.get(text, [text])]
+    members = [m for t in texts for m in (words.get(t, [t]) if isinstance(t, str) else [t])]
     fix = f"name some, or one of {', '.join(words)}"
     require(bool(members), "estimators", "at least one", None, fix)
-    own = estimator_names(*(n for n in members if n not in PEERS))
-    return own, [n for n in dict.fromkeys(members) if n in PEERS]
+    published = dict.fromkeys(n for n in members if isinstance(n, str) and n in PEERS)
+    own = [n for n in members if not (isinstance(n, str) and n in published)]
+    return estimator_names(*own), [*published]

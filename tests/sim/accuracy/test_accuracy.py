@@ -89,6 +89,14 @@ def test_narrow_words_fail(logs) -> None:
     assert not result.good and "attitude beyond its tolerance" in str(result)
 
 
+def test_an_estimator_that_is_a_dataclass(logs) -> None:
+    own = dataclasses.dataclass(type("Own", (Complementary,), {"name": "own"}))()
+    assert [*rows(boresight.accuracy([own], logs[0], jobs=1))] == [
+        ("own", "fixed"),
+        ("own", "float"),
+    ]
+
+
 def test_logs_of_the_same_name(folder, capsys) -> None:
     """The commonest layout of data: a folder for each run, and the same name in each."""
     paths = [str(folder / name / "log.csv") for name in ("log1", "log2")]
