@@ -15,7 +15,7 @@ import re
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -99,16 +99,13 @@ def names_of_entry_points(group: str) -> list[str]:
     return sorted({point.name for point in metadata.entry_points(group=group)})
 
 
-def offered(base: type[T], kind: str, group: str) -> tuple[dict[str, type[T]], tuple[str, ...]]:
-    """Return the classes of a group of entry points by name, and a line for each that fails."""
+def offered(base: type[T], kind: str, group: str) -> dict[str, type[T]]:
+    """Return the classes of a group of entry points by name, those that can be imported."""
     classes: dict[str, type[T]] = {}
-    unusable = []
-    for point in sorted(metadata.entry_points(group=group), key=lambda point: point.name):
-        try:
-            classes.setdefault(point.name, _loaded(point, base, f"{kind} {point.name}"))
-        except InputError as error:
-            unusable.append(str(error))
-    return classes, tuple(unusable)
+    for name in names_of_entry_points(group):
+        with suppress(InputError):
+            classes[name] = _lookup(name, base, kind, group)
+    return classes
 
 
 def load(source: Any, base: type[T], kind: str, group: str) -> T:

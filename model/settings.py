@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -26,6 +27,14 @@ class Settings:
     profiles: tuple[str, ...] | None = None
     tolerances: tuple[str, ...] = ()
     rows: Any = None
+
+    @property
+    def options(self) -> str:
+        """Options of a command line for profiles and tolerances, each after a space."""
+        texts = [("tolerance", text) for text in self.tolerances]
+        texts += [("profile", file) for file in self.profiles or ()]
+        texts += [("profile", "none")] * (self.profiles == ())
+        return "".join(f" --{name} {shlex.quote(text)}" for name, text in texts)
 
 
 _DECLARED = Settings()

@@ -88,22 +88,16 @@ def baseline(result: Result, file: str | Path) -> Result:
     """
     wanted, fix = "a result of check, compile or accuracy", "compare one of these"
     require(bool(result.judged), "baseline", wanted, "one of another verb", fix)
-    earlier = read_baseline(file, result.judged)
+    wanted = "an earlier result, which --json prints"
+    earlier = read_json(file, wanted)
+    found = f"one of {', '.join(earlier)}"[:80] if isinstance(earlier, dict) else kind_of(earlier)
+    good = bool(_figures(earlier, result.judged))
+    require(good, str(file), f"{wanted} for the same verb", found, "write it with --json > FILE")
     return compared(result.to_json(), earlier, result.judged, file=file)
 
 
-def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
-    """An earlier result; raises InputError if it cannot be read, or is not one of this kind."""
-    wanted = "an earlier result, which --json prints"
-    data = read_json(path, wanted)
-    found = f"one of {', '.join(data)}"[:80] if isinstance(data, dict) else kind_of(data)
-    good = bool(_figures(data, judged))
-    require(good, str(path), f"{wanted} for the same verb", found, "write it with --json > FILE")
-    return data
-
-
 def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str | Path) -> Result:
-    """Compare plain data of a result with an earlier one (`read_baseline`).
+    """Compare plain data of a result with an earlier one.
 
     Returns the number of ``equal`` figures and the ``changes``, the worse ones first; good unless a
     figure is worse than accepted, or missing. Raises InputError if they cannot be compared.

@@ -108,7 +108,7 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     InputError
         An estimator twice, or nothing.
     """
-    installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
+    installed = offered(Estimator, "estimator", ESTIMATOR_GROUP)
     ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
     words: dict[str, list[Any]] = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
     several = [names] if isinstance(names, str | Estimator | type) else names

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 from boresight import options
 from boresight.model.errors import InputError, require, require_choice, require_whole
+from boresight.model.settings import CURRENT
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.parameters import params_of
@@ -141,4 +142,5 @@ def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:
     settings = "".join(f" --param {name}={value!r}" for name, value in campaign.params)
     settings += f" --word {campaign.word}" if campaign.word != 32 else ""
     settings += f" --steps {campaign.steps}" if campaign.steps else ""
+    settings += CURRENT.get().options
     return f"boresight run {names} --levels {campaign.on} --seed {worst['seed']}{settings}"

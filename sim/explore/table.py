@@ -229,12 +229,10 @@ def _commands(case: Case, exploration: Exploration) -> tuple[str, ...]:
     """Command lines that make and check a combination; none for an object."""
     if not isinstance(case.named, str):
         return ()
-    settings, name = CURRENT.get(), shlex.quote(case.named)
+    name = shlex.quote(case.named)
     options = f"--word {case.word} --config {case.config}"
     options += "".join(f" --param {n}={value!r}" for n, value in exploration.params)
-    options += "".join(f" --tolerance {shlex.quote(text)}" for text in settings.tolerances)
-    options += "".join(f" --profile {shlex.quote(file)}" for file in settings.profiles or ())
-    options += " --profile none" if settings.profiles == () else ""
+    options += CURRENT.get().options
     texts = [x for x in (*exploration.logs, *exploration.worlds) if isinstance(x, str)]
     rows = selection().options + (f" --steps {exploration.steps}" if exploration.steps else "")
     check = f"boresight check {name} {shlex.join(texts)} {options}{rows}"

@@ -25,7 +25,7 @@ def estimators() -> dict[str, type[Any]]:
     from boresight.model.estimator import Estimator
     from boresight.model.resolve import ESTIMATOR_GROUP, offered
 
-    return offered(Estimator, "estimator", ESTIMATOR_GROUP)[0]
+    return offered(Estimator, "estimator", ESTIMATOR_GROUP)
 
 
 def programs(folder: Path, words: Sequence[int]) -> None:

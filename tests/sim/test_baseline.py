@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.baseline import Figure, compared, read_baseline
+from boresight.sim.baseline import Figure, baseline, compared
+from boresight.sim.result import Result
 
 JUDGED = {
     "word": Figure("word", "same"),
@@ -113,7 +114,8 @@ def test_results_of_another_width_are_not_compared(tmp_path) -> None:
         compared({**BEFORE, "word": 24}, BEFORE, JUDGED, file="f")
     path = tmp_path / "old.json"
     path.write_text(json.dumps(BEFORE))
-    assert read_baseline(path, JUDGED) == BEFORE
+    result = Result(BEFORE, judged=JUDGED)
+    assert baseline(result, path).good
     path.write_text('{"a": 1}')
     with pytest.raises(InputError, match="wanted an earlier result"):
-        read_baseline(path, JUDGED)
+        baseline(result, path)

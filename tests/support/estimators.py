@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.resolve import ESTIMATOR_GROUP, offered
+from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points, offered
 
-ALL, _UNUSABLE = offered(Estimator, "estimator", ESTIMATOR_GROUP)
-assert not _UNUSABLE
+ALL = offered(Estimator, "estimator", ESTIMATOR_GROUP)
+assert [*ALL] == names_of_entry_points(ESTIMATOR_GROUP)
 
 
 class Leaky(Estimator):
