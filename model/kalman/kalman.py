@@ -253,8 +253,11 @@ class Kalman(Estimator):
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]
     ) -> tuple[tuple[str, ...], FloatArray] | None:
-        """See `Estimator`: of the outputs that are scalar states."""
-        names = tuple(o.name for o in self.outputs if o.name in self.errors)
+        """See `Estimator`: of the outputs that are scalar states, in their units."""
+        units = {s.name: s.unit for s in self.states}
+        names = tuple(
+            o.name for o in self.outputs if o.name in self.errors and o.unit == units.get(o.name)
+        )
         if not names:
             return None
         at = [self.errors.index(name) for name in names]

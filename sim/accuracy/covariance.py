@@ -7,13 +7,16 @@ named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the upper or the lo
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Param
+from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.methods import called
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
@@ -73,3 +76,44 @@ def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
 
     sets = zip(P0, SHARES, strict=True) if found else [(0.0, 0.0)]
     return [{p.name: value(p, *of) for p in angles or found} for of in sets]
+
+
+def own_covariance(
+    estimator: Estimator, states: Mapping[str, FloatArray], params: Mapping[str, float]
+) -> tuple[tuple[str, ...], FloatArray] | None:
+    """`Estimator.error_covariance`, checked: names, and covariances (n, k, k) for states (n,).
+
+    InputError: the method raises, or returns something else.
+    """
+    where = f"estimator {estimator.name}, error_covariance"
+    given = called(
+        estimator.error_covariance,
+        states,
+        params,
+        where=where,
+        wanted="names and covariances",
+        kind=tuple | None,
+        answer="return (names, covariances) or None",
+    )
+    if given is None:
+        return None
+    known = {*states, *(o.name for o in estimator.outputs)}
+    count = max(map(len, states.values()), default=0)
+    try:
+        given_names, values = given
+        names = (given_names,) if isinstance(given_names, str) else tuple(given_names)
+        covariances: FloatArray = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        found = str(error) if len(given) == 2 else f"{len(given)} values"
+    else:
+        unknown = [name for name in names if name not in known]
+        if not unknown and covariances.shape == (count, len(names), len(names)):
+            return names, covariances
+        shapes = f"the shape {covariances.shape} of {len(names)} names"
+        found = f"the name {unknown[0]!r}" if unknown else shapes
+    raise InputError.at(
+        where,
+        wanted=f"names of states, and covariances of {count} records, each a matrix of them",
+        found=found,
+        fix="return (names, covariances), an array (n, k, k) for k names",
+    )

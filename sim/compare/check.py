@@ -17,6 +17,7 @@ from boresight.model.errors import ToolMissing, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
+from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.compare.claims import FoldedClaims, claim_results
 from boresight.sim.compare.difference import Differences, around
 from boresight.sim.compare.results import (
@@ -427,10 +428,11 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
     An angle may be given by more than one turn, if the column has a unit.
     """
     lines, names = list[str](), truth_names(given.record)
+    units = {o.name: o.unit for o in estimator.outputs}
     for s in estimator.states:
         values = given.truth.get(s.name, np.zeros(0))
         values = values[np.isfinite(values)]
-        if not len(values):
+        if not len(values) or units[s.name] != s.unit:
             continue
         column, turn = names[s.name], PERIODS.get(s.unit, 0.0)
         has_unit = given.record.columns[column].unit is not None
@@ -458,13 +460,15 @@ def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:
         program.values[state].name: program.format(state).real(run.states[: len(given), k])
         for k, (state, _) in enumerate(program.states)
     }
-    if (own := estimator.error_covariance(states, build.values[number])) is None:
+    if (own := own_covariance(estimator, states, build.values[number])) is None:
         return []
     lines, units = list[str](), {o.name: o.unit for o in estimator.outputs}
+    # An output with the name of a state may be its prediction.
+    estimates = {name: values[: len(given)] for name, values in run.outputs.items()} | states
     for k, name in enumerate(own[0]):
-        if name not in given.truth or name not in run.outputs:
+        if name not in given.truth or name not in estimates:
             continue
-        error = np.abs(run.outputs[name][: len(given)] - given.truth[name])
+        error = np.abs(estimates[name] - given.truth[name])
         unit = units.get(name, "")
         error = around(error, PERIODS[unit]) if unit in PERIODS else error
         variance = own[1][:, k, k]

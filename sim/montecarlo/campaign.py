@@ -14,8 +14,8 @@ from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
-from boresight.model.methods import called
 from boresight.model.resolve import Named, estimator_of
+from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.verdict import saturations
 from boresight.sim.levels.build import Build
@@ -191,23 +191,10 @@ def _nees(
         return [], 0
     at_marks = {name: values[marks] for name, values in states.items()}
     estimator = campaign.estimator
-    where, wanted = f"estimator {estimator.name}, error_covariance", "names and covariances"
-    covariances = called(
-        estimator.error_covariance,
-        at_marks,
-        campaign.values,
-        where=where,
-        wanted=wanted,
-        kind=tuple | None,
-        answer="return (names, covariances) or None",
-    )
-    if covariances is None:
+    own = own_covariance(estimator, at_marks, campaign.values)
+    if own is None or not set(own[0]) <= set(errors):
         return [], 0
-    names, p = _checked(
-        covariances, len(marks), {*states, *(o.name for o in estimator.outputs)}, where
-    )
-    if not set(names) <= set(errors):
-        return [], 0
+    names, p = own
     e = np.stack([errors[name][marks] for name in names], axis=1)
     # In units of the standard deviations, since the scales of states may differ by much.
     variances = np.einsum("nii->ni", p)
@@ -216,33 +203,9 @@ def _nees(
         scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
         raise InputError.at(
-            where,
+            f"estimator {estimator.name}, error_covariance",
             wanted="covariances that are positive definite",
             found="a singular one",
             fix="leave out what follows from the others, or give it noise",
         ) from None
     return np.einsum("ni,ni->n", e / sd, scaled).tolist(), len(names)
-
-
-def _checked(
-    given: tuple[Any, ...], marks: int, known: set[str], where: str
-) -> tuple[tuple[str, ...], FloatArray]:
-    """Names and covariances of an estimator, if they are of its states and fit each other."""
-    try:
-        given_names, values = given
-        names = (given_names,) if isinstance(given_names, str) else tuple(given_names)
-        covariances: FloatArray = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        found = str(error) if len(given) == 2 else f"{len(given)} values"
-    else:
-        unknown = [name for name in names if name not in known]
-        if not unknown and covariances.shape == (marks, len(names), len(names)):
-            return names, covariances
-        shapes = f"the shape {covariances.shape} of {len(names)} names"
-        found = f"the name {unknown[0]!r}" if unknown else shapes
-    raise InputError.at(
-        where,
-        wanted=f"names of states, and covariances of {marks} records, each a matrix of them",
-        found=found,
-        fix="return (names, covariances), an array (n, k, k) for k names",
-    )

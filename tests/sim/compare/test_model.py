@@ -132,6 +132,41 @@ def test_errors_beyond_what_the_filter_says_of_itself_are_told(scale: float, tol
     assert bool(re.search(text, str(result))) == told
 
 
+def test_the_truth_of_an_output_that_is_not_the_estimate_is_not_compared_with_it() -> None:
+    """In another unit; before the correction."""
+
+    class Centimetres(Track):
+        outputs = (Output("pos", "cm", tolerance=0.1),)
+
+        def shown(self, x: Any, u: Any, p: Any) -> Any:
+            return {"pos": 100.0 * x.pos}
+
+    class Predicted(Track):
+        prior, flagged = True, False
+
+        def noise(self, x: Any, u: Any, p: Any) -> Any:
+            return {"pos": 1e-2, "vel": 1e-2}
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            return [Measurement(u.z, x.pos, 1e-6)]
+
+    rng = np.random.default_rng(5)
+    walk = np.cumsum(rng.normal(0.0, 0.1, N))
+    z = walk + rng.normal(0.0, 1e-3, N)
+    for kind, true in ((Centimetres, 100.0 * walk), (Predicted, walk)):
+        assert "pos_true" not in str(checked(kind(), t=T, z=z, pos_true=true))
+
+
+def test_an_error_covariance_that_cannot_be_used_is_refused() -> None:
+    class Wrong(Track):
+        def error_covariance(self, states: Any, params: Any) -> Any:
+            return ("pos",), states["p_pos_pos"]
+
+    message = r"error_covariance: wanted names of states, .*, found the shape \(200,\) of 1 names"
+    with pytest.raises(InputError, match=message):
+        checked(Wrong(), t=T, z=np.sin(T), pos_true=np.sin(T))
+
+
 def test_an_unknown_kind_of_fault_is_refused() -> None:
     with pytest.raises(InputError, match="waived: wanted one of gate, hold, time step"):
         tracked(waived=("gates",))
