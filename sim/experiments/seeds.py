@@ -73,20 +73,19 @@ def run_cases(
     cases: Sequence[tuple[str, Case, int]],
     *,
     seed: int,
-    at_once: int | Callable[[Case], int],
+    at_once: int,
     jobs: int | None,
     say: Callable[[str], None],
 ) -> dict[str, Runs]:
-    """Run every case (name, case, runs), ``at_once`` runs in a task, or as many as it says.
+    """Run every case (name, case, runs), ``at_once`` runs in a task.
 
     Tasks, and so the figures, do not depend on ``jobs``, the number of processes: by default one
     for each processor. The longest cases had better come first. See `dispatch`.
     """
     tasks = []
     for name, case, runs in cases:
-        size = at_once(case) if callable(at_once) else at_once
-        for first in range(seed, seed + runs, size):
-            seeds = range(first, min(first + size, seed + runs))
+        for first in range(seed, seed + runs, at_once):
+            seeds = range(first, min(first + at_once, seed + runs))
             tasks.append(((name, first), run, (case, seeds)))
     parts: dict[str, dict[int, Runs]] = {name: {} for name, _, _ in cases}
     say(f"{len(cases)} cases, {sum(runs for _, _, runs in cases)} runs in {len(tasks)} tasks")

@@ -219,10 +219,8 @@ def _choice(table: Sequence[Row], demands: Sequence[Demand], least: Quantity) ->
 
 def _estimator(case: Case) -> str:
     """Text of the estimator with its arguments."""
-    of = case.estimator
-    name = of if isinstance(of, str) else of.__name__ if isinstance(of, type) else of.name
-    text = ", ".join(f"{key}={value}" for key, value in case.arguments)
-    return f"{name}({text})" if text else name
+    of = case.named
+    return of if isinstance(of, str) else of.__name__ if isinstance(of, type) else of.name
 
 
 def _commands(case: Case, exploration: Exploration) -> tuple[str, ...]:

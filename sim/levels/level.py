@@ -50,16 +50,6 @@ class Run:
         chosen = {n: values for n, values in self.outputs.items() if n in names}
         return Run(chosen, saturated=self.saturated, fault=self.fault)
 
-    def rows(self, start: int, stop: int) -> Run:
-        """Some rows."""
-        parts = {f.name: getattr(self, f.name) for f in fields(self)}
-        cut = {
-            n: v if v is None or n == "fault" else v[start:stop]
-            for n, v in parts.items()
-            if n != "outputs"
-        }
-        return Run({n: v[start:stop] for n, v in self.outputs.items()}, **cut)
-
     @classmethod
     def joined(cls, runs: Sequence[Run]) -> Run:
         """Runs of one level of which each goes on where the last one ended, as one."""

@@ -17,6 +17,7 @@ from boresight.sim.compare.verdict import judge as judge_run
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Interpreted, words_of
+from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
 
@@ -139,6 +140,13 @@ def look(estimator: Estimator, inputs: list[float], word: int = 32) -> Culprit |
     return find_culprit(Traced.of(build, 0), pieces, [len(inputs) - 1])
 
 
+def rows_of(run: Run, start: int, stop: int) -> Run:
+    """Some rows of a run."""
+    cut: Any = {k: v[start:stop] for k, v in vars(run).items() if isinstance(v, np.ndarray)}
+    outputs = {name: values[start:stop] for name, values in run.outputs.items()}
+    return dataclasses.replace(run, outputs=outputs, **cut)
+
+
 def judge(
     estimator: Estimator, inputs: list[float], word: int = 32, clamped: Any = None
 ) -> Accuracy:
@@ -155,7 +163,7 @@ def judge(
     hidden, pieces = dataclasses.replace(run, states=None), []
     for k in range(0, len(columns), 7):
         some = columns.inputs[k : k + 7]
-        states = judging.add(some, hidden.rows(k, k + 7), reference.rows(k, k + 7))
+        states = judging.add(some, rows_of(hidden, k, k + 7), rows_of(reference, k, k + 7))
         pieces.append((some, states, np.zeros(len(some), dtype=np.bool_)))
     assert repr(judging.result(columns.clamped, lambda: pieces)) == repr(made)
     return made

@@ -15,6 +15,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, run_of_words
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.replay import RtlRun
+from tests.support.faulty import rows_of
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +50,7 @@ def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelR
     whole, parts = Agreement(level), Agreement(level)
     whole.add(run, wanted, 0)
     for start, stop in ((0, 2), (2, len(wanted.outputs["roll"]))):
-        parts.add(run.rows(start, stop), wanted.rows(start, stop), start)
+        parts.add(rows_of(run, start, stop), rows_of(wanted, start, stop), start)
     result = whole.result(seconds)
     assert parts.result(seconds) == result
     return result
