@@ -10,28 +10,34 @@ import ast
 import hashlib
 import importlib.util
 import inspect
+import math
 import os
 import re
 import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias, TypeVar
 
+from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Output
 from boresight.model.errors import InputError, listed, require
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile, read_profile
 from boresight.model.settings import CURRENT
-from boresight.model.tolerances import judged_outputs
+from boresight.model.units import conversion
 
 #: Entry points of installed packages that are estimators.
 ESTIMATOR_GROUP = "boresight.estimators"
 
 #: An estimator as an argument: a text, a class or an object.
 Named: TypeAlias = str | type[Estimator] | Estimator
+
+#: A tolerance in `model.settings`: name, number, unit.
+_TOLERANCE = re.compile(r"\s*(\w+)\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 T = TypeVar("T")
 
@@ -63,6 +69,29 @@ def _profile(source: Named, estimator: Estimator) -> Profile | None:
     return matching[-1] if matching else None
 
 
+def _judged(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output, ...]:
+    """The outputs of an estimator, with the tolerances of `model.settings`."""
+    judged = {o.name: o for o in outputs}
+    for text in CURRENT.get().tolerances:
+        match, where = _TOLERANCE.fullmatch(text), "--tolerance"
+        name, number, unit = match.groups() if match else ("", "nan", "")
+        limit = float(number)
+        fix = f"write for example --tolerance {outputs[0].name}=0.05{outputs[0].unit}"
+        wanted = "OUTPUT=NUMBER, 0 or more, with or without a unit"
+        require(math.isfinite(limit), where, wanted, text, fix)
+        rotates = judged.keys() >= {*QUATERNION}
+        names, attitude = [*judged, *[ATTITUDE] * rotates], rotates and name == ATTITUDE
+        fix = "choose one of its outputs; estimators with others are judged one by one"
+        wanted = f"an output of {estimator}: {listed(name, names)}"
+        require(name in names, where, wanted, name, fix)
+        output_unit = "deg" if attitude else judged[name].unit
+        factor, _ = conversion(f"{where} {text}", name, unit, output_unit) if unit else (1.0, 0.0)
+        limit *= factor / (ATTITUDE_DEG if attitude else 1.0)
+        for changed in QUATERNION if attitude else (name,):
+            judged[changed] = replace(judged[changed], tolerance=limit)
+    return tuple(judged.values())
+
+
 def estimator_of(source: Named) -> Estimator:
     """Return the estimator that a name, class or object stands for, with checked declarations.
 
@@ -76,7 +105,7 @@ def estimator_of(source: Named) -> Estimator:
     estimator.check_declarations()
     if not isinstance(source, Estimator):
         estimator.profile = _profile(source, estimator)
-        estimator.outputs = judged_outputs(estimator.name, estimator.outputs)
+        estimator.outputs = _judged(estimator.name, estimator.outputs)
     return estimator
 
 

@@ -19,7 +19,8 @@ class Settings:
     profiles : tuple of str, optional
         Files of profiles; empty: no profile; None: the file beside each estimator's.
     tolerances : tuple of str
-        Accepted errors in place of the declared ones (`model.tolerances`).
+        Accepted errors of outputs in place of the declared ones, ``NAME=NUMBER`` or
+        ``NAME=NUMBERunit``. They decide what is judged and refused, not a bit of the program.
     rows : sim.records.selection.Selection, optional
         Rows of log files that are read; None: all.
     """

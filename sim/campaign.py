@@ -200,17 +200,14 @@ class Journal:
         self.rows = {} if again else found
 
     def add(self, rows: Mapping[str, Row]) -> None:
-        """Append rows by key; they are in the file when this returns, or it raises InputError."""
+        """Append rows by key; they are in the file when this returns, or it raises OSError."""
         text = "".join(json.dumps({"key": key, **row}) + "\n" for key, row in rows.items())
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with self.path.open("ab+") as file:
-                size = file.tell()
-                file.seek(max(size - 1, 0))
-                cut_off = size > 0 and file.read(1) != b"\n"
-                file.write(b"\n" * cut_off + text.encode())
-        except OSError as error:
-            raise self._unusable(error) from None
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("ab+") as file:
+            size = file.tell()
+            file.seek(max(size - 1, 0))
+            cut_off = size > 0 and file.read(1) != b"\n"
+            file.write(b"\n" * cut_off + text.encode())
         self.rows |= rows
 
     def _unusable(self, found: object) -> InputError:
