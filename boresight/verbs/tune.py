@@ -16,7 +16,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from boresight import options
-from boresight.model.errors import InputError, require_whole
+from boresight.model.errors import require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
@@ -95,11 +95,7 @@ def tune(
     given = numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
     counted = weights_of(units, given)
     tests = folds_of(len(trials), folds)
-    members = [trial.feeds[made.name] for trial in trials]
-    if len({tuple(member.rates_hz.values()) for member, _ in members}) > 1:
-        wanted, fix = f"one rate, as {made.name} is made for a rate", "tune on logs of one rate"
-        raise InputError.at("logs", wanted=wanted, found="several", fix=fix)
-    runs = LogRuns(members[0][0], [columns for _, columns in members], word=word, jobs=jobs)
+    runs = LogRuns([trial.feeds[made.name] for trial in trials], word=word, jobs=jobs)
     say(f"{made.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
     result = Tuning(runs, axes, values, counted, rounds, say).result(
         [trial.name for trial in trials], units, tests

@@ -19,7 +19,6 @@ from boresight.sim.accuracy.runs import LogRuns, Scores, Trial
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import saturated_text
-from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result, Row
@@ -69,18 +68,19 @@ def benchmark(
     InputError
         An illegal parameter, or a log that a published filter does not take.
     """
-    by_name: dict[str, dict[str, list[Scores]]] = {}
-    for estimator in estimators:
-        values = params.get(estimator.name)
-        by_name[estimator.name] = _own(estimator, trials, values, word, jobs, align)
-        say(estimator.name)
+    by_name: dict[str, list[list[Scores]]] = {}
+    for name in (e.name for e in estimators):
+        members = [trial.feeds[name] for trial in trials]
+        runs = LogRuns(members, floating=True, word=word, jobs=jobs, align=align)
+        by_name[name] = runs.run(params.get(name))
+        say(name)
     for name in peers:
-        by_name[name] = {t.name: [_published(name, t.log.first, align)] for t in trials}
+        by_name[name] = [[_published(name, trial.log.first, align)] for trial in trials]
         say(name)
     rows = [
-        _row(name, [(trial, of[trial.name][level]) for trial in trials])
+        _row(name, [*zip(trials, of_level, strict=True)])
         for name, of in by_name.items()
-        for level in range(len(of[trials[0].name]))
+        for of_level in zip(*of, strict=True)
     ]
     failures = [
         f"{row['estimator']}: fixed point against float64: {near['output']} beyond its tolerance"
@@ -102,28 +102,6 @@ def benchmark(
         if row["saturated_updates"]
     ]
     return Result(data, _tables(rows, trials), notes=notes, failures=failures, judged=JUDGED)
-
-
-def _own(
-    estimator: Estimator,
-    trials: Sequence[Trial],
-    params: Mapping[str, float] | None,
-    word: int,
-    jobs: int | None,
-    align: str,
-) -> dict[str, list[Scores]]:
-    """One of our estimators on all logs, made anew for each rate that it needs to know."""
-    groups: dict[tuple[float, ...], tuple[Estimator, dict[str, Feed | LongFeed]]] = {}
-    for trial in trials:
-        member, columns = trial.feeds[estimator.name]
-        _, feeds = groups.setdefault(tuple(member.rates_hz.values()), (member, {}))
-        feeds[trial.name] = columns
-    out: dict[str, list[Scores]] = {}
-    for member, feeds in groups.values():
-        every = [*feeds.values()]
-        runs = LogRuns(member, every, floating=True, word=word, jobs=jobs, align=align)
-        out |= dict(zip(feeds, runs.run(params), strict=True))
-    return out
 
 
 def _published(name: str, record: Record, align: str) -> Scores:

@@ -124,24 +124,25 @@ class Scores:
 class LogRuns:
     """The emitted C of an estimator over logs, with ``floating`` compiled float64 beside it.
 
-    ``jobs`` are threads, by default one for each processor; ``align`` is one of `ALIGNMENTS`.
+    ``members`` are for each log the estimator, made for its rates, and its inputs; ``jobs`` are
+    threads, by default one for each processor; ``align`` is one of `ALIGNMENTS`.
     """
 
     def __init__(
         self,
-        estimator: Estimator,
-        feeds: Sequence[Feed | LongFeed],
+        members: Sequence[tuple[Estimator, Feed | LongFeed]],
         *,
         floating: bool = False,
         word: int = 32,
         jobs: int | None = None,
         align: str = "none",
     ) -> None:
-        self.estimator, self.feeds, self.align = estimator, tuple(feeds), align
-        self.jobs = max(1, min(processes(jobs), len(self.feeds)))
-        build = Build(estimator, word=word)
+        self.estimator, self.feeds = members[0][0], [columns for _, columns in members]
+        self.align, self.jobs = align, min(processes(jobs), len(members))
+        rates = [tuple(member.rates_hz.values()) for member, _ in members]
+        builds = {of: Build(e, word=word) for of, (e, _) in zip(rates, members, strict=True)}
         kinds = (Emitted, CompiledFloat)[: 1 + floating]
-        self._levels = [[kind(build) for kind in kinds] for _ in self.feeds]
+        self._levels = [[kind(builds[of]) for kind in kinds] for of in rates]
 
     def run(
         self, params: Mapping[str, float] | None = None, indices: Sequence[int] | None = None

@@ -155,6 +155,9 @@ def test_each_rate_has_an_estimator_of_its_own(logs) -> None:
     got, wanted = (boresight.accuracy(e, *given, jobs=1) for e in (Rated(), "complementary"))
     for row, other in zip(got["estimators"], wanted["estimators"], strict=True):
         assert row["trials"] == other["trials"]
+    tuned = boresight.tune(Rated(), *given, names=["kp_roll_per_s"], rounds=1, folds=1, jobs=1)
+    errors = [trial["error"] for trial in got["estimators"][0]["trials"]]
+    assert [trial["default"] for trial in tuned["trials"]] == errors
 
 
 class Speed(Estimator):
