@@ -200,14 +200,17 @@ class Journal:
         self.rows = {} if again else found
 
     def add(self, rows: Mapping[str, Row]) -> None:
-        """Append rows by key; they are in the file when this returns, or it raises OSError."""
+        """Append rows by key; they are in the file when this returns, or it raises InputError."""
         text = "".join(json.dumps({"key": key, **row}) + "\n" for key, row in rows.items())
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("ab+") as file:
-            size = file.tell()
-            file.seek(max(size - 1, 0))
-            cut_off = size > 0 and file.read(1) != b"\n"
-            file.write(b"\n" * cut_off + text.encode())
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("ab+") as file:
+                size = file.tell()
+                file.seek(max(size - 1, 0))
+                cut_off = size > 0 and file.read(1) != b"\n"
+                file.write(b"\n" * cut_off + text.encode())
+        except OSError as error:  # of a full disk it has no name of a file
+            raise self._unusable(error) from None
         self.rows |= rows
 
     def _unusable(self, found: object) -> InputError:

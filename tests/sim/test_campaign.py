@@ -56,6 +56,10 @@ def test_a_file_that_is_not_a_journal_is_left_alone(tmp_path: Path) -> None:
         assert path.read_text() == text
     with pytest.raises(InputError, match="wanted a journal"):
         Journal(tmp_path)
+    journal = Journal(tmp_path / "new")
+    journal.path.mkdir()
+    with pytest.raises(InputError, match="/new: wanted a journal that can be read and written"):
+        journal.add({"a": {}})
 
 
 def work(refused: int, tasks: list[int]) -> list[dict[str, object]]:
