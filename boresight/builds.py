@@ -42,7 +42,7 @@ class DepthChoice:
 
 
 def build_for(
-    make: Callable[[str], Build], config: str, target: str
+    make: Callable[..., Build], config: str, target: str
 ) -> tuple[Build, DepthChoice | None]:
     """The build for a target, and the choice of its depth: the machine that every verb takes.
 
@@ -53,13 +53,13 @@ def build_for(
     Parameters
     ----------
     make : callable
-        The build of a configuration.
+        The build of a configuration, the argument ``config``.
     config : str
         As typed. One whose name has a depth is taken as it is.
     target : str
         A part's name. For another word, and a family without clocks, no depth is chosen.
     """
-    build = make(config.removesuffix("-d7"))
+    build = make(config=config.removesuffix("-d7"))
     if config not in ALL_CONFIGS or target not in TARGETS:
         return build, None
     family, lanes = TARGETS[target].family, machine_named(build.config).lanes
@@ -78,7 +78,7 @@ def build_for(
         return build, None
     best = min(us, key=lambda depth: us[depth])
     choice = DepthChoice(target, configs[best], best, us, family.clocks_source)
-    return make(choice.config), choice
+    return make(config=choice.config), choice
 
 
 def is_folder(name: Any) -> TypeGuard[str | Path]:

@@ -185,7 +185,7 @@ def _build(
     names = estimator_names(estimator)
     estimators = [find_estimator(n) for n in names]
     make = partial(Build, *estimators, word=word, params=params_of_each(names, params), target=part)
-    return build_for(lambda name: make(config=name), config, part)
+    return build_for(make, config, part)
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:

@@ -142,7 +142,7 @@ def compile(
     chosen = chosen[: len(names)]
     target = _target(target, board)
     make = partial(Build, *estimators, params=chosen)
-    build, choice = build_for(lambda name: make(config=name, word=word), config, target)
+    build, choice = build_for(partial(make, word=word), config, target)
     _check_project(board, top)
     _check_route(target, board, route=route or bool(open_router(board)), seeds=seeds, clock=clock)
     expected = core_files(own, target)
@@ -274,13 +274,10 @@ def _check_route(
     if route:
         check_routable([target], "--synth")
         router = TARGETS[target].family.router
-        if clock is not None and router is not None and router.untimed:
-            raise InputError.at(
-                "clock",
-                wanted=f"a target whose multipliers {router.program} has delays of",
-                found=f"--target {target}",
-                fix="leave --clock out, or choose another target",
-            )
+        if clock is not None and router is not None:
+            wanted = f"a target whose multipliers {router.program} has delays of"
+            fix = "leave --clock out, or choose another target"
+            require(not router.untimed, "clock", wanted, f"--target {target}", fix)
     good = route or (seeds == 1 and (clock is None or board is not None))
     fix = "add --route and a target such as ecp5-25k, or --board ulx3s"
     where = "seeds" if seeds > 1 else "clock"
@@ -315,13 +312,13 @@ def _check_memory(build: Build, make: Callable[..., Build], target: Target) -> N
 def _check_project(board: str | None, top: str) -> None:
     """Raise InputError unless such a project can be made."""
     require_choice("top", top, TOPS)
-    if board is not None and top == "sensors" and not BOARDS[board].holds_system:
-        raise InputError.at(
-            "board",
-            wanted="a part that holds the complete system with its sensors",
-            found=f"{BOARDS[board].target} of {board}",
-            fix="add --top records: a computer sends the records",
+    if board is not None and top == "sensors":
+        wanted = "a part that holds the complete system with its sensors"
+        found, fix = (
+            f"{BOARDS[board].target} of {board}",
+            "add --top records: a computer sends them",
         )
+        require(BOARDS[board].holds_system, "board", wanted, found, fix)
 
 
 def _write_sensors(

@@ -152,9 +152,8 @@ def explore(
         good = synth or figure not in asked
         require(good, "want", f"areas and clocks, for {figure}", "no --synth", "add --synth")
     read = logs_of([s for s in sources if not is_world(s)], load=True)
-    if not read and not worlds:
-        fix = "name a log, or a world as file.py:Class"
-        raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
+    fix = "name a log, or a world as file.py:Class"
+    require(bool(read or worlds), "logs", "at least one log or world", None, fix)
     for log in [] if arguments else read:
         feed(found, log.first)
     files = [log.path for log in read if log.path is not None]

@@ -21,7 +21,7 @@ from cyclopts import Parameter
 
 from boresight import options
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, require, require_whole
+from boresight.model.errors import require, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import call_of, profile_place
 from boresight.model.resolve import estimator_of as find_estimator
@@ -104,9 +104,8 @@ def fit(
         found = copy.copy(find_estimator(estimator))
         values = params_of(estimator, params)
     found.profile = None
-    if not sources:
-        fix = "name a log, or a world as file.py:Class"
-        raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
+    fix = "name a log, or a world as file.py:Class"
+    require(bool(sources), "logs", "at least one log or world", None, fix)
     place = Path(output or profile_place(estimator, found.name) or f"{found.name}.fit.json")
     files = log_files(s for s in sources if isinstance(s, str | Path) and not is_world(s))
     target = OutputFile(place, inputs=files)

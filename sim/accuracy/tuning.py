@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import ANGLES, means
 from boresight.sim.accuracy.runs import LogRuns
@@ -208,9 +208,8 @@ def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:
     Raises InputError for more folds than indices.
     """
     folds = min(3, count) if folds is None else folds
-    if folds > count:
-        wanted, fix = (f"1 (none) to {count}, the number of logs", "choose another number")
-        raise InputError.at("folds", wanted=wanted, found=str(folds), fix=fix)
+    wanted = f"1 (none) to {count}, the number of logs"
+    require(folds <= count, "folds", wanted, folds, "choose another number")
     return [tuple(range(count)[k::folds]) for k in range(folds)] if folds > 1 else []
 
 

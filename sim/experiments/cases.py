@@ -14,7 +14,6 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
-from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import render, targets_of
 from boresight.sim.levels.build import Build
@@ -91,15 +90,12 @@ class CasesExperiment(Experiment):
     def run_case(self, name: str, seeds: range) -> Runs:
         """Run a case with these seeds; ``saturated_sum`` is among its figures."""
         case = self.cases[name]
-        estimator, world = (
-            self.estimator(**case.options),
-            type(self).world(seeds=seeds, **case.world),
-        )
-        level = make_level("c", Build(estimator, params=[case.params]), runs=world.runs)
+        estimator = self.estimator(**case.options)
+        world = type(self).world(seeds=seeds, **case.world)
+        build = Build(estimator, params=[case.params])
+        level = make_level("c", build, runs=world.runs)
         loop = close_loop(world, level, keep=[o.name for o in estimator.outputs])
-        ((reference,),) = run_forms(
-            estimator, [loop.inputs[:, 0]], params=case.params, levels=("float",)
-        )
+        reference = make_level("float", build).run(np.ascontiguousarray(loop.inputs[:, 0]))
         figures, panels = self.figures(case, world, loop, reference.outputs)
         assert loop.run.saturated is not None
         figures["saturated_sum"] = loop.run.saturated.sum(axis=0)

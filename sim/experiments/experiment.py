@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any, ClassVar
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.methods import called
 from boresight.model.resolve import load
 
@@ -68,9 +68,9 @@ class Target:
             if not isinstance(number, Real) and (name == "value" or number is not None):
                 fix = "write it without quotes" if isinstance(number, str) else "correct it"
                 raise InputError.at(where, wanted=f"{name}: a number", found=repr(number), fix=fix)
-        if self.low is not None and self.high is not None and not self.low <= self.high:
+        if self.low is not None and self.high is not None:
             limits = f"low {self.low:g}, high {self.high:g}"
-            raise InputError.at(where, wanted="low up to high", found=limits, fix="correct them")
+            require(self.low <= self.high, where, "low up to high", limits, "correct them")
 
     @property
     def judged(self) -> bool:
@@ -194,9 +194,8 @@ def result_of(
         The method raises, or gives anything but an `ExperimentResult` with targets and all pages.
     """
     where, wanted = f"experiment {experiment.name}", "a run that gives an ExperimentResult"
-    if type(experiment).run is Experiment.run:
-        fix = "write it: it returns ExperimentResult(figures={...}, targets=(...))"
-        raise InputError.at(where, wanted="a method run", found="none", fix=fix)
+    fix = "write it: it returns ExperimentResult(figures={...}, targets=(...))"
+    require(type(experiment).run is not Experiment.run, where, "a method run", None, fix)
     fix = "return ExperimentResult(figures={NAME: NUMBER}, targets=(Target(...), ...))"
     result = called(
         experiment.run,

@@ -232,9 +232,8 @@ def _line(error: Exception) -> str:
 def _records(exploration: Exploration) -> list[Record]:
     """The logs, read once in each process; InputError if a file has changed since the beginning."""
     records = _read(exploration.logs, selection(), exploration.digest)
-    if digest_of(records) != exploration.digest:
-        wanted = "the logs as they were when the exploration began"
-        raise InputError.at("logs", wanted=wanted, found="other values", fix="explore again")
+    same, wanted = digest_of(records) == exploration.digest, "the logs as they were at the start"
+    require(same, "logs", wanted, "other values", "explore again")
     return records
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.sim.levels.build import Build
@@ -135,13 +135,9 @@ def _world(
 ) -> Iterator[Loop]:
     """`drive` with a world."""
     estimator, runs = level.build.estimators[level.number], world.runs
-    if level.runs != runs and (level.runs, runs) != (None, 1):
-        raise InputError.at(
-            f"world {world.name}",
-            wanted=f"as many runs as the level has, {level.runs or 1}",
-            found=f"{runs or 1}",
-            fix="make the level with runs=world.runs",
-        )
+    where, wanted = f"world {world.name}", f"as many runs as the level has, {level.runs or 1}"
+    good = level.runs == runs or (level.runs, runs) == (None, 1)
+    require(good, where, wanted, runs or 1, "make the level with runs=world.runs")
 
     def place(row: int, run: int, name: str) -> str:
         return f"world {world.name}, step {row}, " + (f"run {run}, " * bool(runs)) + name
@@ -156,13 +152,9 @@ def _world(
     unused, of_logs = dict[str, None](), {"restart", "mov"} - known
     _guarded(world, world.start)
     pieces = _guarded(world, world.pieces)
-    if pieces is None and type(world).record is World.record:
-        raise InputError.at(
-            f"world {world.name}",
-            wanted="a method record(self, outputs)",
-            found="none",
-            fix="write it: it gets the last outputs and returns the next record",
-        )
+    good = pieces is not None or type(world).record is not World.record
+    fix = "write it: it gets the last outputs and returns the next record"
+    require(good, where, "a method record(self, outputs)", None, fix)
     level.reset()
     outputs: dict[str, Any] | None = None
     while steps is None or reader.rows < steps:
@@ -186,8 +178,8 @@ def _world(
             dt = reader.number("dt", columns["dt"], n)
             rates = 1.0 / dt[dt > 0.0]  # a step below 0 restarts
             if len(rates):
-                where = f"world {world.name}, step 0, dt"
-                require_rate(estimator, float(np.median(rates)), where, "correct dt, or rates_hz")
+                rate, fix = float(np.median(rates)), "correct dt, or rates_hz"
+                require_rate(estimator, rate, f"{where}, step 0, dt", fix)
         if not known.issuperset(columns):
             unused |= dict.fromkeys(str(name) for name in columns if name not in known)
         truth = {
@@ -204,13 +196,8 @@ def _world(
         run = run if keep is None else run.outputs_alone(keep)
         samples, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
         yield Loop(level.name, *samples, run, truth, reader.clamped, seconds, tuple(unused))
-    if not reader.rows:
-        raise InputError.at(
-            f"world {world.name}",
-            wanted="at least one record",
-            found="none",
-            fix="let record() return None only at the end",
-        )
+    fix = "let record() return None only at the end"
+    require(reader.rows > 0, where, "at least one record", None, fix)
 
 
 def close_loop(
