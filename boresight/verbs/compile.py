@@ -314,10 +314,8 @@ def _check_project(board: str | None, top: str) -> None:
     require_choice("top", top, TOPS)
     if board is not None and top == "sensors":
         wanted = "a part that holds the complete system with its sensors"
-        found, fix = (
-            f"{BOARDS[board].target} of {board}",
-            "add --top records: a computer sends them",
-        )
+        found = f"{BOARDS[board].target} of {board}"
+        fix = "add --top records: a computer sends the records"
         require(BOARDS[board].holds_system, "board", wanted, found, fix)
 
 
