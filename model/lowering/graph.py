@@ -259,6 +259,7 @@ class Graph:
             fix = f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)"
             if b.low < 0.0 < b.high:
                 fix += "; x of either sign: limit ops.absolute(x), and ops.flip(x < 0.0, quotient)"
+                fix += "; a quotient that has a value at x = 0, as sin(x) / x: its series"
             raise self.outside(b, "a divisor whose range excludes 0", fix)
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
