@@ -29,6 +29,7 @@ from boresight.model.errors import InputError, require, require_choice, require_
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import call_of
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.settings import CURRENT
 from boresight.model.tools.files import OutputFile, output_folder
 from boresight.model.words.fixed import check_word
 from boresight.parameters import params_of, params_of_each
@@ -64,6 +65,18 @@ _FLOATS = {"numpy", "float"}
 _ROWS = 1 << 15
 #: Largest seed of a draw.
 _SEED_MOST = 2**31
+_ROW_OPTIONS = "--from, --to, --every, --gaps, --map"
+#: Options that some sources have no use for, and the sources that have.
+_SOURCES = {
+    "levels": "a log or a world",
+    "word": "a log or a world",
+    "steps": "a log or a world",
+    "seed": "a world",
+    _ROW_OPTIONS: "a log",
+    "config": "an estimator, and no faults",
+    "param": "an estimator, and no faults",
+    "output": "a log, a world, or a board without faults",
+}
 
 
 def run(
@@ -120,7 +133,10 @@ def run(
         Unknown estimator, source or form, bad log, a world that raises or returns no record, or
         output that cannot be written.
     """
+    given = {"levels": bool(levels), "word": word != 32, "steps": steps is not None}
+    given["seed"] = seed is not None
     if source is None:
+        _refuse_unused("a log alone", {**given, "config": config != "small", "param": params})
         return _copied(estimator, output)
     machine_named(config)
     check_word(word)
@@ -130,15 +146,17 @@ def run(
     for level in levels:
         require_choice("levels", level, LEVELS)
     if isinstance(source, str) and source.partition("(")[0] == "board":
+        _refuse_unused("a board", given)
         return _on_board(estimator, source, config, params, output, progress)
     found = find_estimator(estimator)
     build = Build(found, config=config, word=word, params=[params_of(estimator, params)])
     if is_world(source):
+        _refuse_unused("a world", {_ROW_OPTIONS: CURRENT.get().rows})
         world = world_of(source)
         if seed is not None:
             drawn(world, seed)
         return _in_loop(world, build, levels or ["c"], steps, output, progress)
-    require(seed is None, "seed", "a world", "a log", "leave it out")
+    _refuse_unused("a log", {"seed": given["seed"]})
     require(len(levels) < 2, "levels", "a world", "a log", "choose one form")
     return _on_log(build, source, levels[0] if levels else "fixed", steps, output, rows)
 
@@ -152,6 +170,12 @@ def typed(words: Sequence[Any], given: Mapping[str, Any], shown: Any) -> dict[st
     if "output" not in given and not shown.json:
         more["output"] = f"{find_estimator(words[0]).name}-{level}.csv"
     return more
+
+
+def _refuse_unused(source: str, given: Mapping[str, Any]) -> None:
+    """Raise InputError for the first option that is given and that ``source`` does not use."""
+    for name, value in given.items():
+        require(not value, name, _SOURCES[name], source, "leave it out")
 
 
 def _copied(log: Any, output: str | Path | None) -> Result:
@@ -190,20 +214,25 @@ def _on_board(
     progress: options.Progress,
 ) -> Result:
     """The complete system with its sensors."""
-    _, _, settings = call_of(source, source)
+    _, unnamed, settings = call_of(source, source)
+    found = ", ".join(map(repr, unnamed))
+    require(not unnamed, "board", "settings by name, as in board(seconds=1)", found)
     allowed: dict[str, Any] = {"seconds": 1.0, "source": "heading", "feed": None, "log": None}
     allowed["faults"] = False
     for name in settings:
         require_choice("board", name, allowed)
-    settings = allowed | settings
+    named, settings = settings.keys() - {"faults"}, allowed | settings
+    in_file = isinstance(settings["log"], str | Path)
+    _refuse_unused("a board without log=FILE", {_ROW_OPTIONS: CURRENT.get().rows and not in_file})
     board = board_system()
     names = [estimator, *board.programs]
     values = params_of_each([estimator], params, board.programs)
     given = {find_estimator(n).name: v for n, v in zip(names, values, strict=True) if v}
     if settings.pop("faults"):
-        fix = "leave it out: faults are judged with the declared parameters"
-        found = f"values of {', '.join(given)}"
-        require(not given, "param", "a board without faults", found, fix)
+        faults = {"param": given, "config": config != "small", "output": output}
+        _refuse_unused("a board with faults", faults)
+        found = f"{', '.join(sorted(named))} beside faults"
+        require(not named, "board", "faults=True alone", found, "leave the others out")
         result: Result = board.simulate_faults(estimator, progress=progress)
         return result
     say = progress or (lambda text: None)

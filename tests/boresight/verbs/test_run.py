@@ -178,6 +178,18 @@ REFUSED = {
     "run mine.py mine.csv -o mine.csv": "mine.csv",
     "run mine.py nosuch.csv": "nosuch.csv: wanted a log file",
     "run mine.py board(speed=2)": "board: wanted one of",
+    "run mine.py board(2)": "board: wanted settings by name",
+    "run mine.py board --levels c": "levels: wanted a log or a world, found a board; leave it out",
+    "run mine.py board --word 24": "word: wanted a log or a world, found a board",
+    "run mine.py board --steps 9": "steps: wanted a log or a world, found a board",
+    "run mine.py board --seed 9": "seed: wanted a world, found a board",
+    "run mine.py board --param a=1": "a: wanted one of",
+    "run mine.py board --every 2": "--every, --gaps, --map: wanted a log, found a board without",
+    "run mine.py board(faults=True) -o x": "wanted a log, a world, or a board without faults",
+    "run mine.py board(faults=True,seconds=2)": "board: wanted faults=True alone, found seconds",
+    "run mine.py mine.py --every 2": "--every, --gaps, --map: wanted a log, found a world",
+    "run mine.py mine.csv --seed 9": "seed: wanted a world, found a log",
+    "run mine.csv --word 24 -o out.npz": "word: wanted a log or a world, found a log alone",
 }
 
 
