@@ -129,7 +129,7 @@ def montecarlo(
     found = figures(rows, marks, bound_of(plant, 1 + int(marks[-1])), filter.nis_freedom)
     found["worst"]["command"] = _command(campaign, found["worst"])
     data = {**campaign.identity, "seed": seed, "runs": runs, **found}
-    result = result_of(data, {o.name: o.unit for o in filter.outputs})
+    result = result_of(data, filter.outputs)
     file.write(json.dumps(result.to_json(), allow_nan=False) + "\n")
     return result
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
+from boresight.model.declarations import Output
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Result, Row
 
@@ -61,9 +62,10 @@ def figures(
         ``marks``, and by mark ``draws``, how many reach it; ``common``, the index of the last mark
         that all reach; ``outputs`` by name with arrays over the marks: ``mean``, ``mean_band``
         (half of it), ``sd``, ``sd_band`` (2, marks), ``rms``, ``bound`` and ``ratio`` of sd to it;
+        and ``rms_all``, one number over draws and marks;
         ``nees`` with ``mean`` and ``band`` (2, marks), per degree of freedom; ``nis`` the same, one
-        number; ``saturated`` updates, and by the name of the value ``saturations``; ``worst``, see
-        `_worst`.
+        number; ``saturated`` updates, ``saturated_draws``, and by the name of the value
+        ``saturations``; ``worst``, see `_worst`.
     """
     reach = np.array([np.searchsorted(marks, draw["records"]) for draw in draws])
     marks = marks[: np.sort(reach)[-2]]
@@ -81,6 +83,7 @@ def figures(
             "sd": sd,
             "sd_band": np.stack([sd / high, upper]),
             "rms": np.sqrt(np.mean(e**2, axis=0, where=reached)),
+            "rms_all": float(np.sqrt(np.mean(e**2, where=reached & ~np.isnan(e)))),
         }
         if name in bound:
             least = np.asarray(bound[name], dtype=np.float64)[marks]
@@ -102,6 +105,7 @@ def figures(
     saturations = sum((Counter(draw["saturations"]) for draw in draws), Counter[str]())
     return out | {
         "saturated": sum(draw["saturated"] for draw in draws),
+        "saturated_draws": sum(draw["saturated"] > 0 for draw in draws),
         "saturations": dict(saturations),
         "worst": _worst(draws),
     }
@@ -131,8 +135,12 @@ def _worst(draws: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return worst | {"error": float(last[k, j]), "times_rms": float(times[k, j])}
 
 
-def result_of(data: Mapping[str, Any], units: Mapping[str, str]) -> Result:
-    """The result of a campaign: its identity and figures, with tables of the last common mark."""
+def result_of(data: Mapping[str, Any], outputs: Sequence[Output]) -> Result:
+    """The result of a campaign: its identity and figures, with tables of the last common mark.
+
+    It fails if an update saturated, or if ``rms_all`` of an output is above its `Output.truth`.
+    """
+    units = {o.name: o.unit for o in outputs}
     k = data["common"]
     record, worst = int(data["marks"][k]), data["worst"]
     columns = {"mean error": "mean", "+-": "mean_band", "sd": "sd", "bound": "bound"}
@@ -150,18 +158,27 @@ def result_of(data: Mapping[str, Any], units: Mapping[str, str]) -> Result:
         consistency.append(_consistency("NIS", data["nis"]["mean"], data["nis"]["band"]))
     error = f"{worst['error']:.4g} {units.get(worst['output'], '')}".rstrip()
     lines = [
-        f"{data['runs']} draws, saturated updates: {data['saturated']}",
+        f"{data['runs']} draws, saturated updates: {data['saturated']}, "
+        f"in {data['saturated_draws']} draws",
         f"worst draw: seed {worst['seed']}, {worst['output']} off by {error} at its end, "
         f"saturated updates: {worst['saturated']}",
         *([f"run it again: {worst['command']}"] if worst.get("command") else []),
     ]
-    saturated = data["saturated"]
-    notes = [saturated_text(saturated, data["saturations"])] if saturated else []
+    failures = []
+    if saturated := data["saturated"]:
+        draws = f" in {data['saturated_draws']} of {data['runs']} draws"
+        failures.append(saturated_text(saturated, data["saturations"]) + draws)
+    for o in outputs:
+        rms = data["outputs"].get(o.name, {}).get("rms_all")
+        if o.truth and rms is not None and not rms <= o.truth:
+            failures.append(f"{o.name} rms {rms:.3g} {o.unit} over all draws: BEYOND {o.truth:.3g}")
+    judged = [o.name for o in outputs if o.truth and o.name in data["outputs"]]
+    lines.append(f"judged against truth: {', '.join(judged) or 'no output (Output truth=)'}")
     tables: dict[str, list[Row]] = {
         f"errors in record {record}": spreads,
         f"per degree of freedom; NEES in record {record}": consistency,
     }
-    return Result(data, tables, "\n".join(lines), notes)
+    return Result(data, tables, "\n".join(lines), failures=failures)
 
 
 def _consistency(name: str, mean: float, limits: FloatArray) -> Row:

@@ -7,6 +7,8 @@ import os
 import threading
 from pathlib import Path
 
+import pytest
+
 EXPERIMENT = """
 from boresight import Experiment, ExperimentResult, Target
 
@@ -69,8 +71,19 @@ def test_every_verb_names_what_saturates(here: Path, data, said) -> None:
     (row,) = data("explore ramp.py:Ramp ramp.csv --word 32 --config small -o out", 1)["rows"]
     assert wanted in row["reason"]
     # Slopes of 2, 3 and 4 m: none, one and three updates.
-    found = data("montecarlo ramp.py:Rising ramp.py:Ramp --runs 3 -o out")
-    assert found["saturated"] == sum(found["saturations"].values()) == 3 + 1
+    text = said("montecarlo ramp.py:Rising ramp.py:Ramp --runs 3 -o out", 1)
+    assert text.endswith("FAILED: 4 updates SATURATED: state sum (4) in 2 of 3 draws\n")
+    assert "judged against truth: no output" in text
+
+
+@pytest.mark.parametrize(("limit", "code"), [(6.2, 1), (6.3, 0)])
+def test_montecarlo_judges_the_truth(limit: float, code: int, here: Path, said) -> None:
+    """Errors of 4, 6 and 8 m."""
+    text = RAMP.replace("tolerance=1e-3", f"truth={limit}").replace("15.0", "99.0")
+    Path("ramp.py").write_text(text)
+    text = said("montecarlo ramp.py:Rising ramp.py:Ramp --runs 3 -o out", code)
+    assert ("FAILED: double rms 6.22 m over all draws: BEYOND 6.2\n" in text) == bool(code)
+    assert "judged against truth: double\n" in text
 
 
 def test_montecarlo(here: Path, data, said, refused) -> None:

@@ -69,7 +69,7 @@ def test_a_consistent_filter_lies_in_its_bands() -> None:
 )
 def test_the_verdict(believed: float, verdict: str) -> None:
     data = figures(gaussian(400, believed=believed), MARKS, {}, 0)
-    assert verdict in str(result_of({"runs": 400, **data}, {}))
+    assert verdict in str(result_of({"runs": 400, **data}, ()))
 
 
 def test_a_bias_lies_outside_its_band() -> None:
