@@ -393,7 +393,8 @@ class Check:
         )
         examined = self._claims_of(number)
         broken = {examined[k].claim for k in accuracy.broken if k < len(examined)}
-        claims = claim_results(examined, accuracy.reached, broken) if examined else ()
+        program, seen = self.build.programs[number], accuracy.reached
+        claims = claim_results(program, examined, seen, broken) if examined else ()
         return CheckResult(
             self.build,
             number,

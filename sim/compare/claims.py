@@ -9,6 +9,9 @@ from typing import Any
 
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator
+from boresight.model.words.program import Kind, Program
+from boresight.sim.compare.diagnosis import NAMED
+from boresight.sim.compare.twin import made_of
 from boresight.sim.fit.observe import Observer
 from boresight.sim.ranges.claims import TOLERANCE, Claim
 from boresight.sim.ranges.examine import Examined
@@ -35,6 +38,7 @@ class ClaimResult:
     #: then ``log`` is of float64.
     folded: bool = False
     unless: str = ""  #: the exception that its author names.
+    sources: tuple[str, ...] = ()  #: what moves a state out of its range: inputs, parameters.
 
     @property
     def text(self) -> str:
@@ -66,8 +70,10 @@ class ClaimResult:
     def note(self) -> str:
         """A state that legal inputs take out of its range, which is no fault on this log."""
         where = f" ({self.line})" if self.line else ""
+        movers = " and ".join(self.sources)
+        movers = f"{movers} within their ranges" if movers else "the step alone"
         return (
-            f"inputs within their ranges can take {self.state} out of its range{where}: to "
+            f"{movers} can take {self.state} out of its range{where}: to "
             f"{self._reached:.4g}, beyond [{self.low:g}, {self.high:g}]; widen it, or limit "
             f"{self.state} in the step"
         )
@@ -78,7 +84,10 @@ class ClaimResult:
 
 
 def claim_results(
-    examined: Sequence[Examined], seen: Sequence[tuple[float, float] | None], broken: set[Claim]
+    program: Program,
+    examined: Sequence[Examined],
+    seen: Sequence[tuple[float, float] | None],
+    broken: set[Claim],
 ) -> tuple[ClaimResult, ...]:
     """Join what the search and the log say: extremes ``seen`` on it, claims that it breaks."""
     results = []
@@ -93,10 +102,20 @@ def claim_results(
         share = max((claim.share(*ends) for ends in (log, search) if ends is not None), default=0.0)
         stated = claim.reason, claim.line, claim.low, claim.high, claim.state
         witness = None if claim in broken else e.witness
-        results.append(
-            ClaimResult(*stated, status, log, search, share, witness, unless=claim.unless)
-        )
+        sources = _sources(program, claim, witness) if status == "left" else ()
+        reached = status, log, search, share, witness
+        results.append(ClaimResult(*stated, *reached, unless=claim.unless, sources=sources))
     return tuple(results)
+
+
+def _sources(program: Program, claim: Claim, witness: Witness | None) -> tuple[str, ...]:
+    """What takes a value out of its range: inputs, parameters that are not at their defaults."""
+    words = [] if claim.word is None else [claim.word]
+    needed = [program.values[n] for n in made_of(program, words)]
+    params = {} if witness is None else witness.params
+    inputs = any(value.kind is Kind.INPUT for value in needed)
+    given = any(value.kind is Kind.PARAM and value.name in params for value in needed)
+    return ("inputs",) * inputs + ("parameters",) * given
 
 
 class FoldedClaims:
@@ -140,8 +159,11 @@ class FoldedClaims:
 
 
 def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
-    """Summary for people: a line for the claims of `ops.bounded`, one for a state out of range."""
-    lines = [r.note() for r in results if r.status == "left"][:1]
+    """Summary for people: a line for the claims of `ops.bounded`, some for states out of range."""
+    left = sorted((r for r in results if r.status == "left"), key=lambda r: -r.share)
+    lines = [r.note() for r in left[:NAMED]]
+    if len(left) > NAMED:
+        lines[-1] += f"; and {len(left) - NAMED} more: {', '.join(r.state for r in left[NAMED:])}"
     claims = [r for r in results if not r.state]
     if not claims:
         return lines

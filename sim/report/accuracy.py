@@ -16,6 +16,7 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.sim.accuracy.figures import Angles
+from boresight.sim.compare.claims import claim_lines
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.results import CheckResult, Part
 from boresight.sim.records.feed import Feed
@@ -139,6 +140,7 @@ def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> d
         "reference": None if not rows.references else "comparison" if check.comparison else "truth",
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
+        "stated_ranges": claim_lines(check.claims),
         **rows.rmse(),
     }
     if QUATERNION[0] in check.fixed.outputs and not rows.references:

@@ -232,7 +232,7 @@ def test_an_exception_changes_no_bit_and_withdraws_the_claim() -> None:
 def test_a_state_out_of_its_range_fails_on_the_log_and_is_told_of_the_search() -> None:
     result = checked(Integral(), a=[1.0, 0.5])
     assert result.good and [c.status for c in result.claims] == ["left", "proven"]
-    assert "can take s out of its range (test_claims.py, line" in str(result)
+    assert "inputs within their ranges can take s out of its range (test_cl" in str(result)
     short = Integral()  # a word that ends where the range does: the value beyond it is told
     short.states = (State("s", -4.0, 3.999), Integral.states[1])
     claim = next(c for c in checked(short, a=[1.0, 0.5]).claims if c.state == "s")
@@ -241,6 +241,26 @@ def test_a_state_out_of_its_range_fails_on_the_log_and_is_told_of_the_search() -
     result = checked(Integral(), a=np.ones(6))
     assert not result.good and result.claims[0].status == "broken"
     assert "state s is 6 in step 5, BEYOND its declared range [-5, 5]" in result.failures[0]
+
+
+class Leaving(Estimator):
+    """States that legal values take out of their ranges by more and more."""
+
+    inputs = (Input("z", -1.0, 1.0),)
+    params = (Param("r", 25.0, 1.0, 400.0),)
+    states = tuple(State(name, -1.0, 1.0) for name in "abcd") + (State("p", 0.0, 128.0),)
+    outputs = (Output("p", tolerance=1e-3),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        states = {name: size * u.z for name, size in zip("abcd", (1.1, 1.2, 1.3, 1.4), strict=True)}
+        return states | {"p": 0.5 * x.p + 0.4 * p.r}, {"p": x.p}
+
+
+def test_states_out_of_their_ranges_are_told_by_their_excess() -> None:
+    (*_, first, second, third) = checked(Leaving(), z=np.zeros(3)).lines()
+    assert first.startswith("  parameters within their ranges can take p out of its range")
+    assert second.startswith("  inputs within their ranges can take d out of its range")
+    assert third.endswith("limit c in the step; and 2 more: b, a")
 
 
 @pytest.mark.parametrize(

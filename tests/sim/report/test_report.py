@@ -13,6 +13,7 @@ import pytest
 
 from boresight import Estimator, Input, Output, State, ops
 from boresight.sim.compare.check import Check
+from boresight.sim.compare.claims import ClaimResult
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
@@ -115,6 +116,15 @@ def test_another_device_is_a_comparison(build, checked) -> None:
     for comparison, text in ((True, "a comparison, not truth"), (False, "the exact truth")):
         page = render_html(report_data(build.core, replace(checked, comparison=comparison)))
         assert text in page
+
+
+def test_stated_ranges_are_on_the_page(build, checked) -> None:
+    stated = "range of the state sum", "here.py, line 3", -64.0, 64.0, "sum", "left"
+    claim = ClaimResult(*stated, None, (-70.0, 0.0), 1.1, None, sources=("inputs",))
+    report = report_data(build.core, replace(checked, claims=(claim,)))
+    (line,) = report["accuracy"]["logs"][0]["stated_ranges"]
+    assert line.startswith("inputs within their ranges can take sum out of its range (here.py, li")
+    assert line[1:] in render_html(report)
 
 
 def test_curves_lose_no_peak(checked, report) -> None:
