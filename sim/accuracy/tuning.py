@@ -34,7 +34,7 @@ from boresight.sim.result import Result, Row
 #: Values are tried with so many significant digits, as they are printed.
 DIGITS = 4
 #: First step on an axis, the largest, and the one below which a parameter rests.
-FIRST_STEP, LARGEST_STEP, LAST_STEP = math.log(2.0), math.log(8.0), math.log(1.04)
+FIRST_STEP, LARGEST_STEP, LAST_STEP = math.log(2.0), math.log(8.0), math.log(1.002)
 #: Points that fill the ranges, and share of the largest value from which on they do.
 SPREAD, SMALLEST = 16, 1e-4
 #: Share by which another descent must improve, to be followed by one more.
