@@ -6,13 +6,14 @@ derived from `BoardSystem`. `boresight compile --board`, `run`, `fit` and `monit
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import load, names_of_entry_points
+from boresight.sim.records.feed import RATE_TOLERANCE
 
 #: Entry points of installed packages that are complete systems.
 BOARD_GROUP = "boresight.boards"
@@ -27,6 +28,8 @@ class BoardSystem:
         Names of the files that `simulate` writes.
     programs : tuple of types
         Estimators that the system adds to every core.
+    rate_hz : float
+        Updates per second with the sensors' default settings, on the board and in `simulate`.
     core : callable (estimators, *, config, word, clock_hz, params)
         Returns a core with these estimators and the programs that the system adds.
     design : callable (core, clock_hz)
@@ -43,12 +46,22 @@ class BoardSystem:
 
     files: tuple[str, ...]
     programs: tuple[type[Estimator], ...] = ()
+    rate_hz: float
     core: Callable[..., Core]
     design: Callable[..., tuple[Any, Description]]
     simulate: Callable[..., Any]
     simulate_faults: Callable[..., Any]
     calibrate: Callable[..., Any]
     monitor: Callable[..., Any]
+
+    def rate_notes(self, estimators: Iterable[Estimator]) -> list[str]:
+        """Warnings about estimators whose gains are designed for another rate than the board's."""
+        return [
+            f"{e.name}: its rates_hz says {e.rates_hz['dt']:g} samples a second, and the board "
+            f"updates it {self.rate_hz:g} times a second: design its gains for that rate"
+            for e in estimators
+            if abs(self.rate_hz / e.rates_hz.get("dt", self.rate_hz) - 1.0) > RATE_TOLERANCE
+        ]
 
 
 def board_system() -> BoardSystem:

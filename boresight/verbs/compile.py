@@ -16,6 +16,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -194,7 +195,9 @@ def compile(
         if system is not None:
             data["system"] = plain(figures_of(system))
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return _result(Path(output), build, data, proven, area, system, clock, choice)
+    notes = [] if board is None or top == "records" else board_system().rate_notes(estimators)
+    result = _result(Path(output), build, data, proven, area, system, clock, choice)
+    return replace(result, notes=(*result.notes, *notes))
 
 
 def figures_of(made: Mapped | Routed) -> dict[str, Any]:

@@ -66,6 +66,7 @@ class AttitudeBoard(BoardSystem):
 
     files = ("board.html", "board.json")
     programs = tuple(FRONT.values())
+    rate_hz = REAL.rate_hz
 
     def core(
         self,
@@ -116,7 +117,15 @@ class AttitudeBoard(BoardSystem):
         say(f"core with {names} and the calibration, {config}")
         core = system_core(filters, config=config, clock_hz=REAL.clock_hz, params=params)
         return write_board(
-            folder, chosen.name, core, record, updates=updates, source=source, feed=feed, say=say
+            folder,
+            chosen.name,
+            core,
+            record,
+            updates=updates,
+            source=source,
+            feed=feed,
+            say=say,
+            notes=self.rate_notes([chosen]),
         )
 
     def simulate_faults(
@@ -163,6 +172,7 @@ def write_board(
     source: str,
     feed: Mapping[str, float] | None,
     say: Callable[[str], None],
+    notes: Sequence[str] = (),
 ) -> Result:
     """Run the board with every filter, ``name`` for long; write the files into a folder.
 
@@ -170,11 +180,11 @@ def write_board(
     registers, ``predicted_us`` by the schedule. ``beside_program_us``: time of the core beside its
     programs. ``frame_end_us``: from data-ready to the last bit of the frame. ``mismatches``: words
     of frames that differ from the integer models. ``good``: nothing was lost, differs or is
-    damaged.
+    damaged. ``notes`` come first in the result's.
     """
     board = make_board(REAL, core=core)
     words = feed_words(board.system.plan.feed.registers, feed or {})
-    what, runs, notes = stimulus(log, board), [], []
+    what, runs, notes = stimulus(log, board), [], [*notes]
     number, mode = _SOURCES[source]
     settings = {"magnetic_source": number, "compass_mode": mode, "output_divider": 1}
     settings |= {f"feed_{k}": word & 0xFFFF_FFFF for k, word in words.items()}

@@ -34,7 +34,7 @@ from boresight.sim.records.record import (
 from boresight.sim.records.selection import Clock, selection
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
-_RATE_TOLERANCE = 0.02
+RATE_TOLERANCE = 0.02
 #: Longest step that is no gap, and longest gap whose length is told, as shares of the range of dt.
 _LONGEST, _LEAST = 0.9996, 0.96
 #: Units that a column of times may have been meant in, in seconds.
@@ -335,7 +335,7 @@ def _refuse_two_clocks(record: Record) -> None:
     if not known.any():
         return
     by_t, by_dt = float(np.median(steps[known])), float(np.median(dt[known]))
-    if abs(by_dt / by_t - 1.0) > _RATE_TOLERANCE:
+    if abs(by_dt / by_t - 1.0) > RATE_TOLERANCE:
         raise InputError.at(
             record.where,
             wanted="dt (or fs) and the differences of t that agree",
@@ -351,7 +351,7 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
     rate, name = _rate_hz(record), "t" if "t" in record.columns else "dt"
     unit = record.columns[name].unit or "s"
     seconds = linear(unit, "s")[0] * rate / estimator.rates_hz["dt"]
-    near = [u for u, s in _TIME_UNITS.items() if abs(seconds / s - 1.0) <= _RATE_TOLERANCE]
+    near = [u for u, s in _TIME_UNITS.items() if abs(seconds / s - 1.0) <= RATE_TOLERANCE]
     if near and near != [unit]:
         fix = f"the column {name} is probably in {near[0]}: write {name}[{near[0]}] in the header"
     elif "rate_hz" in signature(type(estimator)).parameters:
@@ -367,7 +367,7 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
 def require_rate(estimator: Estimator, rate_hz: float, where: str, fix: str) -> None:
     """Refuse a number of samples a second that the estimator is not made for."""
     made_for = estimator.rates_hz.get("dt", rate_hz)
-    if abs(rate_hz / made_for - 1.0) > _RATE_TOLERANCE:
+    if abs(rate_hz / made_for - 1.0) > RATE_TOLERANCE:
         wanted = f"{made_for:g} samples a second, for which {estimator.name} is made"
         raise InputError.at(where, wanted=wanted, found=f"{rate_hz:.6g}", fix=fix)
 

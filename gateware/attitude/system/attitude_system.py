@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.csr import packed
 from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSignature, WishboneSlave
-from boresight.gateware.attitude.sensors.adis16385 import SETTINGS, TEST_BITS, Adis16385
+from boresight.gateware.attitude.sensors.adis16385 import SETTINGS, TEST_BITS, Adis16385, Timing
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.bridge import Bridge
@@ -141,6 +141,7 @@ class AttitudeSystem(wiring.Component):
             "core": describe(self.core),
             "build": self.build,
             "baud": self.host_baud,
+            "rate": 1.0 / Timing().period_s,
             "filters": self.plan.filters,
             "latencies": [("number", "filter", "cycles", "microseconds"), *rows],
         }

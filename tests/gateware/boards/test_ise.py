@@ -246,6 +246,7 @@ def test_complete_system(board: str, tmp_path) -> None:
     text = (tmp_path / "README.txt").read_text()
     assert all(len(line) <= 100 for line in text.splitlines()) and "{" not in text
     assert "complementary" in text and "boresight monitor" in text
+    assert "The ADIS16385 gives 1024 samples a second" in text
 
 
 # -- factors of the PLL ---------------------------------------------------------------------------

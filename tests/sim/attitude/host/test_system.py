@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import boresight
+from boresight import Estimator, Output
 from boresight.sim.attitude import system as module
 from boresight.sim.attitude.system import AttitudeBoard
 
@@ -32,6 +33,22 @@ def test_figures_and_page(small, tmp_path) -> None:
     page = (tmp_path / "board.html").read_text()
     assert "complementary" in page and "http" not in page
     assert "51" in str(data)
+
+
+@pytest.mark.parametrize(("rate_hz", "notes"), [(50.0, 1), (1024.0, 0)])
+def test_another_rate_than_the_boards_is_a_warning(rate_hz, notes, monkeypatch, tmp_path) -> None:
+    """A filter of fixed gains, and the notes of its run."""
+
+    class Fixed(Estimator):
+        rates_hz = {"dt": rate_hz}
+        outputs = (Output("y"),)
+
+    seen = []
+    monkeypatch.setattr(module, "system_core", lambda *given, **options: None)
+    monkeypatch.setattr(module, "write_board", lambda *given, notes, **more: seen.extend(notes))
+    boresight.run(Fixed, "board", output=tmp_path)
+    assert len(seen) == notes
+    assert all("says 50 samples a second, and the board updates it 1024 times" in n for n in seen)
 
 
 def test_data_in_memory_is_read() -> None:
