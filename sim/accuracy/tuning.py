@@ -312,6 +312,18 @@ class Tuning:
             )
         return {"folds": folds, "mean_test_error": means(every)} if folds else None
 
+    def _at_ends(self, values: Mapping[str, float]) -> list[str]:
+        """Notes about parameters that moved to an end of their ranges."""
+        notes = []
+        for axis in self.axes:
+            p, value = axis.param, values[axis.param.name]
+            if value in (p.low, p.high) and value != axis.start:
+                notes.append(
+                    f"{p.name} ends at the {'lower' if value == p.low else 'upper'} end of its "
+                    f"range, {p.low:g} to {p.high:g}: a wider range may give a smaller error"
+                )
+        return notes
+
     def result(
         self, names: Sequence[str], units: Mapping[str, str], tests: Sequence[tuple[int, ...]]
     ) -> Result:
@@ -367,4 +379,8 @@ class Tuning:
         )
         tables = {"error, mean over the logs": errors, "parameters": moved}
         notes = [f"tuned, {saturated_text(updates, values)}"] if updates else []
+        notes += self._at_ends(tuned.values)
+        if not tests:
+            why = "there is one log" if len(names) == 1 else "there is one fold"
+            notes.append(f"no cross-validation, since {why}: the error on other logs is not known")
         return Result(data, tables, summary, notes)

@@ -85,6 +85,16 @@ def test_accuracy_reads_the_file(tmp_path, monkeypatch, capsys) -> None:
     assert fixed["mean"]["y"] == pytest.approx(tuned["error"]["tuned"]["y"])
 
 
+@pytest.mark.parametrize(("factor", "end"), [(3.0, ""), (9.0, "upper"), (0.05, "lower")])
+def test_an_end_of_a_range_and_no_cross_validation_are_told(factor, end, tmp_path) -> None:
+    (tmp_path / "scale.py").write_text(SOURCE)
+    rows = {"a": [0.1, -0.4], "y_true": [0.1 * factor, -0.4 * factor]}
+    notes = boresight.tune(f"{tmp_path}/scale.py", rows, jobs=1).notes
+    found = [n for n in notes if n.startswith(f"gain ends at the {end} end of its range, 0.1 to 4")]
+    assert len(found) == bool(end) and len(notes) == 1 + len(found)
+    assert "no cross-validation, since there is one log" in notes[-1]
+
+
 def test_words_that_saturate_are_told() -> None:
     class Sum(Estimator):
         """A sum of inputs that its range does not hold."""
