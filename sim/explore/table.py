@@ -39,11 +39,8 @@ FIGURES = (
 )
 #: Figures that come from synthesis.
 OF_AREA = ("lut", "ff", "dsp", "ram", "clock")
-#: How far estimated clocks are off: docs/targets.md.
-ESTIMATED = (
-    "clock: estimated from the netlist; on 12 cores for ECP5 the method was 1 to 41 % below the "
-    "routed clock"
-)
+#: What the clocks of rows are.
+ESTIMATED = "clock: an estimate from the netlist, not by ISE (docs/targets.md)"
 _DEMAND = re.compile(
     r"([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\d.eE+-])\s*(.*)"
 )
@@ -143,7 +140,8 @@ def result_of(
     choice = None if least is None else _choice(table, demands, least)
     names = [q.name for q in known if any(row.get(q.name) is not None for row in table)]
     error = next((n for n in (ATTITUDE, "tolerance") if n in names), names[0] if names else "")
-    columns = (error, "saturated", "cycles", "interval", "lut", "dsp", "ram", "clock")
+    columns = [error, "saturated", "cycles", "interval", "lut", "dsp", "ram", "clock"]
+    columns += [d.quantity.name for d in demands] + ([] if least is None else [least.name])
     shown = [
         {"combination": row["combination"]}
         | {name: row.get(name) for name in columns}

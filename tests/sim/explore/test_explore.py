@@ -74,8 +74,9 @@ def run(name="smooth.py:Smooth", given="log.csv", words=(18, 32), **more):
 
 def test_rows_choice_and_files(here, capsys) -> None:
     line = ["explore", "smooth.py:Smooth", "log.csv", "shift=3,-1", *WORDS, "--jobs", "1"]
-    assert main([*line, "--want", "m<1uV", "--least", "cycles"]) == 0
+    assert main([*line, "--want", "m.rms<1uV, us<1", "--least", "cycles"]) == 0
     out = capsys.readouterr().out
+    assert " m.rms " in out and " us " in out and "clock" not in out
     assert "cycles 10: shift=3, 32 bits, small" in out
     assert "boresight compile" in (here / "build" / "explore-smooth.html").read_text()
     assert main([*line, "--want", "m<1uV, cycles<3", "--json"]) == 1
