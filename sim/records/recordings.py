@@ -80,8 +80,9 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
         with redirect_stdout(io.StringIO()):  # pyulog prints remarks
             log = read(io.BytesIO(complete), None if wanted is None else list(wanted))
         if lost or log.file_corruption:
-            rows = ", and rows behind them" if log.file_corruption else ""
-            notes.append(f"{path.name}: damaged, {lost} bytes are left out{rows}")
+            told = [f"{lost} bytes are left out"] * bool(lost)
+            told += ["rows may be missing from the damage on"] * log.file_corruption
+            notes.append(f"{path.name}: damaged, {', and '.join(told)}")
         topics: dict[str, Topic] = {}
         for data in log.data_list:
             name = f"{data.name}.{data.multi_id}" if data.name in topics else data.name
@@ -95,23 +96,24 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
 def _complete_messages(content: bytes) -> tuple[bytes, int, bool]:
     """The whole messages, how many bytes between them are none, and whether the last one is cut.
 
-    A log ends wherever the power failed, and a bad sector damages its middle.
+    A log ends wherever the power failed, and a bad sector damages its middle. A message that is
+    followed by no other is damaged, too: bytes of it were changed or lost.
     """
     if not content.startswith(_MAGIC):
         raise ValueError("the first bytes are not those of a ULog")
     parts, offset, lost = [content[:_HEADER]], _HEADER, 0
     while offset + 3 <= len(content):
         end = _message_end(content, offset)
-        if end is None:
-            damage = offset
-            while offset + 3 <= len(content) and not _begins(content, offset):
-                offset += 1
-            lost += offset - damage
-        elif end > len(content):
-            break
-        else:
+        if end is not None and end <= len(content):
             parts.append(content[offset:end])
             offset = end
+            continue
+        places = range(offset, len(content) - 2)
+        following = next((k for k in places if _begins(content, k)), len(content))
+        if end is not None and following == len(content):
+            break  # cut, not damaged
+        lost += following - offset + (len(parts.pop()) if len(parts) > 1 else 0)
+        offset = following
     is_cut = offset < len(content) and (not lost or offset + 3 <= len(content))
     return b"".join(parts), lost, is_cut
 

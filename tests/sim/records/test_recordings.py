@@ -257,3 +257,24 @@ def test_a_log_that_ends_early_has_the_rows_before(tmp_path: Path) -> None:
     whole, cut = (read_record(tmp_path / f"{name}.ulg") for name in ("whole", "cut"))
     assert (len(whole), len(cut)) == (10, 8)
     assert whole.notes == () and "ends in the middle of a message" in cut.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("removed", "put"),
+    [(1, b""), (0, b"\x00\x01\x02"), (600, b"\xff" * 600), (600, bytes(600)), (1, b"\xff")],
+)
+def test_damage_in_the_middle_leaves_the_rows_around_it(
+    tmp_path: Path, removed: int, put: bytes
+) -> None:
+    """Bytes lost, inserted, overwritten; and a size that reaches beyond the end."""
+    content = flight(messages=MOTION)
+    middle = content.index(b"D\x00\x00", len(content) // 2) - 1 + (len(put) != 1) * 9
+    (tmp_path / "a.ulg").write_bytes(content)
+    (tmp_path / "b.ulg").write_bytes(content[:middle] + put + content[middle + removed :])
+    whole, damaged = (read_record(tmp_path / f"{name}.ulg") for name in "ab")
+    assert len(whole) - 30 < len(damaged) < len(whole)
+    assert any("b.ulg: damaged, " in text for text in damaged.notes)
+    times = damaged.numbers("t")
+    kept = np.isin(whole.numbers("t"), times)
+    assert kept.sum() == len(damaged)
+    assert np.array_equal(whole.numbers("gx")[kept], damaged.numbers("gx"))
