@@ -21,6 +21,7 @@ import math
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 from typing import Any
 
@@ -55,6 +56,11 @@ __all__ = [
     "wrap_ht",
     "wrap_turns",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    near = " or ".join(get_close_matches(name, __all__, cutoff=0.4)) or "docs/operations.md"
+    raise AttributeError(f"ops has no {name}: try {near}; np.sin and np.cos take rad")
 
 
 def _plain(*numbers: Any) -> bool:

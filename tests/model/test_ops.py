@@ -406,3 +406,9 @@ def test_a_clip_whose_varying_limits_cross_is_the_same_on_all_levels(trace: Any)
     (fixed,), (floats,), _ = t.run([0.5, 0.5, 3.0, 3.0], [-2.0, 2.0, 0.5, 2.0])
     assert floats.tolist() == [0.5, 2.0, 1.0, 2.0]
     assert fixed.tolist() == floats.tolist()
+
+
+@pytest.mark.parametrize(("name", "near"), [("cos", "sincos_ht"), ("max", "maximum")])
+def test_a_function_of_another_name_is_named(name: str, near: str) -> None:
+    with pytest.raises(AttributeError, match=f"ops has no {name}: try {near};"):
+        getattr(ops, name)
