@@ -34,6 +34,8 @@ MARGIN_BITS = 2
 NAMED = 3
 #: Cure of a value that `Measurement.sd_max` bounds.
 RAISE = "raise sd_max of this Measurement"
+#: Cure of a value that its range does not hold.
+WIDEN = "widen the range"
 #: What helps where a covariance by hand is not exact enough.
 _MODEL = "write the model with boresight.kalman, or one scalar update for each measurement"
 #: What else keeps it positive.
@@ -133,7 +135,7 @@ def _first_leaving(
             f"{'saturates: ' * at_limit}{exact if at_limit else held:.6g} does not fit its range "
             f"[{said.low:.6g}, {said.high:.6g}]"
         )
-        cure = f"widen the range ({said.range_source}) or limit the value"
+        cure = f"{WIDEN} ({said.range_source}) or limit the value"
         if said.range_source.startswith(OBSERVED):
             cure = f"run boresight fit on this log, too (the range was {said.range_source})"
         cure = RAISE if twin.nodes[value].unless == CLAIMED else cure

@@ -18,6 +18,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.diagnosis import (
     NAMED,
     RAISE,
+    WIDEN,
     Wasted,
     find_culprit,
     near_floor,
@@ -39,6 +40,10 @@ from boresight.sim.ranges.claims import Claim, claims_of
 Piece = tuple[FloatArray, IntArray, BoolArray]
 #: Saturated values that a line names, the most frequent first.
 MOST_SATURATED = 5
+#: Multiple of an output's format from which on float64 diverges.
+_ENDLESS = 2.0**20
+#: Cure of an estimator that diverges in float64.
+_CORRECT = "correct the equations, the parameters or the log"
 
 
 @dataclass(frozen=True)
@@ -61,11 +66,12 @@ class Accuracy:
     broken: frozenset[int] = frozenset()  #: claims that a value broke; indices.
     ranges: WordRanges | None = None  #: extremes of every value; None of floating point.
     near_floor: str = ""  #: the root or reciprocal that is near its floor.
+    diverges: str = ""  #: the output of float64 that is no number, or beyond all ranges.
 
     @property
     def good(self) -> bool:
         """Every output within its tolerance, nothing saturated, no state beyond its range."""
-        clean = not self.saturated_updates and not self.beyond_range
+        clean = not self.saturated_updates and not self.beyond_range and not self.diverges
         return clean and all(d.good for d in self.differences)
 
     def largest(self, output: str) -> float | None:
@@ -81,6 +87,7 @@ class Accuracy:
             "saturated": self.saturated,
             "beyond_range": list(self.beyond_range),
             "clamped_inputs": self.clamped,
+            "diverges": self.diverges,
             "culprit": self.culprit,
             "wasted": [vars(w) for w in self.wasted],
             "source": "fixed against float64 (compiled), every sample, in the output's unit",
@@ -88,7 +95,8 @@ class Accuracy:
 
     def faults(self) -> list[str]:
         """What is wrong, one line each; empty if `good`."""
-        return [d.line() for d in self.differences if not d.good] + self.causes()
+        differences = [d.line() for d in self.differences if not d.good]
+        return [self.diverges, *differences, *self.causes()][not self.diverges :]
 
     def causes(self) -> list[str]:
         """`faults` without the differences: saturations, ranges, the first failing operation."""
@@ -100,6 +108,7 @@ class Accuracy:
     def lines(self) -> list[str]:
         """Everything, for people."""
         out = [f"fixed against float64: {d.line()}" for d in self.differences]
+        out += [self.diverges] if self.diverges else []
         if self.clamped:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
@@ -166,9 +175,10 @@ class Judge:
         outputs = self._of.estimator.outputs
         self._errors = Differences(outputs, [o.name for o in outputs], curves=curves)
         self._rows = self._saturated = 0
-        #: First update in which an operation saturated, in which float64 is not finite.
+        #: First update in which an operation saturated, and in which an output of float64 is no
+        #: number or beyond all ranges, with its name and value.
         self._clamp: int | None = None
-        self._endless: int | None = None
+        self._endless: tuple[int, str, float] | None = None
         #: By number of a state: first update after which it is out of its range, and its value.
         self._left: dict[int, tuple[int, float]] = {}
         #: The same of variances below 0.
@@ -204,8 +214,8 @@ class Judge:
         self._saturated += run.n_saturated
         if run.saturated is not None:
             self._clamp = _first(self._clamp, start, run.saturated)
-        for values in reference.outputs.values():
-            self._endless = _first(self._endless, start, ~np.isfinite(values))
+        if self._endless is None:
+            self._endless = self._diverging(start, reference)
         for k, (state, _) in enumerate(self._program.states):
             reals = self._program.format(state).real(states[:, k])
             wrong = outside(reals, self._program.values[state])
@@ -217,6 +227,17 @@ class Judge:
                     step = int(np.argmax(rows))
                     first[k] = start + step, float(reals[step])
         return states
+
+    def _diverging(self, start: int, reference: Run) -> tuple[int, str, float] | None:
+        """The first output of float64 that is no number or beyond all ranges, if there is one."""
+        program, first = self._program, list[tuple[int, str, float]]()
+        for name, value in zip(program.output_names, program.outputs, strict=True):
+            values = reference.outputs[name]
+            wrong = ~(np.abs(values) <= _ENDLESS * -program.format(value).min)
+            if wrong.any():
+                row = int(np.argmax(wrong))
+                first.append((start + row, name, float(values[row])))
+        return min(first, default=None)
 
     def result(self, clamped: Mapping[str, int], again: Callable[[], Iterable[Piece]]) -> Accuracy:
         """The verdict; ``again`` gives the pieces once more, to look for what went wrong."""
@@ -252,7 +273,15 @@ class Judge:
             frozenset(broken),
             self._ranges,
             near_floor(self._of, self._ranges, reached),
+            self._diverges(),
         )
+
+    def _diverges(self) -> str:
+        """A line about float64 that is no number or beyond all ranges; or empty."""
+        if self._endless is None:
+            return ""
+        step, name, value = self._endless
+        return f"float64 diverges: {name} is {value:.3g} in step {step}; {_CORRECT}"
 
     def _beyond(
         self, saturated: Sequence[int], broken: Sequence[Claim], reached: Mapping[int, Range]
@@ -260,20 +289,22 @@ class Judge:
         """A line for each state and claim beyond its range; saturations are named already."""
         assert self._ranges is not None
         program, nodes, lines = self._program, self._of.nodes, list[str]()
-        for k, (step, value) in sorted(self._negative.items(), key=lambda x: x[1][0])[:1]:
+        negative = sorted(self._negative.items(), key=lambda x: x[1][0])
+        for k, (step, value) in negative[: self._endless is None]:
             name = declared_name(program, nodes, program.states[k][0])
             lines.append(
                 f"the variance {name} is {value:.3g} in step {step}, below 0: rounding or the "
                 f"model makes the covariance indefinite; {positive_text(self._of)}"
             )
         named = {becomes(program, nodes, n) for n in saturated}
+        widen = "widen it" if self._endless is None else "float64 diverges"
         for k, (step, value) in sorted(self._left.items()):
             state = program.states[k][0]
             said, name = program.values[state], declared_name(program, nodes, state)
             if state not in named and k not in self._negative:
                 lines.append(
                     f"state {name} is {value:.6g} in step {step}, BEYOND its declared range "
-                    f"[{said.low:g}, {said.high:g}]: widen it"
+                    f"[{said.low:g}, {said.high:g}]: {widen}"
                 )
         steps = self._ranges.low_at, self._ranges.high_at
         for claim in broken:
@@ -282,7 +313,7 @@ class Judge:
             ends = reached[claim.word]
             end = int(ends[1] - claim.high > claim.low - ends[0])
             where = f"{claim.line}: " if claim.line else ""
-            cure = RAISE if claim.unless == CLAIMED else "widen it, or limit the value"
+            cure = RAISE if claim.unless == CLAIMED else f"{widen}, or limit the value"
             lines.append(
                 f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
                 f"stated range [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"
@@ -301,7 +332,8 @@ class Judge:
         program = self._program
         bad = {d.output for d in errors if not d.good}
         by_hand = not self._of.estimator.covariance_elements
-        if not (bad or self._left or self._saturated) or (by_hand and self._negative):
+        negative = by_hand and self._negative and self._endless is None
+        if not (bad or self._left or self._saturated) or negative:
             return ""  # a negative variance has its own line
         steps = {step for step, _ in self._left.values()}
         steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
@@ -315,14 +347,14 @@ class Judge:
         first = find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
         rows = ((records, anew) for records, _, anew in again())
         apart = gates_apart(self._build, self._number, rows) if bad else None
-        text = str(first or rounding_text(self._of, wasted, self._changes, reached))
+        if self._endless is not None:
+            widen = first is not None and first.cure.startswith(WIDEN)
+            first = first._replace(cure=_CORRECT) if first is not None and widen else first
+            text = str(first or "")
+        else:
+            text = str(first or rounding_text(self._of, wasted, self._changes, reached))
         if apart is not None and apart[0] <= (first.step if first else max(steps)):
             text = apart[1]
-        if self._endless is not None:
-            text = (
-                f"float64 is not finite from step {self._endless} on: the estimator diverges; "
-                f"{text}"
-            )
         return text
 
 
