@@ -391,7 +391,8 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
         near = next((c for c in columns if re.split(r"\W", c.lower())[0] == lower), None)
         time = next((c for c in columns if re.split(r"\W", c.lower())[0] in _TIMES), None)
         if near:
-            hints[near] = i.name if near.lower() == lower else f"{i.name}[UNIT]"
+            unit = record.columns[near].unit or ("" if near.lower() == lower else "UNIT")
+            hints[near] = i.name + (f"[{unit}]" if unit else "")
         elif time and i.name == "dt":
             unit = "" if time.lower() in _TIMES else "[UNIT]"
             hints[time] = f"t{unit} (dt is its difference)"

@@ -31,7 +31,7 @@ MEDIAN_OF = 1000
 #: Remedy for times of day, or dates.
 SECONDS = (
     "write seconds in place of times of day, by pandas: "
-    "t = pandas.to_datetime(t); t = (t - t[0]).dt.total_seconds()"
+    't = pandas.Series(pandas.to_datetime(t, format="mixed")); t = (t - t[0]).dt.total_seconds()'
 )
 #: s, a time step that restarts the attitude filters.
 RESTART_S = -0.25

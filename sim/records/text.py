@@ -37,6 +37,8 @@ from boresight.sim.records.record import (
 _FAST_FROM = 100_000
 #: Texts of no sample, in any case.
 _NONE = ("", "nan", "-nan")
+#: Texts that others write for a missing value.
+_MISSING = ("na", "n/a", "none", "null", "-", "--", "?")
 #: Bytes that are read at once.
 _BLOCK = 1 << 22
 #: Other separators, their names, and the commands that write commas and decimal points.
@@ -255,6 +257,7 @@ def _table(
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
             or (SECONDS if re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", field) else "")
+            or ("leave a missing value empty" if field.lower() in _MISSING else "")
             or "correct or remove the line",
         )
     table[invalid] = np.nan

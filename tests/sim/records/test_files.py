@@ -314,7 +314,8 @@ def test_empty_fields_are_gaps() -> None:
         ("a,b\n1,2\na,b\n3,4\n", "walk.csv, line 3: wanted a sample, found the header again; "),
         ("a (s),a (x)\n1,2\na (s),a (x)\n3,4\n", "walk.csv, line 3: wanted a sample, found the h"),
         ("t,b\n12:00:01,2\n12:00:02,3\n", "walk.csv, line 2, column t: wanted a finite number, "
-         "found '12:00:01'; write seconds in place of times of day, by pandas: "),
+         "found '12:00:01'; write seconds in place of times of day, by pandas: "
+         't = pandas.Series(pandas.to_datetime(t, format="mixed")); '),
         ("t[us],b\n4294967000,1\n704,2\n", "walk.csv, line 3, column t: wanted a time above "
          "4294967000.0 us, that of the row before, found 704.0 us; a 32-bit counter of micro"
          "seconds wraps here: add 4294967296 to this time and to those after it"),
@@ -323,6 +324,10 @@ def test_empty_fields_are_gaps() -> None:
         ("a,b\n1,2\n\n1,2\n", "walk.csv, line 3: wanted 2 fields, as in the header, found an empt"),
         ("a,b\n1,2\n1,x\n", "walk.csv, line 3, column b: wanted a finite number, found "
          "'x'; correct or remove the line"),
+        ("a,b\n1,2\n1,NA\n", "walk.csv, line 3, column b: wanted a finite number, found 'NA'; "
+         "leave a missing value empty"),
+        ("a,b\n1,2\n-,3\n", "walk.csv, line 3, column a: wanted a finite number, found '-'; "
+         "leave a missing value empty"),
         ("t,z\nus,[cm]\n1,2\n", "walk.csv, line 2, column t: wanted a finite number, found 'us'; "
          "a line of units? write them in the header, t[us], and remove the line"),
         ("a,b\nx,2\n", "walk.csv, line 2, column a: wanted a finite number, found 'x'; correct"),

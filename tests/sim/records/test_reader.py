@@ -112,6 +112,10 @@ def test_columns_become_inputs(
          "log 'walk': wanted a column for z [m], of probe, found z (raw), c, plain, column 0, colum"
          "n 1, column 2, column 3, column 4, column 5, column 6, column 7, column 8, ...; rename z "
          "(raw) to z[UNIT]"),
+        ({"z": None, "Z high": [1.0, 1.0]}, {"Z high": "cm"}, "log 'walk': wanted a column for "
+         "z [m], of probe, found Z high, c, plain; rename Z high to z[cm]"),
+        ({"z": None, "Z": [1.0, 1.0]}, {"Z": "cm"}, "log 'walk': wanted a column for z [m], of "
+         "probe, found Z, c, plain; rename Z to z[cm]"),
         ({"z": None, "c": None}, {}, "log 'walk': wanted a column for z [m], c, of probe, found "),
         ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
          "complete the log, or declare missing=NUMBER, which needs no sample before it"),
