@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -423,6 +424,10 @@ class Check:
         return self._examined[number]
 
 
+#: A whole turn in the units of angles that are not compared modulo it.
+_TURNS = {"deg": 360.0, "rad": 2.0 * math.pi}
+
+
 def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
     """Lines about true values that the state of their name cannot have.
 
@@ -444,7 +449,11 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
         if not s.low - slack <= far <= s.high + slack:
             unit = "deg" if turn else "UNIT"
             cures = [] if has_unit else [f"name its unit in the header, as {column}[{unit}]"]
-            cures += [] if turn else ["widen the state"]
+            whole = _TURNS.get(s.unit, math.inf)
+            if s.high - s.low >= whole * (1.0 - RANGE_SLACK) and s.high - s.low < 1.5 * whole:
+                cures.append("declare state and output in ht, which is compared modulo a turn")
+            else:
+                cures += [] if turn else ["widen the state"]
             lines.append(
                 f"column {column}: {far:.4g} {s.unit or 'without unit'} is beyond the range "
                 f"[{s.low:g}, {s.high:g}] of the state {s.name}; {', or '.join(cures)}"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight import Input, InputError, Output, Param, ops
+from boresight import Estimator, Input, InputError, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, vector
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -260,21 +260,41 @@ def test_a_claim_of_what_the_states_leave_unknown() -> None:
         assert ("raise sd_max of this Measurement" in said) is not good, said
 
 
+class Compass(Estimator):
+    """A heading in degrees, in the range of one turn."""
+
+    inputs = (Input("s", -1.0, 1.0),)
+    states = (
+        boresight.State("heading", -2.0, 2.0, "deg"),
+        boresight.State("rate", -180.0, 180.0, "deg"),
+    )
+    outputs = (Output("heading", "deg"), Output("rate", "deg"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        after = {"heading": u.s + 0.0, "rate": 90.0 * u.s}
+        return after, after
+
+
 @pytest.mark.parametrize(
-    ("column", "said"),
+    ("kind", "column", "said"),
     [
-        ("heading_true", "column heading_true: -3 ht is beyond the range [-1, 1] of the state"),
-        ("heading_true [rad]", ""),
-        ("rate_true [deg/s]", "column rate_true: -9.55 ht/s is beyond the range [-8, 8] of"),
+        (Turning, "heading_true", "-3 ht is beyond the range [-1, 1] of the state"),
+        (Turning, "heading_true [rad]", ""),
+        (Turning, "rate_true [deg/s]", "-9.55 ht/s is beyond the range [-8, 8] of"),
+        (Compass, "heading_true [deg]", "[-2, 2] of the state heading; widen the state"),
+        (Compass, "rate_true [deg]", "state rate; declare state and output in ht, which is "),
     ],
 )
-def test_a_true_value_that_a_state_cannot_have(column: str, said: str, tmp_path: Any) -> None:
+def test_a_true_value_that_a_state_cannot_have(
+    kind: type[Estimator], column: str, said: str, tmp_path: Any
+) -> None:
     true = (-3.0, 3.0) if "heading" in column else (-1719.0, 0.0)
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * k:.1f},0,1,0,{true[k % 2]}" for k in range(20)]
     log.write_text("\n".join([f"t,s,c,angle,{column}", *rows]) + "\n")
-    (result,) = boresight.check(Turning(), log, levels=("fixed",))["results"]
-    told = [text for text in result.to_json()["warnings"] if text.startswith("column ")]
+    (result,) = boresight.check(kind(), log, levels=("fixed",))["results"]
+    where = f"column {column.split()[0]}: "
+    told = [text for text in result.to_json()["warnings"] if text.startswith(where)]
     assert len(told) == bool(said) and said in "".join(told)
 
 
