@@ -222,10 +222,14 @@ def near_floor(of: Traced, ranges: WordRanges, reached: Mapping[int, Range]) -> 
     last = {node.number: n for n, node in of.nodes.items()}  # a copy in the function's format
     for _, part, held in _normalising(of.nodes, last):
         low, high = reached[held]
-        size, at = (low, ranges.low_at) if low > 0.0 else (max(-high, 0.0), ranges.high_at)
+        below = part.args[0].high < 0.0 or high < 0.0
+        size, at = (max(-high, 0.0), ranges.high_at) if below else (max(low, 0.0), ranges.low_at)
         full = max(abs(part.args[0].low), abs(part.args[0].high))
         share = math.ldexp(size / full, arithmetic.norm_max) if 0.0 < full < math.inf else _NEAR
-        if 0.0 < share < nearest:
+        # A root may be of 0; a divisor that is above 0 was rounded to it.
+        if part.args[0].low <= 0.0 <= part.args[0].high and share == 0.0:
+            continue
+        if share < nearest:
             nearest = share
             text = (
                 f"{part.line}: the argument of a {_NORMALISED[part.kind]}, {size:.3g} in step "

@@ -248,3 +248,19 @@ def test_coefficients_that_have_names_of_variances_may_be_negative() -> None:
             return {"p00": 0.9 * x.p00 - 0.2, "p10": x.p10, "p11": x.p11}, {"y": x.p00}
 
     assert judge(Surface(), [0.0] * 20).good
+
+
+@pytest.mark.parametrize(("word", "share"), [(18, "0"), (20, "0"), (32, "2.1")])
+def test_a_divisor_near_its_floor_is_told_also_where_it_is_rounded_to_0(
+    word: int, share: str
+) -> None:
+    class Divided(Estimator):
+        inputs = (Input("u", -200.0, 200.0),)
+        outputs = (Output("y", tolerance=1e3),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            size = ops.maximum(u.u, 0.0) + 1e-4
+            return {}, {"y": ops.saturated(1.0 / size, 1024.0)}
+
+    told = judge(Divided(), [100.0, 0.0, 50.0], word).near_floor
+    assert f"is only {share} times the smallest" in told
