@@ -31,7 +31,7 @@ from boresight.model.words.fixed import check_word
 from boresight.parameters import params_of
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.boards import board_system
-from boresight.sim.compare.diagnosis import NAMED
+from boresight.sim.compare.diagnosis import IF_ALWAYS, NAMED
 from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
 from boresight.sim.fit.observe import Inputs
 from boresight.sim.levels.build import Build
@@ -150,10 +150,10 @@ def fit(
         worse = ", ".join(e["output"] for e in dropped if "less exact" in e["verdict"])
         lines.append(
             f"with every format from runs less exact: {worse or 'variances, or saturations'}; "
-            "none is kept (docs/learn/ranges.md, what a profile cannot mend)"
+            "none is kept (docs/learn/ranges.md, Formats from runs)"
         )
     lines += [f"{x['line']}: held in [{x['low']:.3g}, {x['high']:.3g}]" for x in limits]
-    lines += map(str, wasted[:NAMED])
+    lines += [f"{w}{IF_ALWAYS}" for w in wasted[:NAMED]]
     data = {
         "estimator": found.name,
         "profile": place,

@@ -50,6 +50,8 @@ class Profile:
         return f"{OBSERVED} {', '.join(self.logs)}"
 
     def __str__(self) -> str:
+        if not self.ranges and not self.limits:
+            return f"profile {self.place}: no formats, since none {self.source} is more exact"
         return (
             f"profile {self.place}: formats of {len(self.ranges)} values, {self.source}; beyond "
             "these ranges a word saturates"

@@ -32,6 +32,8 @@ from boresight.sim.ranges.intervals import Ends, ends_of
 MARGIN_BITS = 2
 #: Values that messages name.
 NAMED = 3
+#: Condition of a narrower range.
+IF_ALWAYS = ", if it holds for all logs and parameters"
 #: Cure of a value that `Measurement.sd_max` bounds.
 RAISE = "raise sd_max of this Measurement"
 #: Cure of a value that its range does not hold.
@@ -388,7 +390,8 @@ def positive_text(of: Traced) -> str:
     wider = "use a wider word, or " * (of.program.arithmetic.word < _WIDEST)
     if of.estimator.covariance_elements:
         return f"{wider}raise floor, or the process noise"
-    return f"{wider}{_MODEL}; or {_POSITIVE}"
+    fit = "choose formats by boresight fit, or " * (of.estimator.profile is None)
+    return f"{fit}{wider}{_MODEL}; or {_POSITIVE}"
 
 
 def rounding_text(
@@ -405,11 +408,11 @@ def rounding_text(
     if by_hand and fitted:  # parts of products of matrices have no line of their own
         wasted = [w for w in wasted if program.values[w.number].kind is not Kind.OP]
     if wasted:
-        fit = "" if fitted else "; or choose formats by boresight fit"
+        fit = "; or choose formats by boresight fit" * (estimator.profile is None)
         model = f", or {_MODEL}" if by_hand else ""
         several = {w.cure: w for w in reversed(wasted)}  # of those with one cure the first
         named = [w for w in wasted if several[w.cure] is w][:NAMED]
-        return text + "; ".join(map(str, named)) + fit + model
+        return text + "; ".join(map(str, named)) + IF_ALWAYS + fit + model
     wider = "use a wider word, or " * (program.arithmetic.word < _WIDEST)
     if by_hand:
         return f"{text}its covariance is written by hand: {wider}{_MODEL}"
@@ -428,7 +431,7 @@ def rounding_text(
     if unused > MARGIN_BITS:
         _, low, high = _narrower(program, state, unused - MARGIN_BITS)
         cure = _cure(of, None, state, reached, low, high)
-        narrow = f"{cure}, " if cure else ""
+        narrow = f"{cure}{IF_ALWAYS}; or " if cure else ""
     return (
         f"{text}{name}{where} changes by at most {change} LSB in an update and leaves "
         f"{unused} bits unused: {narrow}{wider}carry the remainder in a second state "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -141,8 +142,8 @@ def test_rounding_that_adds_up_names_what_wastes_bits() -> None:
     assert not made.good and made.saturated_updates == 0
     assert re.fullmatch(
         rf"{SAID}state y \(test_verdict.py, line \d+\) wastes 5 bits: narrow its range to "
-        r"\[-3.996, 3.996\]; or choose "
-        "formats by boresight fit",
+        r"\[-3.996, 3.996\], if it holds for all logs and parameters; or choose formats by "
+        "boresight fit",
         made.culprit,
     ), made.culprit
     assert made.to_json()["wasted"][0]["bits"] == 5
@@ -171,8 +172,10 @@ def test_a_claim_that_is_too_wide_with_a_profile() -> None:
     """A profile leaves its margins; only its author may say less."""
     claimed, inputs = Claimed(), [0.1 * k - 1.0 for k in range(21)]
     assert "choose formats by boresight fit" in judge(claimed, inputs, 18).culprit
-    claimed.profile = fitted(claimed, {"log": np.array(inputs)[:, None]}, starts=()).profile
-    assert "boresight fit" not in judge(claimed, inputs, 18).culprit
+    full = fitted(claimed, {"log": np.array(inputs)[:, None]}, starts=()).profile
+    for claimed.profile in (full, replace(full, ranges={})):
+        assert "boresight fit" not in judge(claimed, inputs, 18).culprit
+    assert str(claimed.profile).endswith("no formats, since none observed in log is more exact")
 
 
 class ByHand(Wide):
@@ -235,6 +238,7 @@ def test_a_variance_below_0_is_no_range_to_widen(
     if fault:
         (text,) = made.beyond_range
         assert re.match(r"the variance p00 is -0.0195 in step 8, below 0: ", text)
+        assert "; choose formats by boresight fit, or write the model" in text
         assert "boresight.kalman" in text and "Joseph's form, or limit it by ops.maximum" in text
 
 
