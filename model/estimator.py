@@ -77,6 +77,9 @@ class SecondForm:
         Accepted and rejected measurements, a line each.
     covariances : (n, errors, errors), optional
         Covariance after each update.
+    absent : callable, optional
+        Remarks about what no update of the run shows, given the inputs (m, n_inputs) that follow it
+        in the log.
     """
 
     outputs: Mapping[str, FloatArray]
@@ -86,6 +89,7 @@ class SecondForm:
     as_built: Callable[[], Mapping[str, FloatArray]] | None = None
     gates: Sequence[str] = ()
     covariances: FloatArray | None = None
+    absent: Callable[[FloatArray], Sequence[str]] | None = None
 
 
 #: Angle [deg] of a start that needs no warning.

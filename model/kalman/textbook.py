@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from boresight.model import ops
-from boresight.model.arrays import FloatArray
+from boresight.model.arrays import FloatArray, is_held
 from boresight.model.estimator import SecondForm
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.slopes import Intervals
-from boresight.model.kalman.update import inputs_of, measurements_of, moved, noise_of
+from boresight.model.kalman.update import MOVE, inputs_of, measurements_of, moved, noise_of
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
@@ -35,6 +35,8 @@ _UNSEEN = 1e-6
 _HELD = 0.5
 #: Share of its measurements that a gate accepts at least, without a remark.
 _ACCEPTED = 0.5
+#: Largest share by which a rate may change in an update in which it tells the time step.
+_CONSTANT = 0.25
 #: Largest share of the declared process noise that floor may add without a remark.
 _MOST_FLOOR = 0.1
 #: Root of the most information about a direction that one update has.
@@ -123,6 +125,11 @@ class Textbook:
         #: Derivatives of states by their rates, and of all that the rate moves (a speed along a
         #: heading moves two) the root of their squares; in all updates.
         self._rates = {pair: np.zeros(2) for pair in _rates_of(self.kalman)}
+        #: Pairs whose derivative is not the time step: other rates move the state, too, or the rate
+        #: changes within an update.
+        self._vague = set[tuple[int, int]]()
+        #: Of each measurement, updates in which its innovation was beyond `MOVE`.
+        self._limited = np.zeros(measurements, dtype=int)
         self._observability = _Observability(np.array(self.kalman.largest_sd))
 
     # -- what the author wrote, as functions ----------------------------------------------------
@@ -188,22 +195,31 @@ class Textbook:
         steps = {
             f"{k.errors[i]} by {k.errors[j]}": tuple(total / len(inputs))
             for (i, j), total in self._rates.items()
+            if (i, j) not in self._vague
         }
+        unseen, never = self._observability.unseen(), np.flatnonzero(self._valid[0] == 0).tolist()
+
+        def absent(later: FloatArray) -> list[str]:
+            columns = zip(k.inputs, later.T, strict=True)
+            after = self._leaves(x, fixed | {("input", i.name): v for i, v in columns})
+            return self._absences(len(inputs), unseen, never, len(later), after)
+
         return SecondForm(
             outputs,
-            self._remarks(len(inputs)),
+            self._remarks(len(inputs), unseen),
             self._faults(inputs),
             {} if any(i.name == "dt" for i in k.inputs) else steps,
-            gates=self._gates(len(inputs)),
+            gates=self._gates(),
             covariances=np.array(covariances),
+            absent=absent,
         )
 
-    def _gates(self, updates: int) -> list[str]:
+    def _gates(self) -> list[str]:
         """Of each measurement with a gate: how many it accepted and rejected, in words."""
         counts = zip(self.measurements, *self._valid, strict=True)
         return [
             f"gate {placed(m.line, 'measurement')}: {accepted} accepted, {valid - accepted} "
-            f"rejected in {updates} updates"
+            "rejected"
             for m, valid, accepted in counts
             if m.gate is not None
         ]
@@ -230,8 +246,8 @@ class Textbook:
                 faults.append(("hold", f"{subject}: {text}"))
             reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
             for i, share in zip(k.inputs if not reads_flag else (), repeats, strict=False):
-                held = i.missing == "hold" and i.name not in flagged and i.name in inputs_of(m.z)
-                if held and share >= _HELD:
+                holds = i.missing == "hold" and i.name not in flagged and i.name in inputs_of(m.z)
+                if holds and share >= _HELD and is_held(inputs[:, [k.inputs.index(i)]]):
                     text = (
                         f"{i.name} holds its last sample in {share:.0%} of the updates, and each "
                         "is taken as a new one; declare an input with "
@@ -240,21 +256,22 @@ class Textbook:
                     faults.append(("hold", f"{subject}: {text}"))
         return faults
 
-    def _remarks(self, updates: int) -> list[str]:
+    def _remarks(self, updates: int, unseen: Sequence[FloatArray]) -> list[str]:
         """Remarks of a run about the model, one line each, with the source location."""
         k = self.kalman
         texts = [
-            f"{placed(m.line, 'measurement')}: not valid in any of {updates} updates"
-            for m, valid in zip(self.measurements, self._valid[0], strict=True)
-            if not valid
-        ]
-        texts += [
             f"{placed(m.line, 'measurement')}: the gate of {m.gate:g} standard deviations rejects "
             f"{valid - accepted} of {valid} measurements; raise r, the process noise or the gate"
             for m, valid, accepted in zip(self.measurements, *self._valid, strict=True)
             if 0 < accepted < _ACCEPTED * valid
         ]
-        unseen = self._observability.unseen()
+        texts += [
+            f"{placed(m.line, 'measurement')}: the innovation is beyond {MOVE:g} standard "
+            f"deviations in {limited} of {updates} updates, and limited to these; raise r, sd_max "
+            f"or the process noise, or give it a gate below {MOVE:g}"
+            for m, limited in zip(self.measurements, self._limited, strict=True)
+            if limited
+        ]
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
         texts += [
             f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
@@ -279,7 +296,30 @@ class Textbook:
                     f"{subject} gets {added:.3g} in each update by floor, {added / declared:.0%} "
                     f"of its process noise of {declared:.3g}; lower floor, or sd_max"
                 )
-        for direction in unseen:
+        return texts
+
+    def _absences(
+        self,
+        updates: int,
+        unseen: Sequence[FloatArray],
+        never: Sequence[int],
+        later: int,
+        leaves: Mapping[Any, Any],
+    ) -> list[str]:
+        """Remarks about measurements that are ``never`` valid, and directions that are ``unseen``.
+
+        ``leaves`` has the inputs (later,) that follow the run: what is valid there may show more.
+        """
+        k = self.kalman
+        measured = self._measurement(leaves) if later and never else {}
+        absent = [n for n in never if not np.any(measured.get(f"valid {n}", 0.0) >= 0.5)]
+        texts = [
+            f"{placed(self.measurements[n].line, 'measurement')}: not valid in any of "
+            f"{updates + later} updates"
+            for n in absent
+        ]
+        first = "the first " * bool(later)
+        for direction in unseen if len(absent) == len(never) else ():
             at = np.flatnonzero(np.abs(direction) > 0.05)
             change = direction[at] * np.array(k.largest_sd)[at]
             parts = " and ".join(
@@ -289,8 +329,8 @@ class Textbook:
             subject = f"a change {parts}" if len(at) > 1 else k.errors[at[0]]
             it = "one of them" if len(at) > 1 else "it"
             texts.append(
-                f"{placed(k.places[at[0]], 'state')}: no measurement of {updates} updates shows "
-                f"{subject}; measure {it}, let it move what is measured, or leave it out"
+                f"{placed(k.places[at[0]], 'state')}: no measurement of {first}{updates} updates "
+                f"shows {subject}; measure {it}, let it move what is measured, or leave it out"
             )
         return texts
 
@@ -329,9 +369,12 @@ class Textbook:
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
         self._noise_sum += np.diag(q)
-        for states in self._rates:
-            moved = [i for i, rate in self._rates if rate == states[1]]
-            self._rates[states] += slope[states], np.linalg.norm(slope[moved, states[1]])
+        for i, j in self._rates:
+            moved = [of for of, rate in self._rates if rate == j]
+            moving = [rate for of, rate in self._rates if of == i and slope[i, rate]]
+            self._rates[i, j] += slope[i, j], np.linalg.norm(slope[moved, j])
+            if len(moving) > 1 or abs(slope[j, j] - 1.0) > _CONSTANT:
+                self._vague.add((i, j))
         q += np.diag(k.noise_floor) * self.floor
         self._observability.move(f)
         is_held = np.diag(cov) > np.array(k.variance_limits)
@@ -365,6 +408,7 @@ class Textbook:
             variance, residual = s[n, n] - weights @ s[accepted, n], nu[n] - weights @ nu[accepted]
             if gate is None or residual * residual <= gate**2 * variance:
                 accepted.append(n)
+                self._limited[n] += residual * residual > MOVE**2 * variance
         self._valid[1, accepted] += 1
         h, r, nu = h[accepted], r[accepted], nu[accepted]
         s = s[np.ix_(accepted, accepted)]

@@ -68,12 +68,14 @@ def beside_textbook(
     if book.as_built is not None and not all(d.good for d in found):
         as_built = differences(estimator.outputs, outputs, book.as_built())
         by_floor = all(d.good for d in as_built)
+    absent = [] if book.absent is None else book.absent(records[_MOST:])
+    of = f"{'the first ' * (len(records) > _MOST)}{len(some)} updates"
     return Book(
         found,
-        (*book.remarks, *(text for kind, text in faults if kind in estimator.waived)),
+        (*absent, *book.remarks, *(text for kind, text in faults if kind in estimator.waived)),
         tuple(text for kind, text in faults if kind not in estimator.waived),
         by_floor,
-        tuple(book.gates),
+        tuple(f"{text} in {of}" for text in book.gates),
     )
 
 
@@ -112,7 +114,8 @@ def _wrong_steps(estimator: Estimator, book: SecondForm, t: FloatArray | None) -
     step = float(np.median(np.diff(t)))
     return [
         f"estimator {estimator.name}: the model moves {name} by a time step of {abs(own):.4g} s, "
-        f"the log has one of {step:.4g} s; take dt as an input, or the log's rate"
+        f"the log has one of {step:.4g} s; take dt as an input, use the log's rate, or "
+        'write waived = ("time step",)'
         for name, (own, *others) in book.time_steps.items()
         if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))
     ]

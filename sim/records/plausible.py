@@ -16,15 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.arrays import BoolArray, FloatArray, is_held
 from boresight.model.declarations import QUATERNION, Input
 from boresight.model.estimator import Estimator
 from boresight.model.units import UnitError, linear
 from boresight.sim.records.turning import Triad, contradictions, departures
 
-#: A held sensor: least share of samples that repeat the one before, and that jump after it; finest
-#: steps that are a jump; least number of jumps, and of values; scatter of times that are equal.
-_REPEATED, _HELD, _JUMP, _OFTEN, _LEVELS, _EVEN = 0.2, 0.03, 5.0, 10, 20, 0.2
+#: Samples of a sensor that stops.
+_SOME = 20
 #: Samples at an end of the values: least number, times those in the 2 % beside it, and least finest
 #: steps from end to end.
 _AT_END, _CROWD, _STEPS = 5, 2.0, 200.0
@@ -214,29 +213,18 @@ def _ended(names: str, rows: BoolArray) -> Iterator[str]:
     at = np.flatnonzero(rows)
     behind = len(rows) - 1 - int(at[-1])
     longest = max(int(np.diff(at).max(initial=0)), int(at[0]))
-    if len(at) > _LEVELS and behind > max(_ENDED * len(rows), 3 * longest):
+    if len(at) > _SOME and behind > max(_ENDED * len(rows), 3 * longest):
         yield f"{names}: no sample in the last {behind} of {len(rows)} rows: did the sensor stop?"
 
 
 def _held(sensor: Triad) -> Iterator[str]:
-    """Samples that repeat the one before, often or for equal times, while the next is far away."""
+    """Samples that are held."""
     values = sensor.values[sensor.new]
-    if len(values) < 3:
-        return
-    steps = np.abs(np.diff(values, axis=0))
-    finest = min(steps[steps > 1e-6 * np.abs(values).max()], default=0.0)
-    changed = (steps != 0.0).any(axis=1)
-    jumps = steps.max(axis=1) > _JUMP * finest
-    held = ~changed[:-1] & jumps[1:]
-    runs = np.diff(np.flatnonzero(changed))
-    levels = len(np.unique(values[1:][changed], axis=0))  # of a command they are few
-    if 1.0 - changed.mean() < _REPEATED or held.sum() < _OFTEN:
-        return
-    is_even = runs.std() < _EVEN * runs.mean() and jumps[changed].mean() > 0.5
-    if levels > min(_LEVELS, changed.sum() // 2) and (held.mean() > _HELD or is_even):
+    if is_held(values):
         yield (
-            f"{sensor.names}: {1.0 - changed.mean():.0%} of the samples repeat the one before: is "
-            "the sensor slower? leave what is not new empty, or thin the log by --every"
+            f"{sensor.names}: {(np.diff(values, axis=0) == 0.0).all(axis=1).mean():.0%} of the "
+            "samples repeat the one before: is the sensor slower? leave what is not new empty, or "
+            "thin the log by --every"
         )
 
 

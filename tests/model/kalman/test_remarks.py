@@ -12,6 +12,9 @@ import pytest
 import boresight
 from boresight import Input
 from boresight.kalman import Kalman, Measurement, State, Textbook
+from boresight.model.estimator import SecondForm
+
+STATES = ("pos", "shift", "bias")
 
 
 class Doubtful(Kalman):
@@ -23,7 +26,7 @@ class Doubtful(Kalman):
         State("shift", -128.0, 128.0, "m", sd=2.0, sd_max=4.0),
         State("bias", -1.0, 1.0, "m/s", sd=0.5, sd_max=1.0),
     )
-    seen, moved, gate, valid = ("pos", "shift", "bias"), True, None, False
+    seen, moved, gate, valid = STATES, True, None, False
     sure = 1.0  #: largest standard deviation of the bias
 
     def __init__(self) -> None:
@@ -42,10 +45,15 @@ class Doubtful(Kalman):
         return [Measurement(u.z, h, 0.25, gate=self.gate, valid=valid)]
 
 
+def told(run: SecondForm, *later: list[float]) -> list[str]:
+    assert run.absent
+    return [*run.remarks, *run.absent(np.reshape(later, (-1, 2)))]
+
+
 def remarks(z: float = 1.0, there: float = 1.0, **options: Any) -> list[str]:
     kalman = type("Doubtful", (Doubtful,), options)()
     run = Textbook(kalman).run(np.tile([z, there], (40, 1)))
-    return [*run.remarks, *(text for _, text in run.faults)]
+    return [*told(run), *(text for _, text in run.faults)]
 
 
 @pytest.mark.parametrize(
@@ -88,8 +96,35 @@ def test_a_bias_is_seen_through_what_it_moves() -> None:
             return {"pos": 1e-3, "bias": 1e-6}
 
     inputs = np.tile([1.0, 1.0], (40, 1))
-    assert Textbook(Seen()).run(inputs).remarks == []
-    assert "shows bias" in Textbook(Seen()).run(inputs[:1]).remarks[0]  # nothing has moved yet
+    assert told(Textbook(Seen()).run(inputs)) == []
+    assert "shows bias" in told(Textbook(Seen()).run(inputs[:1]))[0]  # nothing has moved yet
+
+
+@pytest.mark.parametrize(
+    ("there", "texts"),
+    [
+        (1.0, []),
+        (
+            0.0,
+            ["not valid in any of 42 updates", *(f"first 40 updates shows {s};" for s in STATES)],
+        ),
+    ],
+)
+def test_what_later_rows_may_show_is_not_missed(there: float, texts: list[str]) -> None:
+    kalman = type("Doubtful", (Doubtful,), {"valid": True})()
+    found = told(Textbook(kalman).run(np.tile([1.0, 0.0], (40, 1))), [1.0, 0.0], [1.0, there])
+    assert len(found) == len(texts)
+    assert all(text in line for text, line in zip(texts, found, strict=True))
+
+
+@pytest.mark.parametrize("gate", [None, 3.0])
+def test_a_limited_innovation_is_told(gate: float | None) -> None:
+    kalman = type("Doubtful", (Doubtful,), {"gate": gate})()
+    inputs = np.tile([0.0, 1.0], (40, 1))
+    inputs[30, 0] = 90.0
+    texts = told(Textbook(kalman).run(inputs))
+    limited = [x for x in texts if "the innovation is beyond 64 standard deviations in 1 of" in x]
+    assert len(limited) == (gate is None)
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.5, 2.0])
@@ -111,7 +146,7 @@ def test_a_state_that_grows_or_decays_hides_no_other(
 
     kalman = type("Plant", (Doubtful,), {"f": f, "seen": seen, "valid": True})()
     inputs = [[1.0, float(k >= first)] for k in range(400)]
-    found = [x.partition(" shows ")[2] for x in Textbook(kalman).run(np.array(inputs)).remarks]
+    found = [x.partition(" shows ")[2] for x in told(Textbook(kalman).run(np.array(inputs)))]
     assert [text.partition(";")[0] for text in found if text] == unseen
 
 

@@ -80,14 +80,45 @@ class Track(Kalman):
         return [Measurement(u.z, x.pos, 0.01, valid=valid, gate=self.gate)]
 
 
-def tracked(**changes: Any) -> CheckResult:
+def tracked(kind: type[Track] = Track, **changes: Any) -> CheckResult:
     z = np.where(np.arange(N) % 4 == 0, 1.0 + np.sin(T), np.nan)
-    return checked(type("Track", (Track,), changes)(), t=T, z=z)
+    return checked(type("Track", (kind,), changes)(), t=T, z=z)
 
 
-def test_a_sound_model_has_no_fault() -> None:
-    result = tracked()
+def damped(self: Any, x: Any, u: Any, p: Any) -> Any:
+    """Exact over a time step of DT: a speed that decays by half."""
+    return {"pos": x.pos + DT * 0.5 / np.log(2.0) * x.vel, "vel": 0.5 * x.vel}
+
+
+class Wheels(Track):
+    """The position moves with the mean of two speeds."""
+
+    states = (*Track.states, State("right", -16.0, 16.0, "m/s", sd=1.0, sd_max=4.0))
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        return {"pos": x.pos + 0.5 * self.dt * (x.vel + x.right)}
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        return {"pos": 1e-4, "vel": self.q, "right": self.q}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        return [*super().measure(x, u, p), Measurement(0.0, x.vel - x.right, 0.1)]
+
+
+@pytest.mark.parametrize(("kind", "changes"), [(Track, {}), (Track, {"f": damped}), (Wheels, {})])
+def test_a_sound_model_has_no_fault(kind: type[Track], changes: dict[str, Any]) -> None:
+    result = tracked(kind, **changes)
     assert result.good and result.book.faults == () and result.given.warnings == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_a_coarse_sensor_is_not_held(noise: float) -> None:
+    """It repeats three in four values, with a sample in every row."""
+    z = np.sin(T) + np.random.default_rng(2).normal(0.0, noise, N)
+    kind = type("Track", (Track,), {"flagged": False, "inputs": Track.inputs[:1]})
+    result = checked(kind(), t=T, z=np.round(z))
+    assert np.mean(np.diff(np.round(z)) == 0.0) > 0.6
+    assert result.book.faults == ()
 
 
 @pytest.mark.parametrize(
