@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight import Estimator, Output
+from boresight import Estimator, Output, Param
 from boresight.sim.attitude import system as module
 from boresight.sim.attitude.system import AttitudeBoard
 
@@ -41,12 +41,14 @@ def test_another_rate_than_the_boards_is_a_warning(rate_hz, notes, monkeypatch, 
 
     class Fixed(Estimator):
         rates_hz = {"dt": rate_hz}
+        params = (Param("k", 1.0, 0.0, 2.0),)
         outputs = (Output("y"),)
 
-    seen = []
-    monkeypatch.setattr(module, "system_core", lambda *given, **options: None)
+    seen, compiled = [], []
+    monkeypatch.setattr(module, "system_core", lambda *given, **more: compiled.append(more))
     monkeypatch.setattr(module, "write_board", lambda *given, notes, **more: seen.extend(notes))
-    boresight.run(Fixed, "board", output=tmp_path)
+    boresight.run(Fixed, "board", params={"k": 0.5}, output=tmp_path)
+    assert compiled[0]["params"] == {"fixed": {"k": 0.5}}
     assert len(seen) == notes
     assert all("says 50 samples a second, and the board updates it 1024 times" in n for n in seen)
 
