@@ -77,6 +77,8 @@ def linear(
     R: Any = None,
     P: Any = None,
     tolerance: Sizes | None = None,
+    sd_max: Sizes | None = None,
+    floor: float = Kalman.floor,
     name: str = "Linear",
 ) -> type[Kalman]:
     """Class of the Kalman filter of a linear, time-discrete system.
@@ -98,6 +100,10 @@ def linear(
         those of the object. Measurements with correlated noise are transformed to independent ones.
     tolerance : mapping, sequence or float, optional
         Of each state, as in `Output`.
+    sd_max : mapping, sequence or float, optional
+        Largest standard deviation of each state; by default it follows from A, C, Q, R and P.
+    floor : float
+        As in `Kalman`.
     name : str
         Of the class.
 
@@ -122,22 +128,26 @@ def linear(
     measured = _sizes(where, "z", reach.tolist() if z is None else z, m, labels[2])
     accepted: dict[str, float | None] = dict.fromkeys(states)
     if tolerance is not None:
-        values = _sizes(where, "tolerance", tolerance, n, None)
-        accepted = dict(zip(states, values.values(), strict=True))
+        accepted |= _of_states(where, "tolerance", tolerance, [*states])
     start = np.ravel(getattr(system, "x", np.zeros(n)))
     names = [*states]
-    bounds = zip(np.sqrt(np.diag(p)), _largest(where, names, (a, c, q, r, p)), strict=True)
+    if sd_max is None:
+        largest = _largest(where, names, (a, c, q, r, p))
+    else:
+        largest = [*_of_states(where, "sd_max", sd_max, names).values()]
+    bounds = zip(np.sqrt(np.diag(p)), largest, strict=True)
     members: dict[str, Any] = {
         "__doc__": f"Kalman filter of {n} states and {m} measurements.",
         "__module__": sys._getframe(1).f_globals["__name__"],
+        "floor": floor,
         "system": (a, b, *_independent(c, d, q, r)),
         "initial_covariance": {
             (names[i], names[j]): float(p[i, j]) for i, j in np.ndindex(n, n) if i < j and p[i, j]
         },
         "inputs": tuple(Input(i, -v, v) for i, v in (driven | measured).items()),
         "states": tuple(
-            State(s, -v, v, "", float(first), sd=float(sd), sd_max=largest)
-            for (s, v), first, (sd, largest) in zip(states.items(), start, bounds, strict=True)
+            State(s, -v, v, "", float(first), sd=float(sd), sd_max=most)
+            for (s, v), first, (sd, most) in zip(states.items(), start, bounds, strict=True)
         ),
         "outputs": tuple(Output(s, tolerance=t) for s, t in accepted.items()),
     }
@@ -236,6 +246,14 @@ def _sizes(
     fits = len(sizes) == n and all(0.0 < v < math.inf for v in sizes.values())
     require(fits, f"{where}, {name}", f"{n} largest magnitudes above 0", given)
     return sizes
+
+
+def _of_states(where: str, name: str, given: Sizes, states: Sequence[str]) -> dict[str, float]:
+    """Values by state, in the order of the states."""
+    sizes = _sizes(where, name, given, len(states), states)
+    wanted = f"a value of each state: {', '.join(states)}"
+    require({*sizes} == {*states}, f"{where}, {name}", wanted, ", ".join(sizes))
+    return {state: sizes[state] for state in states}
 
 
 def _largest(where: str, names: Sequence[str], matrices: Sequence[FloatArray]) -> Any:

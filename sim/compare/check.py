@@ -51,6 +51,8 @@ EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
 KEPT = 1 << 16
 #: Typical error in an estimator's own standard deviations, beyond which it is told.
 _SURE = 10.0
+#: Warning where nothing decides whether rounding is small enough.
+_BARE = "no output has a tolerance, so that rounding is not judged; give tolerance=, or --tolerance"
 #: Rows that run on a level at a time.
 ROWS = 1 << 15
 
@@ -386,7 +388,9 @@ class Check:
         near = [accuracy.near_floor] if accuracy.near_floor and accuracy.good else []
         strange = _strange_truth(estimator, given)
         sure = [] if strange or source.comparison else _too_sure(self.build, number, given, run)
-        late = (*book.remarks, *told, *strange, *sure, *near)
+        judged = any(d.tolerance is not None for d in accuracy.differences)
+        bare = [] if judged else [_BARE]
+        late = (*book.remarks, *told, *strange, *sure, *near, *bare)
         for text in late:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(

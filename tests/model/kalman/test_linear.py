@@ -33,7 +33,15 @@ CONTROL = SimpleNamespace(
 FILTERPY = SimpleNamespace(F=A, B=B, H=C, Q=Q, R=R, P=P, x=START[:, None])
 SYSTEMS = {
     "matrices": kalman.linear((A, B, C, D), **SIZES, Q=Q, R=R, P=P),
-    "scipy": kalman.linear(signal.dlti(A, B, C, D, dt=1), **SIZES, Q=Q, R=[0.04, 0.09], P=P),
+    "scipy": kalman.linear(
+        signal.dlti(A, B, C, D, dt=1),
+        **SIZES,
+        Q=Q,
+        R=[0.04, 0.09],
+        P=P,
+        sd_max={"x1": 1.5, "x0": 1.25},
+        floor=2.0**-33,
+    ),
     "control": kalman.linear(CONTROL, **SIZES, Q=Q, R=R, P=P, z=16.0),
     "filterpy": kalman.linear(FILTERPY, **SIZES),
     "correlated": kalman.linear((A, B, C, D), **SIZES, Q=Q, R=R_FULL, P=P_FULL),
@@ -57,6 +65,8 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
         x, cov = x + gain @ (z[k] - C @ x - d[:, 0] * u[k]), (np.eye(2) - gain @ C) @ cov
         for state, value in zip(made.estimated, x, strict=True):
             assert abs(result.fixed.outputs[state.name][k] - value) < 1e-5
+    if kind == "scipy":
+        assert made.floor == 2.0**-33 and [s.sd_max for s in made.estimated] == [1.25, 1.5]
     assert [s.name for s in made.estimated] == (["a", "b"] if kind == "control" else ["x0", "x1"])
 
 
@@ -73,6 +83,7 @@ def test_the_filter_of_a_linear_system(kind: str) -> None:
         ((A, B, C, D), {"R": None}, "give R="),
         ((A, B, C, D), {"P": [1.0, 0.0]}, "larger diagonal"),
         ((A, B, C, D), {"x": [1.0]}, "2 largest"),
+        ((A, B, C, D), {"tolerance": {"a": 1.0, "x0": 1.0}}, "each state: x0, x1, found a, x0"),
         (signal.dlti([1.0], [1.0, -0.5], dt=0.1), {}, "TransferFunctionDiscrete'; convert it"),
         (
             SimpleNamespace(**vars(FILTERPY), alpha=1.05),

@@ -237,6 +237,8 @@ def test_records_of_any_lengths_take_turns(monkeypatch):
         assert [r.levels[-1].n_total for r in results] == [n, m]
         assert all(r.good for r in results), [r.lines() for r in results]
         assert [r.estimator for r in results] == ["gain", "count"]
+        told = "no output has a tolerance, so that rounding is not judged; "
+        assert [told in str(r) for r in results] == [False, True]
         assert [r.fixed.words.shape for r in results] == [(n, 1), (m, 3)]
         for number, result in enumerate(results):
             assert [x.level for x in result.levels] == ["fixed", "c", "rtl"]
