@@ -42,7 +42,7 @@ from boresight.sim.ranges.examine import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import estimate_warnings
-from boresight.sim.records.record import Record, truth_names
+from boresight.sim.records.record import TRUTH, Record, truth_names
 from boresight.sim.rtl.simulators import SIMULATORS
 
 #: Levels that can be checked.
@@ -390,6 +390,7 @@ class Check:
         sure = [] if strange or source.comparison else _too_sure(self.build, number, given, run)
         judged = any(d.tolerance is not None for d in accuracy.differences)
         bare = [] if judged else [_BARE]
+        bare += _without_truth(estimator, given)
         late = (*book.remarks, *told, *strange, *sure, *near, *bare)
         for text in late:
             self.progress(f"warning: {text}")
@@ -463,6 +464,16 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
                 f"[{s.low:g}, {s.high:g}] of the state {s.name}; {', or '.join(cures)}"
             )
     return lines
+
+
+def _without_truth(estimator: Estimator, given: Feed) -> list[str]:
+    """Lines about outputs with a limit truth= for which the log has no true value."""
+    return [
+        f"{o.name}: truth={o.truth:g} is not judged: the log has no true value of it, "
+        f"{o.name}{TRUTH}"
+        for o in estimator.outputs
+        if o.truth is not None and not np.isfinite(given.truth.get(o.name, np.nan)).any()
+    ]
 
 
 def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:

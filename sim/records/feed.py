@@ -23,6 +23,7 @@ from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import (
     ROWS,
+    TRUTH,
     Column,
     Place,
     Record,
@@ -220,6 +221,13 @@ class Feeder:
         all_inputs, all_new = reader.take(columns, len(record))
         inputs, new = all_inputs[:, 0], all_new[:, 0]
         truth = _truth(estimator, record)
+        begins = np.zeros(len(record), dtype=bool)
+        if "restart" in record.columns:
+            begins = record.numbers("restart") > 0.0
+            if any(i.name == "restart" for i in estimator.inputs) and begins.any():
+                text = f"column restart is an input of {estimator.name}: no row restarts it"
+                self._notes[f"{text}; rename the input if rows are to"] = None
+                begins = np.zeros_like(begins)
         return Feed(
             record,
             record.values("t", "s") if "t" in record.columns else None,
@@ -230,9 +238,7 @@ class Feeder:
             record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
-            record.numbers("restart") > 0.0
-            if "restart" in record.columns and all(i.name != "restart" for i in estimator.inputs)
-            else np.zeros(len(record), dtype=bool),
+            begins,
             self._warnings(record, inputs, new, truth),
         )
 
@@ -254,8 +260,9 @@ class Feeder:
         """Warnings up to now: values are judged by the first piece, gaps are counted in all."""
         is_first = not self._start
         if is_first:
-            self._implausible = warnings_of(
-                self.estimator, inputs, new, truth, self._reader.clamped
+            self._implausible = (
+                *_misspelt(self.estimator, record),
+                *warnings_of(self.estimator, inputs, new, truth, self._reader.clamped),
             )
         self._notes |= dict.fromkeys(record.notes)
         if self.estimator.states and _timed(record) and not selection().gaps:
@@ -415,6 +422,32 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
         found=", ".join(others[:12]) + ", ..." * (len(others) > 12),
         fix=what,
     )
+
+
+def _misspelt(estimator: Estimator, record: Record) -> Iterator[str]:
+    """A line for each column without use whose name is nearly one that has a meaning."""
+    columns = {n for n in record.columns if n != "dt" or not record.place.by_time}
+    truths = {o.name + TRUTH for o in estimator.outputs}
+    known = {"t", "dt", "restart", "mov", *truths}
+    wanted = known - columns - {"t"} if _timed(record) else known - columns
+    meant = {_letters(name): name for name in sorted(wanted)}
+    used = known | {d.name for d in (*estimator.inputs, *estimator.outputs)}
+    for column in record.columns:
+        name, unit = meant.get(_letters(column)), record.columns[column].unit
+        if name is None or column in used:
+            continue
+        if name in ("t", "dt") and unit not in (None, *_TIME_UNITS):  # T[degC] is no time
+            continue
+        if name not in ("restart", "mov"):
+            unit = "UNIT" if unit is None and re.search("[({]", column) else unit
+            name = name if unit is None else f"{name}[{unit}]"
+        yield f"column {column} is not used: rename it to {name}, if that is meant"
+
+
+def _letters(name: str) -> str:
+    """A name of a column without case, brackets, spaces and underscores; true for truth."""
+    letters = re.sub(r"[\W_]", "", re.split(r"[(\[{]", name)[0].lower())
+    return re.sub("truth$", "true", letters)
 
 
 def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray:

@@ -172,7 +172,7 @@ def _world(
                 f"world {world.name}, step {reader.rows}",
                 wanted=f"inputs of {estimator.name}, and true values",
                 found=f"{min(found)}, a column of logs",
-                fix=f"leave it out, or write a log with it, or declare an input {min(found)}",
+                fix="leave it out, or write a log with it",
             )
         if not reader.rows and "dt" in columns:
             dt = reader.number("dt", columns["dt"], n)

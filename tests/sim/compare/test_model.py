@@ -144,6 +144,15 @@ def test_a_fault_of_the_model_fails_unless_it_is_waived(
     assert waived.good and said in waived.given.warnings[-1]
 
 
+@pytest.mark.parametrize("known", [{}, {"pos_true": np.full(N, np.nan)}, {"pos_true": np.sin(T)}])
+def test_a_limit_for_which_the_log_has_no_truth_is_told(known: dict[str, Any]) -> None:
+    outputs = (Output("pos", "m", tolerance=1e-3, truth=0.5),)
+    result = checked(type("Track", (Track,), {"outputs": outputs})(), t=T, z=np.sin(T), **known)
+    text = "pos: truth=0.5 is not judged: the log has no true value of it, pos_true"
+    without = not np.isfinite(known.get("pos_true", np.nan)).any()
+    assert (text in result.given.warnings) == without and result.good
+
+
 @pytest.mark.parametrize(("dt", "notes"), [(DT, 0), (2.0 * DT, 1)])
 def test_run_tells_a_wrong_time_step_as_check_does(dt: float, notes: int) -> None:
     estimator = type("Track", (Track,), {"dt": dt})()

@@ -556,6 +556,35 @@ class Gauges(Estimator):
     outputs = (Output("y"),)
 
 
+@pytest.mark.parametrize(
+    ("head", "meant"),
+    [
+        ("restart (0/1)", "restart"),
+        ("Restart", "restart"),
+        ("mov (flag)", "mov"),
+        ("dt (step)", "dt[UNIT]"),
+        ("Y_true[V]", "y_true[V]"),
+        ("y_truth", "y_true"),
+        ("y_true{V}", "y_true[UNIT]"),
+        ("y_true (level)", "y_true[UNIT]"),
+        *((head, "") for head in ("restart", "y", "y_true", "T", "ax", "yaw_true")),
+    ],
+)
+def test_a_column_with_nearly_a_known_name_is_told(head: str, meant: str) -> None:
+    log = {"t": [0.0, 1.0, 2.0], "ay": [1.0, 2.0, 3.0], "level": [3.0, 1.0, 2.0]}
+    told = [f"column {head.partition('[')[0]} is not used: rename it to {meant}, if that is meant"]
+    assert [*feed(Gauges(), Record.of({**log, head: [0, 1, 0]})).warnings] == told * bool(meant)
+
+
+def test_a_column_restart_that_is_an_input_restarts_nothing_and_is_told() -> None:
+    inputs = (*Gauges.inputs, Input("restart", 0.0, 1.0))
+    for last, told in ((0.0, 0), (1.0, 1)):
+        log = {"t": [0.0, 1.0], "ay": [1.0, 2.0], "level": [3.0, 1.0], "restart": [0.0, last]}
+        result = feed(type("Gauges", (Gauges,), {"inputs": inputs})(), Record.of(log))
+        assert not result.restarts.any() and len(result.warnings) == told
+        assert all("column restart is an input of gauges" in text for text in result.warnings)
+
+
 @pytest.mark.parametrize("every", [2, 4, 20, 100])
 @pytest.mark.parametrize("how", ["evenly", "at random"])
 @pytest.mark.parametrize("name", ["ay", "level"])
