@@ -426,7 +426,7 @@ def _on_log(
         for piece, columns in enumerate(feeds(estimator, _read(log, steps, rows))):
             (loop,) = drive(columns, machine, anew=piece == 0)
             if not piece:
-                summary.model = wrong_steps(build, columns.inputs, columns.t)
+                summary.model = wrong_steps(build, columns)
             summary.add(columns, loop)
             if target is not None:
                 yield _record(estimator, columns.t, loop.outputs)

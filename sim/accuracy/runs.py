@@ -20,6 +20,7 @@ from boresight.model.settings import CURRENT
 from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, units_of
 from boresight.sim.campaign import processes
 from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.textbook import wrong_steps
 from boresight.sim.compare.verdict import saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -84,7 +85,11 @@ def read_trials(
             units = dict.fromkeys(ANGLES, "deg")
         if units and (comparisons or not log.comparison):
             trials.append(Trial(log, feeds, units))
-            told = dict.fromkeys(text for _, fed in feeds.values() for text in fed.warnings)
+            told = dict.fromkeys(
+                text
+                for member, fed in feeds.values()
+                for text in (*fed.warnings, *wrong_steps(Build(member), next(fed.parts())))
+            )
             notes += [f"{log.name}: {text}" for text in told]
         else:
             why = "has a device's estimate" if units else "has no truth"

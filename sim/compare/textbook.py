@@ -5,8 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 
-import numpy as np
-
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import WAIVED, Estimator, SecondForm
@@ -14,6 +12,7 @@ from boresight.model.methods import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
+from boresight.sim.records.feed import Feed
 
 #: Leading updates that are compared: the second form is slow.
 _MOST = 2000
@@ -49,11 +48,11 @@ class Book:
 
 
 def beside_textbook(
-    build: Build, number: int, records: FloatArray, floating: Run, t: FloatArray | None = None
+    build: Build, number: int, records: FloatArray, floating: Run, step_s: float | None = None
 ) -> Book:
     """Compare float64 with `Estimator.textbook`; empty without it.
 
-    ``t`` (n,) are times of the log, s, with which constant time steps of the model are compared.
+    ``step_s`` is the time step of the log, s, with which those of the model are compared.
     """
     estimator, some = build.estimators[number], records[:_MOST]
     for kind in estimator.waived:
@@ -62,7 +61,8 @@ def beside_textbook(
     if book is None:
         return Book()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
-    faults = [*book.faults, *(("time step", text) for text in _wrong_steps(estimator, book, t))]
+    steps = _wrong_steps(estimator, book, step_s)
+    faults = [*book.faults, *(("time step", text) for text in steps)]
     found = tuple(differences(estimator.outputs, outputs, book.outputs))
     by_floor = False
     if book.as_built is not None and not all(d.good for d in found):
@@ -79,18 +79,18 @@ def beside_textbook(
     )
 
 
-def wrong_steps(build: Build, records: FloatArray, t: FloatArray | None) -> list[str]:
+def wrong_steps(build: Build, given: Feed) -> list[str]:
     """Constant time steps of the model of a build's estimator that are not the log's, a line each.
 
-    ``records`` (n, n_inputs) and times ``t`` (n,) [s] are the first ones of the log. A textbook
-    form that raises is left to `beside_textbook`.
+    ``given`` has the first rows of the log. A textbook form that raises is left to
+    `beside_textbook`.
     """
     (estimator,) = build.estimators
-    if t is None or any(i.name == "dt" for i in estimator.inputs):
+    if given.step_s is None or any(i.name == "dt" for i in estimator.inputs):
         return []
     with suppress(InputError):
-        if book := _second_form(build, 0, records[:_PROBED]):
-            return _wrong_steps(estimator, book, t)
+        if book := _second_form(build, 0, given.inputs[:_PROBED]):
+            return _wrong_steps(estimator, book, given.step_s)
     return []
 
 
@@ -108,10 +108,9 @@ def _second_form(build: Build, number: int, records: FloatArray) -> SecondForm |
     )
 
 
-def _wrong_steps(estimator: Estimator, book: SecondForm, t: FloatArray | None) -> list[str]:
-    if t is None or len(t) < 2:
+def _wrong_steps(estimator: Estimator, book: SecondForm, step: float | None) -> list[str]:
+    if step is None:
         return []
-    step = float(np.median(np.diff(t)))
     return [
         f"estimator {estimator.name}: the model moves {name} by a time step of {abs(own):.4g} s, "
         f"the log has one of {step:.4g} s; take dt as an input, use the log's rate, or "

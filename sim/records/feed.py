@@ -83,6 +83,15 @@ class Feed:
         """Count the samples."""
         return len(self.inputs)
 
+    @property
+    def step_s(self) -> float | None:
+        """Median of the time steps above 0 of the record, in s; None without times."""
+        if not _timed(self.record) or len(self.record) < 2:
+            return None
+        steps = self.record.steps()
+        known = steps[steps > 0.0]
+        return float(np.median(known)) if len(known) else None
+
     def rows(self, start: int, stop: int) -> Feed:
         """Some rows, with the counts and warnings of all."""
         span = slice(start, stop)

@@ -104,7 +104,7 @@ def warnings_of(
         warnings += unlikely
         triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
         if declared.name != "dt":
-            warnings += _held(triad)
+            warnings += _held(triad, timed=steps_s is not None)
         if len(columns) == 3:
             triads[declared.unit] = triad
             implausible[declared.unit] = unlikely
@@ -217,14 +217,14 @@ def _ended(names: str, rows: BoolArray) -> Iterator[str]:
         yield f"{names}: no sample in the last {behind} of {len(rows)} rows: did the sensor stop?"
 
 
-def _held(sensor: Triad) -> Iterator[str]:
-    """Samples that are held."""
+def _held(sensor: Triad, *, timed: bool) -> Iterator[str]:
+    """Samples that are held; a model is ``timed`` if it takes the time step of a thinner log."""
     values = sensor.values[sensor.new]
     if is_held(values):
         yield (
             f"{sensor.names}: {(np.diff(values, axis=0) == 0.0).all(axis=1).mean():.0%} of the "
-            "samples repeat the one before: is the sensor slower? leave what is not new empty, or "
-            "thin the log by --every"
+            "samples repeat the one before: is the sensor slower? leave what is not new empty"
+            + (", or thin the log by --every" if timed else "")
         )
 
 

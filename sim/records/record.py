@@ -412,6 +412,9 @@ def _late_remedy(t: Column, row: int, previous: float) -> str:
             )
     if row > 1 and t.values[row - 2] < t.values[row] and (np.diff(t.values[row:][:8]) > 0.0).all():
         return "if the time of the row before is wrong, remove that row; otherwise sort the rows"
+    following = t.values[row + 1 : row + 2]
+    if (following - previous > 1.5 * np.median(np.abs(np.diff(t.values)))).any():  # its place
+        return f"correct or leave out the row of t = {float(t.values[row]):.10g}"
     if (t.values[row:] <= previous).sum() > 8:  # sorted, two recordings would be mixed
         return "the clock steps back (a logger began anew?): make two logs, the second from here on"
     return "sort the rows by their times"

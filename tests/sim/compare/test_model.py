@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -153,13 +154,20 @@ def test_a_limit_for_which_the_log_has_no_truth_is_told(known: dict[str, Any]) -
     assert (text in result.given.warnings) == without and result.good
 
 
+@pytest.mark.parametrize("times", [{"t": T}, {"dt": np.full(N, DT)}, {"fs": 1.0 / DT}])
 @pytest.mark.parametrize(("dt", "notes"), [(DT, 0), (2.0 * DT, 1)])
-def test_run_tells_a_wrong_time_step_as_check_does(dt: float, notes: int) -> None:
+def test_a_wrong_time_step_is_told_from_each_source_of_times(
+    tmp_path: Path, dt: float, notes: int, times: dict[str, Any]
+) -> None:
     estimator = type("Track", (Track,), {"dt": dt})()
-    log = {"t": T, "z": np.sin(T)}
+    log = tmp_path / "log.npz"
+    np.savez(log, **times, z=np.sin(T), pos_true=np.sin(T))
+    (checked_log,) = Check(Build(estimator), levels=("c",)).run(log)
+    faults = [*checked_log.book.faults]
+    assert len(faults) == notes
     result = boresight.run(estimator, log)
-    assert result.good and result.notes == list(checked(estimator, **log).book.faults)
-    assert len(result.notes) == notes
+    assert result.good and result.notes == faults
+    assert [*boresight.accuracy(estimator, log).notes] == [f"log: {text}" for text in faults]
 
 
 @pytest.mark.parametrize(("scale", "told"), [(1.0, False), (-1.0, True), (0.1, True)])

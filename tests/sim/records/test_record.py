@@ -133,6 +133,10 @@ INF = float("inf")
          "before, found 1.0 s; sort the rows"),
         ({"t": [0.0, 1.0, 0.5]}, "mine, t[2]: wanted a time above 1.0 s, that of the row before,"
          " found 0.5 s; "),
+        ({"t": [0.0, 1.0, 2.0, 3.0, -5.0, 5.0, 6.0]}, "mine, t[4]: wanted a time above 3.0 s, that "
+         "of the row before, found -5.0 s; correct or leave out the row of t = -5"),
+        ({"t": [0.0, 1.0, 3.0, 4.0, 2.0, 5.0, 6.0]}, "mine, t[4]: wanted a time above 4.0 s, that "
+         "of the row before, found 2.0 s; sort the rows by their times"),
         *(({head: [1.0]}, f"mine: wanted column names like gx or gx[deg/s], found {head!r}; correc")
           for head in ("", " ", "[m]", "a[m", "am]", "a[m]b", "a[[m]]", "a[m][s]", "a]["))
     ],
@@ -599,6 +603,10 @@ def test_repeats_of_any_input_are_told(name: str, how: str, every: int) -> None:
     log = {"dt": [0.01] * 8000, "ay": z, "level": z + 1.0}
     (text,) = feed(Gauges(), Record.of({**log, name: held})).warnings
     assert text.startswith(f"{name}: {1.0 - (np.count_nonzero(new) - 1) / 7999:.0%} of the samples")
+    assert text.endswith("leave what is not new empty, or thin the log by --every")
+    untimed = type("Gauges", (Gauges,), {"inputs": Gauges.inputs[1:]})()
+    (text,) = feed(untimed, Record.of({**log, name: held})).warnings
+    assert text.endswith("leave what is not new empty")
     assert feed(Gauges(), Record.of({**log, name: np.where(new, z, NAN) if name == "ay" else z})
                 ).warnings == ()  # fmt: skip
 

@@ -148,8 +148,7 @@ class Odd(Plant):
         (lambda o, r: {**r, "u_true": "much"}, "world odd, step 2, u_true: wanted a number, found "
          "str; "),
         (lambda o, r: {**r, "restart": 1.0}, "world odd, step 2: wanted inputs of half, and true "
-         "values, found restart, a column of logs; leave it out, or write a log with it, or declare"
-         " an input restart"),
+         "values, found restart, a column of logs; leave it out, or write a log with it"),
         (lambda o, r: {**r, "u_true": np.inf}, "world odd, step 2, u_true: wanted a finite number"),
     ],
 )  # fmt: skip
