@@ -440,7 +440,7 @@ def _misspelt(estimator: Estimator, record: Record) -> Iterator[str]:
     known = {"t", "dt", "restart", "mov", *truths}
     wanted = known - columns - {"t"} if _timed(record) else known - columns
     meant = {_letters(name): name for name in sorted(wanted)}
-    used = known | {d.name for d in (*estimator.inputs, *estimator.outputs)}
+    used = known | {i.name for i in estimator.inputs} | {o.name for o in estimator.outputs}
     for column in record.columns:
         name, unit = meant.get(_letters(column)), record.columns[column].unit
         if name is None or column in used:
