@@ -14,8 +14,8 @@ truth     against the earlier figure: an error from the truth, up to 10 % more
 count     against the earlier figure: no more
 rounding  against the tolerance beside it: an error of fixed point from float64
 textbook  against the tolerance beside it: a difference of float64 from the textbook's form
-parameter against the earlier value: no other one
-identity  not at all: a digest that changes with the program, which is then said
+parameter against the earlier value, or limit of an error from the truth: no other one
+identity  not at all: a digest of the program or a tolerance, whose change is said
 same      results that differ in it are not compared
 ========= =========================================================================================
 
@@ -117,7 +117,8 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
             equal += 1
             continue
         if found.figure.kind == "identity":
-            notes.append(f"{name} has changed: {str(was)[:_SHOWN]} to {str(value)[:_SHOWN]}")
+            if was is not None:
+                notes.append(f"{name} has changed: {_short(was)} to {_short(value)}")
         elif found.figure.kind != "same":
             bounds = [x.tolerance for x in (a, b) if x is not None and x.tolerance is not None]
             changes.append(_change(name, found, was, value, min(bounds, default=None)))
@@ -131,6 +132,8 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     changes.sort(key=lambda c: (not c["worse"], c["kind"] != "parameter", -(c["share"] or 0.0)))
     for change in changes:
         row = {name: change[name] for name in ("figure", "before", "now")}
+        if change["kind"] == "parameter":  # in every digit
+            row |= {name: str(row[name]) for name in ("before", "now") if row[name] is not None}
         share = None
         if change["share"] is not None and change["kind"] != "parameter":
             # Of the figure itself: a clock that falls has a minus.
@@ -172,6 +175,10 @@ def _text(value: Number) -> str:
     if isinstance(value, float):
         return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
     return "none" if value is None else str(value)
+
+
+def _short(value: Number) -> str:
+    return value[:_SHOWN] if isinstance(value, str) else _text(value)
 
 
 def _figures(data: Any, judged: Mapping[str, Figure]) -> dict[str, _Found]:

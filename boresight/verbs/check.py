@@ -44,6 +44,8 @@ JUDGED: Mapping[str, Figure] = {
     "results.*.accuracy.outputs.*.samples": Figure("samples", "count", falls=True),
     "results.*.parameters.*": Figure("value", "parameter"),
     "results.*.program": Figure("program digest", "identity"),
+    "results.*.waived.*": Figure("waived", "count"),
+    "results.*.truth.*.tolerance": Figure("limit of the error from the truth", "parameter"),
     "results.*.truth.*.rms": Figure("error from the truth, rms", "truth"),
     "results.*.accuracy.outputs.*.max": Figure("fixed point from float64", "rounding"),
     "results.*.accuracy.saturated_updates": Figure("updates that saturated", "count"),

@@ -186,6 +186,7 @@ def compile(
             [
                 core_data(core.select(k), area, part.grade, part.device)
                 | {"parameters": build.values[k]}
+                | {"tolerances": {o.name: o.tolerance for o in build.estimators[k].outputs}}
                 for k in range(len(own))
             ],
         )

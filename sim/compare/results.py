@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from boresight.model.arrays import FloatArray
+from boresight.model.estimator import WAIVED
 from boresight.model.lowering.profile import Profile
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
@@ -309,6 +310,7 @@ class CheckResult:
             "accuracy": plain(self.accuracy),
             "truth": [e.to_json() for e in self.truth],
             "textbook": [d.to_json() for d in self.textbook],
+            "waived": {kind: kind in self.build.estimators[self.number].waived for kind in WAIVED},
             "model_faults": list(self.book.faults),
             "claims": [claim.to_json() for claim in self.claims],
             "warnings": list(self.given.warnings),

@@ -39,6 +39,7 @@ _FIGURES = {
     "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
     "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
     "parameters.*": Figure("value", "parameter"),
+    "tolerances.*": Figure("tolerance", "identity"),
     "digest": Figure("program digest", "identity"),
 }
 _IDENTITY = {name: Figure(name, "same") for name in ("design", "config", "word")}

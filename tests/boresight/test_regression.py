@@ -22,6 +22,16 @@ CHANGES = {
         '"alpha", 0.301',
         "not as in before.json: mine, alpha: value 0.3 -> 0.301\n",
     ),
+    "check mine.py mine.csv --levels c": (
+        "    params = (",
+        '    waived = ("gate",)\n    params = (',
+        "worse than before.json: mine, gate: waived 0 -> 1\n",
+    ),
+    "check mine.py mine.csv --levels fixed": (
+        "truth=0.05",
+        "truth=5.0",
+        "not as in before.json: mine, pos: limit of the error from the truth 0.05 -> 5.0 m\n",
+    ),
     "accuracy mine.py mine.csv": (
         "ahead + p.alpha",
         "ahead + 2.5 * p.alpha",

@@ -21,6 +21,7 @@ JUDGED = {
     "area.lut": Figure("LUT", "area"),
     "area.mhz": Figure("clock", "clock", "MHz", falls=True),
     "parameters.*": Figure("value", "parameter"),
+    "tolerances.*": Figure("tolerance", "identity"),
     "digest": Figure("program", "identity"),
 }
 BEFORE: dict[str, Any] = {
@@ -71,8 +72,14 @@ def test_what_is_worse(place: tuple[Any, ...], value: Any, worse: str) -> None:
 
 
 def test_a_changed_program_is_said_and_not_judged() -> None:
-    found = compared({**BEFORE, "digest": "b"}, BEFORE, JUDGED, file="old.json")
-    assert found.good and found.notes == ["program has changed: a to b"]
+    now = {**BEFORE, "digest": "b", "tolerances": {"pos": 0.01, "vel": 0.01}}
+    before = {**BEFORE, "tolerances": {"pos": 0.0001}}
+    found = compared(now, before, JUDGED, file="old.json")
+    assert found.good
+    assert found.notes == [
+        "pos: tolerance has changed: 0.0001 to 0.01",
+        "program has changed: a to b",
+    ]
     assert "program has changed" in str(found)
 
 
@@ -100,6 +107,12 @@ def test_names_stand_once_and_a_falling_figure_has_a_minus() -> None:
     (row,) = compared(now, before, judged, file="f").tables["changes"]
     assert row["figure"] == "slip: samples" and row["unit"] is None
     assert row["change"] == "-46.7%" and row[""] == "WORSE"
+
+
+def test_a_parameter_has_every_digit() -> None:
+    now = {**BEFORE, "parameters": {"gain": 0.3000001}}
+    (row,) = compared(now, BEFORE, JUDGED, file="f").tables["changes"]
+    assert (row["before"], row["now"]) == ("0.3", "0.3000001")
 
 
 def test_a_missing_output_is_worse_and_a_new_one_is_shown() -> None:
