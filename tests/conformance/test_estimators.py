@@ -181,15 +181,7 @@ def test_values_out_of_range_are_refused_with_the_range(name: str) -> None:
     assert not ILLEGAL.get(name, {}).keys() - {p.name for p in e.params}
 
 
-# -- word widths, cycles, status bits -------------------------------------------------------------
-
-
-@pytest.mark.parametrize("word", [18, 20, 24, 28])
-@pytest.mark.parametrize("name", ["ekf_bias", "ekf_quaternion"])
-def test_every_word_width_compiles(name: str, word: int) -> None:
-    word = max(word, ALL[name]().least_word)
-    assert ALL[name]().compile(word=word).arithmetic.word == word
-
+# -- cycles, status bits --------------------------------------------------------------------------
 
 #: Cycles of one update, and those to the last urgent output (0: no output is urgent).
 CYCLES = [
@@ -240,11 +232,6 @@ def test_cycles(name: str, config: str, interval: int, latency: int) -> None:
     schedule = build_core(program, config).schedule
     assert schedule.interval <= interval
     assert schedule.latency <= latency
-
-
-@pytest.mark.parametrize("name, states", [("ekf_bias", 45), ("ekf_quaternion", 20), ("vqf", 68)])
-def test_states_fit_a_core(name: str, states: int) -> None:
-    assert len(ALL[name]().states) <= states
 
 
 #: A word of the meaning of each status bit, by its number.
