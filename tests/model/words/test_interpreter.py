@@ -82,7 +82,7 @@ MANY = FEW + 1
 @pytest.mark.parametrize("word", [18, 27, 32])
 @pytest.mark.parametrize("seed", range(14))
 def test_equals_the_arrays(seed: int, word: int) -> None:
-    """All words, saturations by value and by run; `test_random_program` says what occurs."""
+    """All words, saturations by value and by run; `test_program` says what occurs."""
     program = random_program(seed, word=word, n_ops=60)
     inputs = np.array([random_inputs(program, seed, 4) for seed in range(MANY)])
     inputs = inputs.transpose(1, 2, 0)  # (steps, n_inputs, runs)
