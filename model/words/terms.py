@@ -1,9 +1,8 @@
 """Symbolic words: what a program computes, as terms over its inputs, parameters and states.
 
 Each distinct term is stored once and has a number, so two words with the same number are equal
-for all inputs. The microcode (`gateware.microcode.validation`) and the emitted C
-(`firmware.validation`) are executed on such numbers and compared with `Meaning`: the results of the
-program's operations (`model.words.fixed`).
+for all inputs. The microcode is executed on such numbers (`gateware.microcode.validation`) and
+compared with `Meaning`: the results of the program's operations (`model.words.fixed`).
 
 Equal are sums with the same terms in any order, products with exchanged factors, and a word and its
 copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). A sum without

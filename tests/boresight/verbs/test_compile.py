@@ -34,7 +34,7 @@ def test_all_files(here: Path, data, said) -> None:
     assert json.loads(Path("out/report.json").read_text())["digest"] == report["digest"]
     assert report["timing"]["latency_cycles"]["predicted"] < report["timing"]["interval_cycles"]
     text = said("compile mine.py -o out -q")
-    assert "proven: 10 operations, microcode and C, all inputs" in text
+    assert "proven: 10 operations, microcode, all inputs" in text
     assert [line.split() for line in text.splitlines() if " pos " in line] == [
         ["mine", "pos", str(report["timing"]["latency_cycles_by_output"]["pos"])]
     ]
