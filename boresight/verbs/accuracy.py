@@ -8,10 +8,12 @@ boresight accuracy mekf flight.ulg --align heading  # without a constant offset 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
+
+import numpy as np
 
 from boresight import options
 from boresight.model.errors import require, require_choice, require_whole
@@ -20,16 +22,40 @@ from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
 from boresight.model.words.fixed import check_word
 from boresight.parameters import estimator_names, params_of_each
-from boresight.sim.accuracy.benchmark import benchmark
-from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude
-from boresight.sim.accuracy.peers import PEERS, require_peers
-from boresight.sim.accuracy.runs import read_trials
-from boresight.sim.result import Result
+from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude, means
+from boresight.sim.accuracy.runs import (
+    PEERS,
+    LogRuns,
+    Scores,
+    Trial,
+    published,
+    read_trials,
+    require_peers,
+)
+from boresight.sim.baseline import Figure
+from boresight.sim.compare.difference import Difference
+from boresight.sim.compare.verdict import saturated_text
+from boresight.sim.result import Result, Row
 
 GROUPS = (options.LogRows, options.Profiles, options.Baseline)
 
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
+
+#: Figures that can be compared with an earlier result (`sim.baseline`).
+JUDGED = {
+    "word": Figure("word", "same"),
+    "parameters.*.*": Figure("value", "parameter"),
+    "estimators.*.mean.*": Figure("error from the truth, mean", "truth"),
+    "estimators.*.trials.*.error.*": Figure("error from the truth", "truth"),
+    "estimators.*.vs_float.*.apart": Figure("fixed point from float64", "rounding"),
+    "estimators.*.saturated_updates": Figure("updates that saturated", "count"),
+}
+_SOURCE = (
+    "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
+    "benchmark (doi 10.3390/data6070072); means over the logs with truth; fixed point is the "
+    "emitted C, whose words are the core's"
+)
 
 
 def accuracy(
@@ -60,7 +86,10 @@ def accuracy(
     Returns
     -------
     Result
-        ``estimators``: errors of each in every form, over all logs (``mean``) and by log.
+        ``estimators``: each as the emitted C, whose words are those of the core (fixed), in
+        compiled float64, or as its package: ``mean`` errors over the logs with truth, ``units``,
+        ``vs_float``, ``saturated_updates``, ``saturations`` by value, ``seconds``, and ``trials``,
+        the errors on each log. Good if fixed point is within the tolerances of float64.
 
     Raises
     ------
@@ -80,8 +109,7 @@ def accuracy(
     require_peers(peers)
     wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
     require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
-    each = zip(ours, params_of_each(ours, params), strict=True)
-    values = {e.name: some for e, some in each if some}
+    values = dict(zip((e.name for e in ours), params_of_each(ours, params), strict=True))
     for e in [] if logs and align == "none" else ours:
         where, fix = "logs", "name one after the estimator; the bundled ones are of attitudes"
         where, fix = ("--align", "leave --align out") if logs else (where, fix)
@@ -90,11 +118,41 @@ def accuracy(
     if not logs:
         say("no log named: the bundled ones")
     trials, notes = read_trials(logs, ours, load=bool(peers))
-    result = benchmark(
-        ours, peers, trials, params=values, word=word, align=align, jobs=jobs, say=say
-    )
-    notes += [f"{n} left out: its package vqf is missing" for n in missing]
-    return replace(result, notes=(*result.notes, *notes))
+    by_name: dict[str, list[list[Scores]]] = {}
+    for name, some in values.items():
+        members = [trial.feeds[name] for trial in trials]
+        runs = LogRuns(members, floating=True, word=word, jobs=jobs, align=align)
+        by_name[name] = runs.run(some)
+        say(name)
+    for name in peers:
+        by_name[name] = [[published(name, trial.log.first, align)] for trial in trials]
+        say(name)
+    rows = [
+        _row(name, trials, of_level)
+        for name, of in by_name.items()
+        for of_level in zip(*of, strict=True)
+    ]
+    data = {
+        "source": _SOURCE,
+        "word": word,
+        "align": align,
+        "logs": [_log(trial) for trial in trials],
+        "parameters": {e.name: e.param_values(values[e.name]) for e in ours},
+        "estimators": rows,
+    }
+    saturated = [
+        f"{row['estimator']}: {saturated_text(row['saturated_updates'], row['saturations'])}"
+        for row in rows
+        if row["saturated_updates"]
+    ]
+    failures = [
+        f"{row['estimator']}: fixed point against float64: {near['output']} beyond its tolerance"
+        for row in rows
+        for near in row["vs_float"]
+        if not near["good"]
+    ]
+    notes = [*saturated, *notes, *(f"{n} left out: its package vqf is missing" for n in missing)]
+    return Result(data, _tables(rows, trials), "", notes, failures, JUDGED)
 
 
 def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
@@ -119,3 +177,87 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     published = dict.fromkeys(n for n in members if isinstance(n, str) and n in PEERS)
     own = [n for n in members if not (isinstance(n, str) and n in published)]
     return estimator_names(*own), [*published]
+
+
+def _log(trial: Trial) -> dict[str, Any]:
+    """A log; its rate is the median, of a long file over the first 65,536 rows."""
+    first, timed = trial.log.first, {"t", "dt"} & {*trial.log.first.columns}
+    return {
+        "trial": trial.name,
+        "samples": len(trial.log),
+        "rate_hz": round(1.0 / float(np.median(first.steps())), 3) if timed else None,
+        "reference": trial.reference,
+    }
+
+
+def _row(name: str, trials: Sequence[Trial], every: Sequence[Scores]) -> dict[str, Any]:
+    """One estimator at one level: means over the logs with truth, and each log."""
+    saturated = [of.saturated for of in every if of.saturated is not None]
+    scores = [*zip(trials, every, strict=True)]
+    return {
+        "estimator": name,
+        "level": every[0].level,
+        "kind": "peer" if every[0].level == "package" else "ours",
+        "units": {n: unit for of in every for n, unit in of.units.items()},
+        "mean": means(of.errors for trial, of in scores if trial.reference == "truth"),
+        "vs_float": [_near(d) for d in zip(*(of.near for of in every), strict=True)],
+        "saturated_updates": sum(saturated) if saturated else None,
+        "saturations": dict(sum((Counter(of.saturations) for of in every), Counter[str]())),
+        "seconds": round(sum(of.seconds for of in every), 3),
+        "trials": [
+            {
+                "trial": trial.name,
+                "error": dict(of.errors),
+                "vs_float": {d.output: _apart(d) for d in of.near},
+                "saturated_updates": of.saturated,
+                "offset_deg": list(of.offset_deg),
+            }
+            for trial, of in scores
+        ],
+    }
+
+
+def _apart(difference: Difference) -> float:
+    """Largest difference; of words how many differ."""
+    decided = difference.decided
+    return float(difference.largest if decided is None else decided.differing)
+
+
+def _near(several: Sequence[Difference]) -> dict[str, Any]:
+    """An output of fixed point beside float64 over all logs."""
+    first, apart = several[0], [_apart(d) for d in several]
+    return {
+        "output": first.output,
+        "unit": first.unit,
+        "apart": sum(apart) if first.unit == "words" else max(apart),
+        "tolerance": first.tolerance,
+        "good": all(d.good for d in several),
+    }
+
+
+def _tables(rows: Sequence[Row], trials: Sequence[Trial]) -> dict[str, list[Row]]:
+    """Means of each estimator, and the main error of each on every log."""
+    summary: list[Row] = [
+        {
+            "estimator": row["estimator"],
+            "level": row["level"],
+            **{f"{n} {row['units'][n]}".rstrip(): value for n, value in row["mean"].items()},
+            "from float64, over tolerance": max(
+                (d["apart"] / d["tolerance"] for d in row["vs_float"] if d["tolerance"]),
+                default=None,
+            ),
+            "saturated": row["saturated_updates"],
+            "seconds": row["seconds"],
+        }
+        for row in rows
+    ]
+    logs: list[Row] = [
+        {"log": trial.name, "reference": trial.reference}
+        | {
+            row["estimator"]: row["trials"][k]["error"].get(next(iter(row["units"])))
+            for row in rows
+            if row["level"] != "float" and row["units"]
+        }
+        for k, trial in enumerate(trials)
+    ]
+    return {"errors, mean over the logs with truth": summary, "error on each log": logs}

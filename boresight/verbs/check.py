@@ -147,7 +147,7 @@ def check(
     lines += [line for result in results for line in result.lines()]
     if output is not None:
         inputs = log_files(log for log in logs if isinstance(log, str | Path))
-        from boresight.sim.report.html import write_report  # it imports plots and synthesis
+        from boresight.sim.report.page import write_report  # it imports plots and synthesis
 
         lines.append(write_report(Path(output), build, results, inputs, tell))
     good = all(r.good for r in results)

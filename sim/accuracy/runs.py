@@ -1,4 +1,4 @@
-"""Logs with a truth, and an estimator over them, run and judged, again and again.
+"""Logs with a truth, and estimators and published filters over them, run and judged.
 
 What does not depend on the parameters is done once: the program is compiled, its C built, every
 log read. Threads share the logs; each log has levels of its own, whose calls release Python's lock.
@@ -6,6 +6,7 @@ log read. Threads share the logs; each log has levels of its own, whose calls re
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,10 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.model.estimator import Estimator
 from boresight.model.settings import CURRENT
-from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, units_of
+from boresight.model.tools.extras import optional
+from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, attitude_errors, units_of
 from boresight.sim.campaign import processes
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.textbook import wrong_steps
@@ -29,8 +32,15 @@ from boresight.sim.records.bundled import bundled, bundled_names
 from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
 from boresight.sim.records.files import Log, logs_of
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.loop import drive
 from boresight.sim.worlds.world import is_world
+
+#: Published attitude filters: classes of the package `vqf` by our names; "basic" is without rest,
+#: bias and disturbances.
+PEERS = {"vqf_online": "VQF", "vqf_basic": "BasicVQF"}
+#: Longest gap [s] that is filled for them.
+_LONGEST_GAP_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,3 +207,47 @@ class LogRuns:
             )
             for n, e in enumerate(errors)
         ]
+
+
+def require_peers(names: list[str]) -> None:
+    """Raise ToolMissing if the package of these filters is not installed."""
+    if names:
+        optional("vqf")
+
+
+def run_peer(name: str, record: Record) -> FloatArray:
+    """Attitudes (n, 4) b to n (ENU) of one of `PEERS`, as its own package runs it.
+
+    It wants one rate: a log with other steps gets the median step, and gaps are filled with the
+    sample that ends them. Without any field it is its six-axis form. Where the magnetometer has
+    nothing new it is fed the zero vector, which it skips, and is told the magnetometer's mean step.
+    InputError: a log without the inputs of a filter.
+
+    D. Laidig, T. Seel, "VQF: Highly accurate IMU orientation estimation with bias estimation and
+    magnetic disturbance rejection", Information Fusion 91:187, 2023,
+    doi 10.1016/j.inffus.2022.10.014.
+    """
+    log = NineAxis.of(record)
+    step = float(np.median(log.dt))
+    # The samples of a gap are copies of the next one.
+    times = np.clip(np.rint(log.dt / step), 1, _LONGEST_GAP_S / step).astype(np.int64)
+    rows, last = np.repeat(np.arange(len(log)), times), np.cumsum(times) - 1
+    samples, settings = [log.gyr[rows], log.acc[rows]], {}
+    if has_field := log.mag_new.any():
+        samples.append(np.zeros_like(samples[0]))
+        samples[-1][last] = np.where(log.mag_new[:, None], log.mag, 0.0)
+        settings["magTs"] = step * (len(rows) / int(np.count_nonzero(log.mag_new)))
+    out = getattr(optional("vqf"), PEERS[name])(step, **settings).updateBatch(*samples)
+    return np.asarray(out["quat9D" if has_field else "quat6D"], dtype=np.float64)[last]
+
+
+def published(name: str, record: Record, align: str) -> Scores:
+    """One of `PEERS` on a log."""
+    log, start = NineAxis.of(record), time.perf_counter()
+    q = run_peer(name, record)
+    seconds = time.perf_counter() - start
+    offset = Alignment(align)
+    offset.add(q, log.attitude, log.counts)
+    errors = attitude_errors(offset.turned(q), log.attitude, log.counts)
+    units = dict.fromkeys(ANGLES, "deg")
+    return Scores("package", errors, units, seconds, offset_deg=offset.offset_deg)

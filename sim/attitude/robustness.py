@@ -29,7 +29,7 @@ from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of, split_names
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
-from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
+from boresight.sim.accuracy.runs import PEERS, require_peers, run_peer
 from boresight.sim.attitude.worlds import fast_turn
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build

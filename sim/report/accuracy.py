@@ -25,6 +25,8 @@ from boresight.sim.rotations.rotation import quaternion_to_euler
 
 #: Outputs that are Euler angles, with their columns in `quaternion_to_euler`.
 ANGLES = {"heading": 2, "pitch": 0, "roll": 1}
+#: Parts of an attitude's error whose curves are shown.
+_ANGLE_CURVES = ("heading", "inclination")
 #: Points of a curve, at most.
 BINS = 1000
 
@@ -36,39 +38,32 @@ def _number(x: float, digits: int = 6) -> float | None:
 class _Bins:
     """A column of n rows, piece by piece, in at most `BINS` runs of equal length.
 
-    Values that are no finite numbers do not count; None stands for a run without any.
+    Values that are no finite numbers do not count; NaN, later None, stands for a run without any.
     """
 
     def __init__(self, n: int) -> None:
         self.size = -(-n // BINS)
         count = -(-n // self.size)
-        self._first, self._low, self._high = (np.full(count, np.nan) for _ in range(3))
-        self._sum, self._rows, self._count = np.zeros(count), np.zeros(count), 0
+        self.first, self.low, self.high = (np.full(count, np.nan) for _ in range(3))
+        self._sum, self._count, self._rows = np.zeros(count), np.zeros(count), 0
 
     def add(self, x: FloatArray) -> None:
         """The next rows."""
-        start, self._count = self._count, self._count + len(x)
-        cuts = np.arange(-start % self.size, len(x), self.size)
-        cuts = cuts if start % self.size == 0 else np.concatenate([[0], cuts])
-        bins, finite, rows = (start + cuts) // self.size, np.isfinite(x), np.arange(len(x))
-        first = np.minimum.reduceat(np.where(finite, rows, len(x)), cuts)
-        values = np.append(x, np.nan)[first]
-        self._first[bins] = np.where(np.isnan(self._first[bins]), values, self._first[bins])
-        for limit, pick, fill in ((self._low, np.fmin, np.inf), (self._high, np.fmax, -np.inf)):
-            best = pick.reduceat(np.where(finite, x, fill), cuts)
-            limit[bins] = pick(limit[bins], np.where(np.isfinite(best), best, np.nan))
-        self._sum[bins] += np.add.reduceat(np.where(finite, x, 0.0), cuts)
-        self._rows[bins] += np.add.reduceat(finite.astype(np.float64), cuts)
+        bins, finite = (self._rows + np.arange(len(x))) // self.size, np.isfinite(x)
+        self._rows += len(x)
+        bins, x = bins[finite], x[finite]
+        held, where = np.unique(bins, return_index=True)
+        self.first[held] = np.where(np.isnan(self.first[held]), x[where], self.first[held])
+        np.fmin.at(self.low, bins, x)
+        np.fmax.at(self.high, bins, x)
+        np.add.at(self._sum, bins, x)
+        np.add.at(self._count, bins, 1.0)
 
-    def values(self, kind: str) -> list[float | None]:
-        """The ``first``, ``low`` (least) or ``high`` (greatest) value of each run."""
-        return _numbers(getattr(self, f"_{kind}"))
-
-    def mean(self, unit: str) -> list[float | None]:
+    def mean(self, unit: str) -> FloatArray:
         """Mean of each run; of words, and of angles that pass half a turn, the first value."""
-        first = (unit in EXACT_UNITS) | (unit == "deg") & (self._high - self._low > 180.0)
+        first = (unit in EXACT_UNITS) | (unit == "deg") & (self.high - self.low > 180.0)
         with np.errstate(invalid="ignore"):
-            return _numbers(np.where(first | (self.size == 1), self._first, self._sum / self._rows))
+            return np.where(first | (self.size == 1), self.first, self._sum / self._count)
 
 
 def _numbers(values: FloatArray) -> list[float | None]:
@@ -129,28 +124,27 @@ def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> dict[str, Any]:
     """Figures and curves of one record; ``several``: warnings name it."""
     columns, rows = check.given, _Rows(check)
+    name = columns.record.name
     for part in check.parts():
         rows.add(part)
-    has_times = columns.t is not None
-    data = {
-        "dataset": columns.record.name,
+    if QUATERNION[0] in check.fixed.outputs and not rows.references:
+        warn(f"accuracy: {name} has no attitude to compare with")
+    for line in check.accuracy.faults():
+        warn(f"accuracy{f', {name}' * several}: {line}")
+    for line in columns.warnings:
+        warn(line)
+    return {
+        "dataset": name,
         "samples": rows.count,
-        "seconds": _number(rows.last) if has_times else None,
+        "seconds": None if columns.t is None else _number(rows.last),
         "word": check.build.word,
         "reference": None if not rows.references else "comparison" if check.comparison else "truth",
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
         "stated_ranges": claim_lines(check.claims),
         **rows.rmse(),
+        "series": rows.series(),
     }
-    if QUATERNION[0] in check.fixed.outputs and not rows.references:
-        warn(f"accuracy: {columns.record.name} has no attitude to compare with")
-    where = f"accuracy, {columns.record.name}" if several else "accuracy"
-    for line in check.accuracy.faults():
-        warn(f"{where}: {line}")
-    for line in columns.warnings:
-        warn(line)
-    return {**data, "series": rows.series()}
 
 
 class _Rows:
@@ -242,29 +236,24 @@ class _Rows:
             name, first = d.output, d.first_beyond
             unit = "deg" if d.unit == "ht" else units.get(name, d.unit)
             fixed, truth = bins.get(("fixed", name)), bins.get(("truth", name))
-            band = fixed if size > 1 else None
+            ends = {} if fixed is None or size == 1 else {"low": fixed.low, "high": fixed.high}
             return {
                 "unit": unit,
-                "fixed": None if fixed is None else fixed.mean(unit),
-                **({} if band is None else {end: band.values(end) for end in ("low", "high")}),
-                "truth": None if truth is None else truth.mean(unit),
-                "error": bins["error", name].values("high"),
+                "fixed": None if fixed is None else _numbers(fixed.mean(unit)),
+                **{end: _numbers(values) for end, values in ends.items()},
+                "truth": None if truth is None else _numbers(truth.mean(unit)),
+                "error": _numbers(bins["error", name].high),
                 "tolerance": (180.0 if d.unit == "ht" else 1.0) * (d.tolerance or 0.0) or None,
                 "beyond_from": None if first is None else _number(self.times[first]),
             }
 
         known = [name for name in _ANGLE_CURVES if ("log", name) in bins]
-        attitude = {name: bins["log", name].values("high") for name in known}
         return {
             "samples_per_point": size,
-            "t": bins["t", ""].values("first"),
+            "t": _numbers(bins["t", ""].first),
             "outputs": {d.output: curve(d) for d in self.check.accuracy.differences},
-            "vs_log_deg": attitude or None,
+            "vs_log_deg": {name: _numbers(bins["log", name].high) for name in known} or None,
         }
-
-
-#: Parts of an attitude's error whose curves are shown.
-_ANGLE_CURVES = ("heading", "inclination")
 
 
 def _truths(check: CheckResult, columns: Feed) -> dict[str, FloatArray]:

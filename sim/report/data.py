@@ -5,26 +5,28 @@ What is not known is null and named in ``warnings``; nothing is filled in.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from boresight.gateware.core import Core
+from boresight.gateware.schedule.slots import Schedule, Slot
 from boresight.gateware.synthesis.family import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.words.program import Kind, Program
+from boresight.model.words.program import Kind
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.results import CheckResult, LevelResult
 from boresight.sim.compare.twin import authors_name
 from boresight.sim.report.accuracy import accuracy_section
 from boresight.sim.report.numerics import Observed, numerics_section
-from boresight.sim.report.schedule import schedule_section
 
 #: Clock of the target, MHz.
 CLOCK_MHZ = 100.0
-_AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp"}
+#: Source lines that are named, at most.
+_LINES = 8
 
 #: Figures of a report, by their place, that are judged against an earlier one; see `JUDGED`.
 _FIGURES = {
@@ -66,6 +68,7 @@ def core_data(
     ``levels`` counted cycles; ``rate_hz`` are records a second, with which the core is to keep up.
     """
     program, warnings = core.program, list[str]()
+    uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
     if area is None:
         warnings.append("resources and clock: not known, no synthesis was run")
     return {
@@ -77,7 +80,10 @@ def core_data(
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": CLOCK_MHZ},
         "timing": _timing(core, area, levels, grade, warnings.append, rate_hz),
         "resources": _resources(area, device),
-        "firmware": _firmware(program),
+        "firmware": {
+            "ram_bytes": 4 * (len(program.of_kind(Kind.PARAM)) + len(program.states)),
+            "table_bytes": 4 * len(program.table_memory) if uses_table else 0,
+        },
         "warnings": warnings,
     }
 
@@ -86,24 +92,38 @@ def report_data(core: Core, *checks: CheckResult, **given: Any) -> dict[str, Any
     """The report of a core's program at hand: `core_data`, and what checks found.
 
     There is one of that program for each log, with its verdict and errors; on all of them ranges
-    are observed. ``given`` are area, grade and device. ValueError: a check is of another program.
+    are observed. ``given`` are area, grade and device.
     """
     program, observed = core.program, Observed(core.program, checks)
-    levels = [level for check in checks for level in check.levels]
-    data = core_data(core, levels=levels, rate_hz=_rate(checks), **given)
+    levels = [(check.given.record.name, level) for check in checks for level in check.levels]
+    steps = [float(np.median(np.diff(c.given.t))) for c in checks if c.given.t is not None]
+    rate_hz = max((1.0 / step for step in steps if step > 0.0), default=None)
+    data = core_data(core, levels=[level for _, level in levels], rate_hz=rate_hz, **given)
     warn = data["warnings"].append
     if (count := observed.saturations).any():
         named = (authors_name(program, observed.nodes, int(n)) for n in np.flatnonzero(count))
         warn(f"numerics: {count.sum()} saturations, in {', '.join(dict.fromkeys(named))}")
+    for _, x in levels:
+        if not x.good:
+            warn(f"verification: {x.level} ({x.simulator}) failed: {x.failure}")
+    profile = checks[0].profile
     return {
         **data,
-        "verdict": _verdict(checks),
-        "verification": _verification(checks, warn),
+        "verdict": {
+            "good": all(check.good for check in checks),
+            "failures": [
+                f"{check.given.record.name}: {text}" if len(checks) > 1 else text
+                for check in checks
+                for text in check.failures
+            ],
+        },
+        "verification": [{"log": log, **x.to_json()} for log, x in levels],
         "schedule": schedule_section(core, observed.lines),
-        "numerics": numerics_section(program, observed),
-        "profile": _profile(checks[0]),
+        "numerics": numerics_section(observed),
+        "profile": profile
+        and {"file": profile.place, "logs": [*profile.logs], "formats": len(profile.ranges)},
         "accuracy": accuracy_section(checks, warn),
-        "observed": observed.summary,
+        "observed": ", ".join(f"{c.rows} updates of {c.given.record.name}" for c in checks),
     }
 
 
@@ -171,68 +191,72 @@ def _clock(area: Mapped | Routed | None, latency: int, grade: int, warn: Warn) -
     }
 
 
-def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
-    """Whether all checks are good, and their failures, with the log where there are several."""
-    several = len(checks) > 1
-    return {
-        "good": all(check.good for check in checks),
-        "failures": [
-            f"{check.given.record.name}: {text}" if several else text
-            for check in checks
-            for text in check.failures
-        ],
-    }
-
-
-def _rate(checks: Sequence[CheckResult]) -> float | None:
-    """Records a second: of the log that has most, by the median of its steps."""
-    steps = [float(np.median(np.diff(c.given.t))) for c in checks if c.given.t is not None]
-    return max((1.0 / step for step in steps if step > 0.0), default=None)
-
-
-def _profile(check: CheckResult) -> dict[str, Any] | None:
-    """Where formats come from beside intervals; None: nowhere."""
-    if (profile := check.profile) is None:
-        return None
-    return {"file": profile.place, "logs": list(profile.logs), "formats": len(profile.ranges)}
-
-
-def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, Any]]:
-    """A row for each level on each log."""
-    levels = [(check.given.record.name, level) for check in checks for level in check.levels]
-    for _, x in levels:
-        if not x.good:
-            warn(f"verification: {x.level} ({x.simulator}) failed: {x.failure}")
-    return [{"log": log, **x.to_json()} for log, x in levels]
-
-
 def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:
     mapped = area.mapped if isinstance(area, Routed) else area
     usage: Mapping[str, float] = {} if mapped is None else mapped.used
-    names = {**_AREA, "blkmem": device.memory}
+    names = {"lut": "lut", "reg": "ff", "dsp": "dsp", "blkmem": device.memory}
     counts = {key: usage.get(name) for key, name in names.items()}
+    source = None
+    if mapped is not None:
+        tool, _, made = mapped.version.partition(" (")  # without how it was built
+        tool += f" ({made.split(',')[0].rstrip(')')})" if made else ""
+        source = f"estimate: cells of the netlist by {tool}, before packing"
     return {
         **counts,
         "percent": {
-            key: device.percent(names[key], n) if n is not None else None
-            for key, n in counts.items()
+            key: None if n is None else device.percent(names[key], n) for key, n in counts.items()
         },
         "available": {key: device.capacity(name) for key, name in names.items()},
-        "source": f"estimate: cells of the netlist by {tool_of(mapped)}, before packing"
-        if mapped is not None
-        else None,
+        "source": source,
     }
 
 
-def tool_of(mapped: Mapped) -> str:
-    """Name and version of the synthesis tool, without how it was built."""
-    name, _, build = mapped.version.partition(" (")
-    return f"{name} ({build.split(',')[0].rstrip(')')})" if build else name
+def _kind(schedule: Schedule, slot: Slot) -> str:
+    if slot.op is None:
+        return "emit"
+    if slot.term is None:
+        return "capture"
+    term = schedule.program.ops[slot.op].terms[slot.term]
+    return "multiply-add" if term.coefficient is None else "function table"
 
 
-def _firmware(program: Program) -> dict[str, Any]:
-    """Memory of the emitted C."""
-    n_words = len(program.of_kind(Kind.PARAM)) + len(program.states)
-    uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
-    table_bytes = 4 * len(program.table_memory) if uses_table else 0
-    return {"ram_bytes": 4 * n_words, "table_bytes": table_bytes}
+def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
+    """Source lines with most slots; a part of a sum has the line of the sum, a copy has None."""
+    s, lines = core.schedule, dict(lines)
+    for op in reversed(core.program.ops):
+        for part in op.operands() if op.dest in lines else ():
+            lines.setdefault(part, lines[op.dest])
+    line_of = {v.name: lines.get(n) for n, v in enumerate(core.program.values)}
+    ops = [line_of.get(s.program.values[op.dest].name) for op in s.program.ops]
+    count = Counter(ops[x.op] for x in s.slots if x.op is not None)
+    return [{"line": line, "slots": n} for line, n in count.most_common(_LINES)] if lines else []
+
+
+def schedule_section(core: Core, lines: Mapping[int, str]) -> dict[str, Any]:
+    """Totals, source ``lines`` with most slots, and the chart.
+
+    ``emitted`` are the slots that only send an output. In ``chart``, ``slots`` are
+    [cycle, lane, kind, op], ``gets`` [cycle, name] and ``outputs`` [cycle of the emit slot,
+    name, latency].
+    """
+    s = core.schedule
+    names = [v.name for v in s.program.values]
+    slots = [[x.cycle, x.lane, _kind(s, x), x.op] for x in s.slots]
+    return {
+        "lanes": s.machine.lanes,
+        "ops_total": len(core.program.ops),
+        "copies": len(s.program.ops) - len(core.program.ops),
+        "slots_total": len(slots),
+        "cycles": s.length,
+        "lines": _by_line(core, lines),
+        "emitted": sum(x.op is None for x in s.slots),
+        "chart": {
+            "slots": slots,
+            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.inputs, strict=True)],
+            "outputs": [
+                [x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
+                for x in s.slots
+                if x.emit is not None
+            ],
+        },
+    }

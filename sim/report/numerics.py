@@ -16,24 +16,19 @@ from boresight.sim.compare.twin import KINDS, Rounding, Traced, twins
 
 
 class Observed:
-    """One program on the logs of checks; ValueError if one was of another program.
+    """One program on the logs of its checks.
 
     By the number of a value: ``nodes``, ``lines`` ("file.py, line 41"), ``errors`` of rounding on
     all logs, values that are ``wasted``; its ``extremes``, the smallest and the largest word, each
     with plus or minus the number of the first of ``logs`` that has it, and the sample; the same
-    words in its unit, ``reached``; ``saturations``, updates in which it was clamped. ``summary``:
-    numbers of updates, and their logs.
+    words in its unit, ``reached``; ``saturations``, updates in which it was clamped.
     """
 
     def __init__(self, program: Program, checks: Sequence[CheckResult]) -> None:
-        for check in checks:
-            expected, actual = program.digest, check.build.programs[check.number].digest
-            if expected != actual:
-                raise ValueError(f"check must belong to program {expected[:12]}, not {actual[:12]}")
+        self.program = program
         build, number = checks[0].build, checks[0].number
         estimator = build.estimators[number]
         self.nodes = build.nodes[number]
-        self.summary = ", ".join(f"{c.rows} updates of {c.given.record.name}" for c in checks)
         # On the C model; states count with the words before each update.
         ranges = [(c.accuracy.ranges, c.given.record.name) for c in checks if c.accuracy.ranges]
         self.saturations: IntArray = np.sum([r.saturations for r, _ in ranges], axis=0)
@@ -76,26 +71,52 @@ class Observed:
         wasted = wasted_bits(Traced(estimator, program, self.nodes), self.reached)
         self.wasted = {w.number: w for w in wasted}
 
+    def name(self, n: int) -> str:
+        """What its author calls a value, or the kind of expression; its line stands beside it."""
+        node = self.nodes.get(n)
+        if node is None or self.program.values[n].kind is not Kind.OP or node.name or node.title:
+            return declared_name(self.program, self.nodes, n)
+        return KINDS.get(node.kind, node.kind)
+
+    def figures(self, n: int, mode: Overflow | None) -> dict[str, Any]:
+        """Figures of a value, whose overflow is handled by ``mode``."""
+        value, format = self.program.values[n], self.program.format(n)
+        headroom, wasted, error = None, self.wasted.get(n), self.errors.get(n)
+        if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
+            headroom = round(headroom_bits(self.program, n, self.reached[n]), 2)
+        ends = [
+            {"value": _digits(x), "log": self.logs[abs(log)], "sample": sample}
+            for x, (_, log, sample) in zip(self.reached[n], self.extremes[n], strict=True)
+        ]
+        saturations = int(self.saturations[n])
+        state = "saturated" if saturations else _state(value, mode, self.reached[n], headroom)
+        return {
+            "observed_min": ends[0],
+            "observed_max": ends[1],
+            "headroom_bits": headroom,
+            "wasted_bits": None if wasted is None else wasted.bits,
+            "advice": None if wasted is None else wasted.cure,
+            "error_max": None if error is None else _digits(error.largest),
+            "error_rms": None if error is None else _digits(error.rms),
+            "error_lsb": None if error is None else round(error.largest / format.lsb, 2),
+            "saturations": saturations,
+            "state": state,
+        }
+
 
 def _digits(x: float) -> float:
     return float(f"{x:.7g}")
 
 
 def _state(
-    value: Value,
-    overflow: Overflow | None,
-    reached: tuple[float, float],
-    saturations: int,
-    headroom: float | None,
+    value: Value, mode: Overflow | None, reached: tuple[float, float], headroom: float | None
 ) -> str:
-    """State of the value in one word, for the colour in the report."""
-    if saturations:
-        return "saturated"
-    if overflow is Overflow.WRAP:
+    """State of a value that did not saturate, in one word, for the colour in the report."""
+    if mode is Overflow.WRAP:
         return "wraps"
     if headroom is None or headroom >= 1.0:
         return "ok"
-    if overflow is Overflow.CLIP:
+    if mode is Overflow.CLIP:
         return "clips"  # on purpose
     if value.kind is Kind.INPUT:
         return "tight"
@@ -106,21 +127,20 @@ def _state(
     return "tight" if is_claim else "ok"
 
 
-def numerics_section(program: Program, observed: Observed) -> list[dict[str, Any]]:
+def numerics_section(observed: Observed) -> list[dict[str, Any]]:
     """A row for every value except constants, in the order of the program.
 
     ``output`` names the output that the value is, or null; ``line`` is where its author wrote it.
     ``headroom_bits`` says how often the largest word observed could double within the format; null
-    for parameters and for values that wrap. ``wasted_bits`` are lost
-    because of the value's own range, and ``advice`` says how to gain them
-    (`sim.compare.diagnosis`).
-    ``error_max`` and ``error_rms`` are how far rounding, tables and constants moved the value in
-    one update, in its unit, against its float64 twin, which reads the same words; ``error_lsb`` is
-    the largest in its last bits. They are null where it is no operation of its author's.
-    ``overflow`` of a state is that of the value that replaces it. ``state`` is "saturated", "tight"
-    (less than one bit left in a range that nothing proves), "wraps", "clips" (both by design) or
-    "ok".
+    for parameters and for values that wrap. ``wasted_bits`` are lost because of the value's own
+    range, and ``advice`` says how to gain them (`sim.compare.diagnosis`). ``error_max`` and
+    ``error_rms`` are how far rounding, tables and constants moved the value in one update, in its
+    unit, against its float64 twin, which reads the same words; ``error_lsb`` is the largest in its
+    last bits. They are null where it is no operation of its author's. ``overflow`` of a state is
+    that of the value that replaces it. ``state`` is "saturated", "tight" (less than one bit left in
+    a range that nothing proves), "wraps", "clips" (both by design) or "ok".
     """
+    program = observed.program
     overflow = {op.dest: op.overflow for op in program.ops}
     next_value = dict(program.states)
     outputs: dict[int, list[str]] = {}
@@ -135,7 +155,7 @@ def numerics_section(program: Program, observed: Observed) -> list[dict[str, Any
         if value.kind is not Kind.CONST and mode is not Overflow.RANGE:
             rows.append(
                 {
-                    "signal": _called(program, observed, n),
+                    "signal": observed.name(n),
                     "kind": value.kind.value,
                     "output": ", ".join(outputs[n]) if n in outputs else None,
                     "unit": value.unit or units.get(n, ""),
@@ -147,43 +167,7 @@ def numerics_section(program: Program, observed: Observed) -> list[dict[str, Any
                     "line": observed.lines.get(n),
                     "format_min": _digits(program.format(n).min),
                     "format_max": _digits(program.format(n).max),
-                    **_observations(program, n, mode, observed),
+                    **observed.figures(n, mode),
                 }
             )
     return rows
-
-
-def _called(program: Program, observed: Observed, n: int) -> str:
-    """What its author calls a value, or the kind of expression; its line stands beside it."""
-    node = observed.nodes.get(n)
-    if node is None or program.values[n].kind is not Kind.OP or node.name or node.title:
-        return declared_name(program, observed.nodes, n)
-    return KINDS.get(node.kind, node.kind)
-
-
-def _observations(
-    program: Program, n: int, mode: Overflow | None, observed: Observed
-) -> dict[str, Any]:
-    """Observations of a value."""
-    value = program.values[n]
-    headroom, wasted = None, observed.wasted.get(n)
-    if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
-        headroom = round(headroom_bits(program, n, observed.reached[n]), 2)
-    error, saturations = observed.errors.get(n), int(observed.saturations[n])
-    reached, lsb = observed.reached[n], program.format(n).lsb
-    ends = [
-        {"value": _digits(x), "log": observed.logs[abs(log)], "sample": sample}
-        for x, (_, log, sample) in zip(reached, observed.extremes[n], strict=True)
-    ]
-    return {
-        "observed_min": ends[0],
-        "observed_max": ends[1],
-        "headroom_bits": headroom,
-        "wasted_bits": None if wasted is None else wasted.bits,
-        "advice": None if wasted is None else wasted.cure,
-        "error_max": None if error is None else _digits(error.largest),
-        "error_rms": None if error is None else _digits(error.rms),
-        "error_lsb": None if error is None else round(error.largest / lsb, 2),
-        "saturations": saturations,
-        "state": _state(value, mode, reached, saturations, headroom),
-    }

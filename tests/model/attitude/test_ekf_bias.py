@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.attitude.ekf_bias import BIAS_UNIT, EkfBias
-from boresight.sim.accuracy.peers import run_peer
+from boresight.sim.accuracy.runs import run_peer
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record

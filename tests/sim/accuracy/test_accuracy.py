@@ -14,7 +14,7 @@ from boresight import Estimator, Input, Output
 from boresight.cli import main
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.accuracy.peers import run_peer
+from boresight.sim.accuracy.runs import run_peer
 from boresight.sim.attitude.worlds import synthetic_log, white
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis

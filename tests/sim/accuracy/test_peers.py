@@ -1,4 +1,4 @@
-"""`sim.accuracy.peers`: published filters in our frames, on the bundled log with exact truth."""
+"""`sim.accuracy.runs`: published filters in our frames, on the bundled log with exact truth."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from boresight.sim.accuracy.peers import PEERS, run_peer
+from boresight.sim.accuracy.runs import PEERS, run_peer
 from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record

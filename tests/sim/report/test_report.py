@@ -19,7 +19,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 from boresight.sim.report import accuracy
 from boresight.sim.report.data import report_data
-from boresight.sim.report.html import render_html
+from boresight.sim.report.page import render_html
 
 N = 2400
 
@@ -153,8 +153,3 @@ def test_several_logs_show_the_worst(build, checked, saturated) -> None:
     assert verdict["saturated_updates"] == saturated.accuracy.saturated_updates > 0
     assert len(report["accuracy"]["logs"]) == 2 and not report["verdict"]["good"]
     render_html(report)
-
-
-def test_a_check_of_another_program_is_refused(checked) -> None:
-    with pytest.raises(ValueError, match="check must belong to program"):
-        report_data(Build(Tracker(), word=24).core, checked)

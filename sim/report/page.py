@@ -1,0 +1,278 @@
+"""The report as one HTML file that needs nothing else: styles, curves and the schedule's chart."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.arrays import FloatArray
+from boresight.model.declarations import EXACT_UNITS
+from boresight.model.tools.files import output_folder
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.explore.measure import map_core
+from boresight.sim.levels.build import Build
+from boresight.sim.pages import UNKNOWN, page
+from boresight.sim.pages import unit as shown_unit
+from boresight.sim.plotting import COLOUR, INK, PALETTE, RED, figure_and_axes, legend, settings, svg
+from boresight.sim.report.accuracy import worst_output
+from boresight.sim.report.data import report_data
+
+#: Cycles whose chart is unfolded, at most.
+_MAX_CYCLES = 640
+#: Rows of the table of advice, at most.
+_MAX_ADVICE = 12
+#: Fill of each kind of slot: apart in hue and, printed in grey, in lightness.
+CHART_COLOURS = {
+    "multiply-add": COLOUR["heading"],
+    "function table": COLOUR["amber"],
+    "capture": COLOUR["sky"],
+    "emit": COLOUR["roll"],
+    "get": COLOUR["other"],
+    "idle": "#F1F1F1",
+}
+#: Cycles of one band, at most, and inches of a row and of a line of output names.
+_BAND, _ROW, _LINE = 128, 0.26, 0.13
+#: Values over time; None: there is none.
+Curve = Sequence[float | None]
+#: Data of outputs, by name: see `sim.report.accuracy`.
+Outputs = Mapping[str, Mapping[str, Any]]
+
+_DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
+
+
+def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
+    """Where the observed range lies within the format, both ends in percent of the bar."""
+    low, high = row["observed_min"], row["observed_max"]
+    if low is None or high is None:
+        return None
+    bottom, top = row["format_min"], row["format_max"]
+    left, right = (100.0 * (x["value"] - bottom) / (top - bottom) for x in (low, high))
+    left, right = max(0.0, left), min(100.0, right)
+    return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}
+
+
+def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
+    """The plots of a log: its outputs; differences from float64; and from the log's attitude."""
+    series, truth = log["series"], log["reference"] or "comparison"
+    time_label = "sample" if log["seconds"] is None else "time from the first sample, s"
+    t = np.array(series["t"], dtype=np.float64), time_label
+    outputs = _by_unit({n: o for n, o in series["outputs"].items() if o["fixed"] is not None})
+    errors = _by_unit({n: o for n, o in series["outputs"].items() if o["unit"] not in EXACT_UNITS})
+    named = {f"|fixed - float64|{', ' * bool(u)}{shown_unit(u)}": of for u, of in errors.items()}
+    attitude = {
+        name: {"error": curve, "tolerance": None, "beyond_from": None}
+        for name, curve in (series["vs_log_deg"] or {}).items()
+    }
+    from_log = {f"difference to the {truth}, deg": attitude}
+    return {
+        "outputs": output_plot(*t, outputs, truth, salt=f"outputs{k}"),
+        "errors": error_plot(*t, named, salt=f"errors{k}") if named else None,
+        "vs_log": error_plot(*t, from_log, salt=f"log{k}") if attitude else None,
+    }
+
+
+def _warnings(data: Mapping[str, Any]) -> list[str]:
+    """Warnings that restrict the numbers, without the failures, which the page has above."""
+    failures = data["verdict"]["failures"]
+    messages = [w.partition(": ")[2] for w in data["warnings"]]
+    return [
+        w
+        for w, text in zip(data["warnings"], messages, strict=True)
+        if not any(text and (text in f or f.partition(": ")[2] in w) for f in failures)
+    ]
+
+
+def render_html(data: Mapping[str, Any]) -> str:
+    """HTML text of the dict that `sim.report.data.report_data` builds.
+
+    The file is self-contained: no script, no address outside, printable. ValueError: a number is
+    not finite.
+    """
+    json.dumps(data, allow_nan=False)
+    rows, prominent, others = data["numerics"], list[Any](), list[Any]()
+    for r in rows:
+        interface = r["output"] or r["kind"] in ("input", "param", "state")
+        named = interface or r["state"] in ("saturated", "tight")
+        (prominent if named else others).append((r, _range_bar(r)))
+    return page(
+        "boresight.sim.report",
+        "report.html",
+        d=data,
+        warnings=_warnings(data),
+        most_cycles=_MAX_CYCLES,
+        worst=worst_output,
+        advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
+        most_advice=_MAX_ADVICE,
+        unknown=UNKNOWN,
+        chart=schedule_chart(data["schedule"]),
+        colours=CHART_COLOURS,
+        plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
+        tables=[
+            ("Inputs, parameters, states, outputs, and what needs attention", True, prominent),
+            ("All other values", False, others),
+        ],
+    )
+
+
+def write_report(
+    folder: Path,
+    build: Build,
+    results: Sequence[CheckResult],
+    inputs: Sequence[Path],
+    tell: Callable[[str], None],
+) -> str:
+    """Write report.html and report.json, with the area; returns the name of the page."""
+    part = TARGETS.get(build.target, TARGETS["xc6slx9"])
+    files = ("report.html", "report.json")
+    with output_folder(folder, "check", files=files, inputs=inputs) as place:
+        tell(f"synthesis (yosys) for {part.title}")
+        area = map_core(build.core, part)
+        data = report_data(build.core, *results, area=area, device=part.device, grade=part.grade)
+        text = json.dumps(data, indent=1) + "\n"
+        (place / "report.json").write_text(text, encoding="utf-8", newline="\n")
+        (place / "report.html").write_text(render_html(data), encoding="utf-8", newline="\n")
+    return str(folder / "report.html")
+
+
+def _by_unit(outputs: Outputs) -> dict[str, Outputs]:
+    units = dict.fromkeys(o["unit"] for o in outputs.values())
+    return {unit: {n: o for n, o in outputs.items() if o["unit"] == unit} for unit in units}
+
+
+def _panels(
+    outputs: Mapping[str, Outputs], time_label: str
+) -> tuple[Any, Iterator[tuple[Any, str, Outputs]]]:
+    """A figure with a panel for each entry: its axes, the key, the outputs in it."""
+    figure, axes = figure_and_axes(2.4 * len(outputs), len(outputs), sharex=True, squeeze=False)
+    axes[-1, 0].set_xlabel(time_label)
+    return figure, zip(axes[:, 0], *zip(*outputs.items(), strict=True), strict=True)
+
+
+def _colours(names: Collection[str]) -> dict[str, str]:
+    """A colour for each curve: its own, or the next unused one."""
+    unused = itertools.cycle(c for c in PALETTE if c not in {COLOUR.get(name) for name in names})
+    return {name: COLOUR[name] if name in COLOUR else next(unused) for name in names}
+
+
+def output_plot(
+    t: FloatArray, time_label: str, panels: Mapping[str, Outputs], truth: str, *, salt: str
+) -> str:
+    """Outputs over time by unit, and where they are known their truths, which ``truth`` names."""
+
+    def wrapped(curve: Curve, unit: str) -> FloatArray:
+        """A gap instead of a stroke across the plot where an angle passes +-180 deg."""
+        y = np.array(curve, dtype=np.float64)
+        y[1:][(np.abs(np.diff(y)) > 180.0) & (unit == "deg")] = np.nan
+        return y
+
+    with settings():
+        figure, plots = _panels(panels, time_label)
+        for axes, unit, outputs in plots:
+            step = {"drawstyle": "steps-post"} if unit in EXACT_UNITS else {}
+            for name, colour in _colours(outputs).items():
+                o = outputs[name]
+                axes.plot(t, wrapped(o["fixed"], unit), color=colour, label=name, **step)
+                if "low" in o:
+                    band = (np.array(o[end], dtype=np.float64) for end in ("low", "high"))
+                    axes.fill_between(t, *band, color=colour, alpha=0.25, linewidth=0)
+                if o["truth"] is not None:
+                    known = np.array([x is not None for x in o["truth"]])
+                    y = wrapped([x for x in o["truth"] if x is not None], unit)
+                    axes.plot(t[known], y, color=colour, **_DOTTED)
+            if any(o["truth"] is not None for o in outputs.values()):
+                axes.plot([], [], color=INK, label=truth, **_DOTTED)
+            _mark_first_beyond(axes, outputs)
+            axes.set_ylabel(shown_unit(unit) or "dimensionless")
+            legend(axes, 6)
+        return svg(figure, salt)
+
+
+def error_plot(t: FloatArray, time_label: str, panels: Mapping[str, Outputs], *, salt: str) -> str:
+    """Errors by the label of their panel, logarithmic, with each output's tolerance."""
+    with settings():
+        figure, plots = _panels(panels, time_label)
+        for axes, label, outputs in plots:
+            for name, colour in _colours(outputs).items():
+                _draw_log(axes, t, np.array(outputs[name]["error"], dtype=np.float64), colour, name)
+            for limit in dict.fromkeys(filter(None, (o["tolerance"] for o in outputs.values()))):
+                style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
+                axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
+            _mark_first_beyond(axes, outputs)
+            axes.set_yscale("log")
+            axes.set_ylabel(label)
+            legend(axes, 6)
+        return svg(figure, salt)
+
+
+def _mark_first_beyond(axes: Any, outputs: Outputs) -> None:
+    """A red line where the first of the outputs leaves its tolerance."""
+    times = [o["beyond_from"] for o in outputs.values() if o["beyond_from"] is not None]
+    if times:
+        axes.axvline(min(times), color=RED, linewidth=1.6, label=f"parts at {min(times):g}")
+
+
+def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -> None:
+    """A curve on a logarithmic axis: differences below 1e-15 are gaps."""
+    t, y = t[np.isfinite(y)], y[np.isfinite(y)]
+    y = np.where(y < 1e-15, np.nan, y)
+    axes.plot(t, y, color=colour, label=name, linewidth=0.9)
+    present = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
+    isolated = present[1:-1] & ~present[:-2] & ~present[2:]
+    axes.plot(t[isolated], y[isolated], color=colour, marker=".", markersize=2.5, linestyle="")
+
+
+def schedule_chart(schedule: Mapping[str, Any]) -> str:
+    """SVG element of ``schedule`` (`schedule_section`), in bands of cycles."""
+    cycles, chart, lanes = schedule["cycles"], schedule["chart"], schedule["lanes"]
+    size = -(-cycles // -(-cycles // _BAND))
+    bands = [(first, min(cycles, first + size)) for first in range(0, cycles, size)]
+    # (row, kind) of bars: start and width. Slots of one result stand together; a gap parts others.
+    op_at = {(lane, cycle): op for cycle, lane, _, op in chart["slots"]}
+    bars: dict[tuple[int, str], list[tuple[float, float]]] = {}
+    for cycle, lane, kind, op in chart["slots"]:
+        gap = 0.0 if op is not None and op_at.get((lane, cycle + 1)) == op else 0.12
+        bars.setdefault((lane, kind), []).append((cycle, 1.0 - gap))
+    bars[lanes, "get"] = [(cycle, 0.88) for cycle, _ in chart["gets"]]
+    outputs = sorted(chart["outputs"])
+    named = [_lines([o for o in outputs if a <= o[0] < b], a, size) for a, b in bands]
+    tops = [_LINE * (1 + max((line for *_, line in names), default=0)) for names in named]
+    heights = [top + _ROW * (lanes + 1) + 0.3 for top in tops]
+    with settings():
+        figure, plots = figure_and_axes(
+            sum(heights), len(bands), squeeze=False, gridspec_kw={"height_ratios": heights}
+        )
+        for axes, (first, stop), names, top in zip(plots[:, 0], bands, named, tops, strict=True):
+            axes.grid(False)
+            axes.spines[:].set_visible(False)
+            axes.set_xlim(first, first + size)
+            axes.set_ylim(lanes + 0.5, -0.5 - top / _ROW)
+            axes.set_yticks(range(lanes + 1), [*(f"lane {k}" for k in range(lanes)), "inputs"])
+            axes.tick_params(axis="y", length=0)
+            axes.set_xticks(range(-(-first // 10) * 10, stop + 1, 10))
+            idle = {(row, "idle"): [(first, stop - first)] for row in range(lanes + 1)}
+            for (row, kind), spans in (idle | bars).items():
+                here = [x for x in spans if first <= x[0] < stop]
+                axes.broken_barh(here, (row - 0.4, 0.8), color=CHART_COLOURS[kind], linewidth=0)
+            for cycle, text, line in names:
+                y = -0.5 - line * _LINE / _ROW
+                axes.vlines(cycle + 0.5, y - 0.4, -0.3, color=CHART_COLOURS["emit"])
+                axes.text(cycle + 0.9, y, text, fontsize=7.5)
+        return svg(figure, "schedule")
+
+
+def _lines(outputs: list[Any], first: int, size: int) -> list[tuple[int, str, int]]:
+    """Cycle, text and line of each output; one that would run into the next stands above it."""
+    named, line, right = list[tuple[int, str, int]](), -1, math.inf
+    for cycle, name, latency in reversed(outputs):
+        text = f"{name}: {latency}"
+        fits = (cycle - first) / size + 0.008 + 0.0057 * len(text) < right
+        line, right = 0 if fits else line + 1, (cycle - first) / size
+        named.append((cycle, text, line))
+    return named
