@@ -59,6 +59,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    """Refuse an unknown operation, and name those that are spelt like it."""
     near = " or ".join(get_close_matches(name, __all__, cutoff=0.4)) or "docs/operations.md"
     raise AttributeError(f"ops has no {name}: try {near}; np.sin and np.cos take rad")
 

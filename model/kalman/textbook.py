@@ -18,7 +18,7 @@ from boresight.model.estimator import SecondForm
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.slopes import Intervals
-from boresight.model.kalman.update import MOVE, inputs_of, measurements_of, moved, noise_of
+from boresight.model.kalman.update import MOST_SD, inputs_of, measurements_of, moved, noise_of
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
@@ -128,7 +128,7 @@ class Textbook:
         #: Pairs whose derivative is not the time step: other rates move the state, too, or the rate
         #: changes within an update.
         self._vague = set[tuple[int, int]]()
-        #: Of each measurement, updates in which its innovation was beyond `MOVE`.
+        #: Of each measurement, updates in which its innovation was beyond `MOST_SD`.
         self._limited = np.zeros(measurements, dtype=int)
         self._observability = _Observability(np.array(self.kalman.largest_sd))
 
@@ -247,7 +247,7 @@ class Textbook:
             reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
             for i, share in zip(k.inputs if not reads_flag else (), repeats, strict=False):
                 holds = i.missing == "hold" and i.name not in flagged and i.name in inputs_of(m.z)
-                if holds and share >= _HELD and is_held(inputs[:, [k.inputs.index(i)]]):
+                if holds and share >= _HELD and is_held(inputs[:, [k.inputs.index(i)]], few=True):
                     text = (
                         f"{i.name} holds its last sample in {share:.0%} of the updates, and each "
                         "is taken as a new one; declare an input with "
@@ -266,9 +266,9 @@ class Textbook:
             if 0 < accepted < _ACCEPTED * valid
         ]
         texts += [
-            f"{placed(m.line, 'measurement')}: the innovation is beyond {MOVE:g} standard "
+            f"{placed(m.line, 'measurement')}: the innovation is beyond {MOST_SD:g} standard "
             f"deviations in {limited} of {updates} updates, and limited to these; raise r, sd_max "
-            f"or the process noise, or give it a gate below {MOVE:g}"
+            f"or the process noise, or give it a gate below {MOST_SD:g}"
             for m, limited in zip(self.measurements, self._limited, strict=True)
             if limited
         ]
@@ -408,7 +408,7 @@ class Textbook:
             variance, residual = s[n, n] - weights @ s[accepted, n], nu[n] - weights @ nu[accepted]
             if gate is None or residual * residual <= gate**2 * variance:
                 accepted.append(n)
-                self._limited[n] += residual * residual > MOVE**2 * variance
+                self._limited[n] += residual * residual > MOST_SD**2 * variance
         self._valid[1, accepted] += 1
         h, r, nu = h[accepted], r[accepted], nu[accepted]
         s = s[np.ix_(accepted, accepted)]

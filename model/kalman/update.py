@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
-#: Bound of an innovation over its standard deviation.
-MOVE = 64.0
+#: Largest innovation that counts, in standard deviations.
+MOST_SD = 64.0
 #: Name of the state that holds the random word of `Kalman.dither`.
 DITHER = "dither"
 #: The next word is wrap(factor word + added): all 2^32 words in turn.
@@ -314,7 +314,7 @@ class Update:
         pairs = zip(dots, self.moves, strict=True)
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
-        move = ops.saturated(innovation * weight, MOVE)
+        move = ops.saturated(innovation * weight, MOST_SD)
         valid, gains = m.valid, [c * weight for c in column]
         if m.gate is not None:
             # A condition of its own: cheaper once for each L than wherever these are used.

@@ -290,21 +290,21 @@ class Judge:
         assert self._ranges is not None
         program, nodes, lines = self._program, self._of.nodes, list[str]()
         negative = sorted(self._negative.items(), key=lambda x: x[1][0])
-        for k, (step, value) in negative[: self._endless is None]:
+        for k, (step, value) in negative[:1] if self._endless is None else ():
             name = declared_name(program, nodes, program.states[k][0])
             lines.append(
                 f"the variance {name} is {value:.3g} in step {step}, below 0: rounding or the "
                 f"model makes the covariance indefinite; {positive_text(self._of)}"
             )
         named = {becomes(program, nodes, n) for n in saturated}
-        widen = "widen it" if self._endless is None else "float64 diverges"
+        diverges = "" if self._endless is None else "float64 diverges"
         for k, (step, value) in sorted(self._left.items()):
             state = program.states[k][0]
             said, name = program.values[state], declared_name(program, nodes, state)
             if state not in named and k not in self._negative:
                 lines.append(
                     f"state {name} is {value:.6g} in step {step}, BEYOND its declared range "
-                    f"[{said.low:g}, {said.high:g}]: {widen}"
+                    f"[{said.low:g}, {said.high:g}]: {diverges or 'widen it'}"
                 )
         steps = self._ranges.low_at, self._ranges.high_at
         for claim in broken:
@@ -313,7 +313,8 @@ class Judge:
             ends = reached[claim.word]
             end = int(ends[1] - claim.high > claim.low - ends[0])
             where = f"{claim.line}: " if claim.line else ""
-            cure = RAISE if claim.unless == CLAIMED else f"{widen}, or limit the value"
+            cure = diverges or "widen it, or limit the value"
+            cure = RAISE if claim.unless == CLAIMED else cure
             lines.append(
                 f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
                 f"stated range [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"

@@ -170,10 +170,11 @@ def result_of(data: Mapping[str, Any], outputs: Sequence[Output]) -> Result:
         failures.append(saturated_text(saturated, data["saturations"]) + draws)
     for o in outputs:
         rms = data["outputs"].get(o.name, {}).get("rms_all")
-        if o.truth and rms is not None and not rms <= o.truth:
+        if o.truth is not None and rms is not None and not rms <= o.truth:
             failures.append(f"{o.name} rms {rms:.3g} {o.unit} over all draws: BEYOND {o.truth:.3g}")
-    judged = [o.name for o in outputs if o.truth and o.name in data["outputs"]]
-    lines.append(f"judged against truth: {', '.join(judged) or 'no output (Output truth=)'}")
+    judged = [o.name for o in outputs if o.truth is not None and o.name in data["outputs"]]
+    names = ", ".join(judged) or "no output, since none has truth="
+    lines.append(f"judged against truth: {names}")
     tables: dict[str, list[Row]] = {
         f"errors in record {record}": spreads,
         f"per degree of freedom; NEES in record {record}": consistency,

@@ -22,7 +22,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.units import UnitError, linear
 from boresight.sim.records.turning import Triad, contradictions, departures
 
-#: Samples of a sensor that stops.
+#: Least samples of a sensor that is said to have stopped.
 _SOME = 20
 #: Samples at an end of the values: least number, times those in the 2 % beside it, and least finest
 #: steps from end to end.

@@ -122,6 +122,15 @@ def test_a_coarse_sensor_is_not_held(noise: float) -> None:
     assert result.book.faults == ()
 
 
+@pytest.mark.parametrize(("rows", "each"), [(40, 10), (100, 20), (200, 4)])
+def test_a_short_log_of_a_held_sensor_fails(rows: int, each: int) -> None:
+    """Three new samples tell, unless they rise evenly, as a slow command does."""
+    kind = type("Track", (Track,), {"flagged": False, "inputs": Track.inputs[:1]})
+    number = np.arange(rows) // each
+    for z, n_faults in ((np.sin(1.3 * number), 1), (0.05 * number, 0)):
+        assert len(checked(kind(), t=T[:rows], z=z).book.faults) == n_faults
+
+
 @pytest.mark.parametrize(
     ("kind", "changes", "said"),
     [
