@@ -26,7 +26,7 @@ from boresight.gateware.texts.core import (
     verilog_head,
 )
 from boresight.gateware.texts.memories import check_memories
-from boresight.model.errors import require
+from boresight.model.errors import InputError
 from boresight.sim.boards import board_system
 from boresight.sim.levels.build import Build
 
@@ -38,15 +38,18 @@ TARGET_NAMES = ("xc6slx9", "generic", *(name for name in TARGETS if name != "xc6
 ROUTED_CLOCK_HZ, SYSTEM_CLOCK_HZ = 100_000_000, 70_000_000
 
 
-def check_routable(targets: Sequence[str], alternative: str) -> None:
-    """Raise InputError unless an open tool routes one of ``targets``, ToolMissing without it."""
-    routers = [r for name in targets if name in TARGETS and (r := TARGETS[name].family.router)]
-    routed = dict.fromkeys(t.device.name for t in TARGETS.values() if t.family.router)
-    fix = f"choose {', '.join(routed)}, or {alternative} for area alone"
-    found = f"--target {','.join(targets)}"
-    require(bool(routers), "route", "a target that an open tool routes", found, fix)
-    for router in routers:
-        find_router(router)
+def check_routable(target: str) -> None:
+    """Raise InputError unless an open tool routes ``target``, ToolMissing without it."""
+    router = TARGETS[target].family.router if target in TARGETS else None
+    if router is None:
+        routed = dict.fromkeys(t.device.name for t in TARGETS.values() if t.family.router)
+        raise InputError.at(
+            "route",
+            wanted="a target that an open tool routes",
+            found=f"--target {target}",
+            fix=f"choose {', '.join(routed)}, or --synth for area alone",
+        )
+    find_router(router)
 
 
 def has_primitives(target: str) -> bool:

@@ -1,4 +1,4 @@
-"""Arguments and options that several verbs take.
+"""Arguments and options that several verbs take, and estimators and parameter values from them.
 
 A verb is a function: cyclopts makes its command line from the annotations and the docstring. The
 aliases below are annotations; the classes are groups of options that the command line alone adds
@@ -7,34 +7,35 @@ to a verb, since they hold for everything that the verb reads (`boresight.cli`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from cyclopts import Parameter
 
-from boresight.model.resolve import Named
-
-
-def _text(kind: Any, tokens: Sequence[Any]) -> Any:
-    """The only text of an argument."""
-    return tokens[0].value
-
-
-def _texts(kind: Any, tokens: Sequence[Any]) -> Any:
-    """All texts of an option that may be repeated."""
-    return [token.value for token in tokens]
-
-
-def _split(kind: Any, tokens: Sequence[Any]) -> Any:
-    """Texts with commas between them."""
-    return [text for token in tokens for text in token.value.split(",")]
+from boresight.gateware.description import Description
+from boresight.model.errors import InputError, require
+from boresight.model.resolve import Named, estimator_of, split_names
+from boresight.model.tools.typed import Malformed, typed
+from boresight.sim.records.reading import kind_of, read_json
 
 
 def _plain(converter: Callable[..., Any], **settings: Any) -> Parameter:
     """A parameter of texts that are converted by us."""
     return Parameter(converter=converter, n_tokens=1, accepts_keys=False, negative=(), **settings)
+
+
+def _text(kind: Any, tokens: Sequence[Any]) -> Any:
+    return tokens[0].value
+
+
+def _texts(kind: Any, tokens: Sequence[Any]) -> Any:
+    return [token.value for token in tokens]
+
+
+def _split(kind: Any, tokens: Sequence[Any]) -> Any:
+    return [text for token in tokens for text in token.value.split(",")]
 
 
 #: A parameter for Python alone.
@@ -219,3 +220,125 @@ class Baseline(Group):
             notes=(*result.notes, *found.notes),
             failures=(*result.failures, *found.failures),
         )
+
+
+def estimator_names(*texts: Named) -> list[Named]:
+    """Split texts of one or several names with commas; InputError for one unknown, or twice."""
+    names: list[Named] = []
+    for text in texts:
+        names += split_names(text) if isinstance(text, str) else [text]
+    accepted: list[str] = []
+    for text in names:
+        name = estimator_of(text).name
+        fix = "leave one out, or rename one"
+        require(name not in accepted, "estimators", "each name once", f"{name} twice", fix)
+        accepted.append(name)
+    return names
+
+
+def params_of(
+    name: Named, params: Mapping[str, Any] | Sequence[str] | None
+) -> Mapping[str, float] | None:
+    """Parameter values of one estimator, as `params_of_each`."""
+    return params_of_each([name], params)[0]
+
+
+def params_of_each(
+    names: Sequence[Named],
+    params: Mapping[str, Any] | Sequence[str] | None,
+    besides: Sequence[Named] = (),
+) -> list[Mapping[str, float] | None]:
+    """Parameter values of each estimator of ``names``, then of ``besides``.
+
+    Values are a mapping by name (of one estimator), mappings by estimator, or texts
+    ``NAME=NUMBER``, with several estimators ``ESTIMATOR.NAME=NUMBER``, and ``@FILE``. A file is one
+    JSON object: values by name, or those under ``parameters`` and the estimator's name under
+    ``estimator``, as `boresight tune -o` writes it, or values by estimator, as `boresight fit
+    board` does; or the ``registers.json`` of a core or board, for the values that it is compiled
+    with. ``besides`` are further programs of the core; names without an estimator are never theirs.
+    Raises InputError for values of another estimator, and for a bad file, name or value.
+    """
+    estimators = {e.name: e for e in map(estimator_of, names)}
+    only = next(iter(estimators)) if len(estimators) == 1 else None
+    estimators |= {e.name: e for e in map(estimator_of, besides)}
+    values: dict[str, dict[str, float]] = {}
+    for where, owner, some in _given(params, only, estimators):
+        if owner not in estimators or not isinstance(some, Mapping):
+            raise InputError.at(
+                where,
+                wanted=f"values of {', '.join(estimators)}",
+                found="no estimator's name" if owner is None else str(owner),
+                fix=f"write for example --param {only or next(iter(estimators))}.NAME=NUMBER",
+            )
+        values[owner] = {**values.get(owner, {}), **some}
+        estimators[owner].param_values(values[owner])
+    return [values.get(name) for name in estimators]
+
+
+def _given(
+    params: Mapping[str, Any] | Sequence[str] | None, only: str | None, names: Iterable[str]
+) -> Iterator[tuple[str, str | None, Any]]:
+    """Where values were given, the estimator that they belong to, and the values."""
+    if isinstance(params, Mapping):
+        items = {only: params} if only and [*params] != [only] else params
+        yield from (("parameters", name, values) for name, values in items.items())
+        return
+    for text in params or ():
+        if text.startswith("@"):
+            for owner, some in _read(text[1:], names):
+                yield text[1:], owner or only, some
+        else:
+            ((name, value),) = numbers([text]).items()
+            owner, dot, rest = name.rpartition(".")
+            yield f"--param {name}", owner if dot else only, {rest: value}
+
+
+def numbers(texts: Sequence[str], option: str = "--param") -> dict[str, float]:
+    """Values of ``NAME=NUMBER`` texts, or InputError; the last text of a name counts."""
+    out = {}
+    for text in texts:
+        name, _, number = text.partition("=")
+        try:
+            out[name] = float(number)
+        except ValueError:
+            fix = f"write for example {option} NAME=0.5"
+            raise InputError.at(option, wanted="NAME=NUMBER", found=repr(text), fix=fix) from None
+    return out
+
+
+def _read(path: str, names: Iterable[str]) -> Iterator[tuple[str | None, dict[str, float]]]:
+    """Estimators (None if the file has none) and values of a parameter file."""
+    data = read_json(path, "a parameter file")
+    name, values = None, data
+    if isinstance(data, dict) and "registers" in data:
+        try:
+            described = typed(Description, data)
+        except Malformed as error:
+            raise InputError.at(
+                f"{path}{error.location}",
+                wanted="a registers.json of `boresight compile`",
+                found=kind_of(error.value),
+                fix="compile again",
+            ) from None
+        programs = [p.program for p in described.programs]
+        owners = [n for n in names if n in programs] or programs
+        yield from ((n, described.parameters_of(n)) for n in owners)
+        return
+    if isinstance(data, dict) and "parameters" in data:
+        name, values = data.get("estimator"), data["parameters"]
+    groups = {name: values}
+    if isinstance(values, dict) and any(isinstance(v, dict) for v in values.values()):
+        groups = {n: v for n, v in values.items() if n in names} or values
+    for owner, some in groups.items():
+        if not isinstance(some, dict) or not (owner is None or isinstance(owner, str)):
+            raise InputError.at(
+                path,
+                wanted="a JSON object with parameter values",
+                found=kind_of(some),
+                fix='write for example {"kp_pitch_per_s": 0.5}',
+            )
+        for key, value in some.items():
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                where, found = f"{path}, {key}", kind_of(value)
+                raise InputError.at(where, wanted="a number", found=found, fix="correct the file")
+        yield owner, some

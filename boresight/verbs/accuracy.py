@@ -21,7 +21,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
 from boresight.model.words.fixed import check_word
-from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude, means
 from boresight.sim.accuracy.runs import (
     PEERS,
@@ -109,7 +108,7 @@ def accuracy(
     require_peers(peers)
     wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
     require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
-    values = dict(zip((e.name for e in ours), params_of_each(ours, params), strict=True))
+    values = dict(zip((e.name for e in ours), options.params_of_each(ours, params), strict=True))
     for e in [] if logs and align == "none" else ours:
         where, fix = "logs", "name one after the estimator; the bundled ones are of attitudes"
         where, fix = ("--align", "leave --align out") if logs else (where, fix)
@@ -176,7 +175,7 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     require(bool(members), "estimators", "at least one", None, fix)
     published = dict.fromkeys(n for n in members if isinstance(n, str) and n in PEERS)
     own = [n for n in members if not (isinstance(n, str) and n in published)]
-    return estimator_names(*own), [*published]
+    return options.estimator_names(*own), [*published]
 
 
 def _log(trial: Trial) -> dict[str, Any]:

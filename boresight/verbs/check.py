@@ -24,7 +24,6 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import check_word
-from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.baseline import Figure
 from boresight.sim.compare.check import EXACT, ROWS, Check
 from boresight.sim.compare.results import CheckResult, verdict
@@ -184,9 +183,11 @@ def _build(
         if (config, word, part, params) != ("small", 32, "xc6slx9", None):
             raise _of_folder(estimator, "one of them")
         return build_in(Path(estimator)), None
-    names = estimator_names(estimator)
+    names = options.estimator_names(estimator)
     estimators = [find_estimator(n) for n in names]
-    make = partial(Build, *estimators, word=word, params=params_of_each(names, params), target=part)
+    make = partial(
+        Build, *estimators, word=word, params=options.params_of_each(names, params), target=part
+    )
     return build_for(make, config, part)
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight import options
-from boresight.builds import DepthChoice, build_for, made_of
+from boresight.builds import build_for, made_of
 from boresight.core_files import (
     ROUTED_CLOCK_HZ,
     SYSTEM_CLOCK_HZ,
@@ -52,21 +52,20 @@ from boresight.model.errors import InputError, require, require_choice, require_
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
-from boresight.parameters import estimator_names, params_of_each
 from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import JUDGED, core_data
-from boresight.sim.result import Result, plain
+from boresight.sim.result import Result, Row, plain
 
 GROUPS = (options.Profiles, options.Tolerances, options.Baseline)
 
 #: What a board's project can be made of.
 TOPS = ("sensors", "records")
 #: Clock for which times are given where none was asked for or routed.
-_CLOCK_HZ = 100e6
+_CLOCK_MHZ = 100.0
 
 
 def compile(
@@ -132,23 +131,22 @@ def compile(
         The programs do not fit into one core.
     """
     say = progress or (lambda text: None)
-    names = estimator_names(estimator, *others)
+    names = options.estimator_names(estimator, *others)
     estimators = [find_estimator(n) for n in names]
     own = [e.name for e in estimators]
     machine_named(config.removesuffix("-d7"))
     check_word(word)
-    front = board_system().programs if board is not None and top == "sensors" else ()
-    chosen = params_of_each(names, params, front)
-    besides = {e.name: v for e, v in zip(front, chosen[len(names) :], strict=True) if v}
-    chosen = chosen[: len(names)]
+    system = board_system() if board is not None and top == "sensors" else None
+    front = () if system is None else system.programs
+    chosen = options.params_of_each(names, params, front)
     target = _target(target, board)
-    make = partial(Build, *estimators, params=chosen)
+    make = partial(Build, *estimators, params=chosen[: len(names)])
     build, choice = build_for(partial(make, word=word), config, target)
     _check_project(board, top)
     _check_route(target, board, route=route or bool(open_router(board)), seeds=seeds, clock=clock)
     expected = core_files(own, target)
     if board is not None:
-        expected += project_files(board, system=top == "sensors")
+        expected += project_files(board, system=system is not None)
     check_sound(build)
     with output_folder(output, "compile", files=expected) as folder:
         if choice is not None:
@@ -165,40 +163,49 @@ def compile(
         elif synth:
             area = map_core(core, part)
         say(f"{', '.join(own)} for {build.config}: Verilog")
-        texts = core_texts(build, recorded(build), target, area)
-        proven = write_core(folder, core, texts)
-        system: Mapped | Routed | None = None
+        proven = write_core(folder, core, core_texts(build, recorded(build), target, area))
+        whole: Mapped | Routed | None = None
         if board is not None:
             say(f"{board}: {top}")
             place = folder / project_folder(board)
             hz = None if clock is None else round(1e6 * clock)
             if hz is None and not open_router(board):
                 hz = SYSTEM_CLOCK_HZ
-            settings: Mapping[str, Any] = {"seeds": seeds, "progress": say}
-            if top == "records":
-                system = write_project(records_design(core), board, place, clock_hz=hz, **settings)
+            settings: Any = {"seeds": seeds, "progress": say}
+            if system is None:
+                whole = write_project(records_design(core), board, place, clock_hz=hz, **settings)
             else:
-                system = _write_sensors(
-                    place, board, build, hz, besides=besides, synth=synth, settings=settings
-                )
+                hz = hz or ROUTED_CLOCK_HZ
+                programs: list[Any] = [*estimators, *front]
+                of = {e.name: v for e, v in zip(programs, chosen, strict=True) if v}
+                made: Any = {"config": build.config, "word": word, "clock_hz": hz, "params": of}
+                complete = system.core(estimators, **made)
+                design, whole = write_system(place, board, complete, clock_hz=hz, **settings)
+                if whole is None and synth:
+                    say("synthesis of the complete system")
+                    text = to_verilog(design, "system", instances=True)
+                    whole = netlist_for(text, "system", TARGETS[target])
         data = together(
             core,
             [
                 core_data(core.select(k), area, part.grade, part.device)
                 | {"parameters": build.values[k]}
-                | {"tolerances": {o.name: o.tolerance for o in build.estimators[k].outputs}}
-                for k in range(len(own))
+                | {"tolerances": {o.name: o.tolerance for o in e.outputs}}
+                for k, e in enumerate(build.estimators)
             ],
         )
         data["made"] = plain(made_of(names, build, target, Path(output)))
         if choice is not None:
             data["depth"] = plain(choice)
-        if system is not None:
-            data["system"] = plain(figures_of(system))
+        if whole is not None:
+            data["system"] = plain(figures_of(whole))
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    notes = [] if board is None or top == "records" else board_system().rate_notes(estimators)
-    result = _result(Path(output), build, data, proven, area, system, clock, choice)
-    return replace(result, notes=(*result.notes, *notes))
+    lines = [str(choice)] if choice is not None else []
+    lines.append(f"proven: {proven}")
+    lines += [f"{name}: {x}" for name, x in (("core", area), ("board", whole)) if x is not None]
+    result = _result(f"{output}: ", build, area, clock, lines)
+    notes = () if system is None else system.rate_notes(estimators)
+    return replace(result, data=data, notes=(*result.notes, *notes))
 
 
 def figures_of(made: Mapped | Routed) -> dict[str, Any]:
@@ -218,40 +225,29 @@ def figures_of(made: Mapped | Routed) -> dict[str, Any]:
 
 
 def _result(
-    output: Path,
-    build: Build,
-    data: dict[str, Any],
-    proven: str,
-    area: Mapped | Routed | None,
-    system: Mapped | Routed | None,
-    clock: float | None,
-    choice: DepthChoice | None,
+    head: str, build: Build, area: Mapped | Routed | None, clock: float | None, lines: Sequence[str]
 ) -> Result:
-    """What was compiled: a row for each output, and lines about the whole core."""
+    """What was compiled: a row for each output, lines about programs, then ``lines``."""
     core = build.core
     routed = area.clock_mhz if isinstance(area, Routed) else None
-    hz = 1e6 * (clock or routed or _CLOCK_HZ / 1e6)
+    mhz = clock or routed or _CLOCK_MHZ
     word = core.machine.arithmetic.word
-    rows, lines = [], [f"{output}: {core.machine.name}, W = {word}, core {core.identity}"]
+    rows, told = list[Row](), [f"{head}{core.machine.name}, W = {word}, core {core.identity}"]
     for part, estimator in zip(core.parts, build.estimators, strict=True):
         program, schedule = part.program, part.schedule
-        lines.append(
-            f"{program.name}: interval {schedule.interval} cycles, at {hz / 1e6:g} MHz up to "
-            f"{hz / schedule.interval:,.0f} updates/s"
+        told.append(
+            f"{program.name}: interval {schedule.interval} cycles, at {mhz:g} MHz up to "
+            f"{1e6 * mhz / schedule.interval:,.0f} updates/s"
         )
-        lines += [str(estimator.profile)] if estimator.profile else []
+        told += [str(estimator.profile)] if estimator.profile else []
         rows += [
             {"program": program.name, "output": name, "latency, cycles": cycles}
             for name, cycles in zip(program.output_names, schedule.latencies, strict=True)
         ]
-    lines += [str(choice)] if choice is not None else []
-    lines.append(f"proven: {proven}")
-    lines += [f"{name}: {x}" for name, x in (("core", area), ("board", system)) if x is not None]
-    slow = (routed or math.inf) < (clock or 0.0)
-    failures = [f"clock {routed} MHz, below {clock:g} MHz"] if slow and clock else []
-    tables = {"outputs": rows}
+    slow = routed is not None and clock is not None and routed < clock
+    failures = [f"clock {routed} MHz, below {clock:g} MHz"] if slow else []
     notes = [note for e in build.estimators if (note := e.start_note(word))]
-    return Result(data, tables, "\n".join(lines), notes, failures, JUDGED)
+    return Result({}, {"outputs": rows}, "\n".join((*told, *lines)), notes, failures, JUDGED)
 
 
 def _target(target: str | None, board: str | None) -> str:
@@ -276,12 +272,12 @@ def _check_route(
     if clock is not None:
         require_whole("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
     if route:
-        check_routable([target], "--synth")
+        check_routable(target)
         router = TARGETS[target].family.router
-        if clock is not None and router is not None:
+        if clock is not None and router is not None and router.untimed:
             wanted = f"a target whose multipliers {router.program} has delays of"
             fix = "leave --clock out, or choose another target"
-            require(not router.untimed, "clock", wanted, f"--target {target}", fix)
+            raise InputError.at("clock", wanted=wanted, found=f"--target {target}", fix=fix)
     good = route or (seeds == 1 and (clock is None or board is not None))
     fix = "add --route and a target such as ecp5-25k, or --board ulx3s"
     where = "seeds" if seeds > 1 else "clock"
@@ -321,31 +317,3 @@ def _check_project(board: str | None, top: str) -> None:
         found = f"{BOARDS[board].target} of {board}"
         fix = "add --top records: a computer sends the records"
         require(BOARDS[board].holds_system, "board", wanted, found, fix)
-
-
-def _write_sensors(
-    folder: Path,
-    board: str,
-    build: Build,
-    clock_hz: int | None,
-    *,
-    besides: Mapping[str, Mapping[str, float]],
-    synth: bool,
-    settings: Mapping[str, Any],
-) -> Mapped | Routed | None:
-    """Write the project of the complete system; its figures, if it is routed or synthesised."""
-    own = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
-    hz = clock_hz or ROUTED_CLOCK_HZ
-    core = board_system().core(
-        build.estimators,
-        config=build.config,
-        word=build.word,
-        clock_hz=hz,
-        params={**besides, **own},
-    )
-    system, routed = write_system(folder, board, core, clock_hz=hz, **settings)
-    if routed is not None or not synth:
-        return routed
-    settings["progress"]("synthesis of the complete system")
-    text = to_verilog(system, "system", instances=True)
-    return netlist_for(text, "system", TARGETS[BOARDS[board].target])

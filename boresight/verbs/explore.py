@@ -24,7 +24,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.explore import table
 from boresight.sim.explore.measure import (
@@ -141,7 +140,7 @@ def explore(
     widths = [*map(int, words)]
     cases = cases_of(estimator, arguments, words=widths, configs=configs, targets=targets)
     found = _first(cases)
-    values = params_of(found, params)
+    values = options.params_of(found, params)
     known = table.quantities(found)
     demands = table.demands_of(want, known)
     decides = demands[0].quantity if demands else None

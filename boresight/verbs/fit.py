@@ -28,7 +28,6 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.settings import CURRENT, using
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.parameters import params_of
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.boards import board_system
 from boresight.sim.compare.diagnosis import IF_ALWAYS, NAMED
@@ -102,7 +101,7 @@ def fit(
     require_whole("steps", steps, 1)
     with using(profiles=()):
         found = copy.copy(find_estimator(estimator))
-        values = params_of(estimator, params)
+        values = options.params_of(estimator, params)
     found.profile = None
     fix = "name a log, or a world as file.py:Class"
     require(bool(sources), "logs", "at least one log or world", None, fix)

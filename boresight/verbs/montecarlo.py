@@ -16,7 +16,6 @@ from boresight.model.errors import InputError, require, require_choice, require_
 from boresight.model.settings import CURRENT
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.parameters import params_of
 from boresight.sim.campaign import Journal, complete, digest
 from boresight.sim.montecarlo.campaign import Campaign, draws, record_count
 from boresight.sim.montecarlo.figures import figures, result_of
@@ -93,7 +92,7 @@ def montecarlo(
     check_word(word)
     require_whole("jobs", jobs, 1)
     require_whole("steps", steps, 1)
-    values = params_of(estimator, params)
+    values = options.params_of(estimator, params)
     settings = tuple(sorted((values or {}).items()))
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world

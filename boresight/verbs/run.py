@@ -32,10 +32,9 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.settings import CURRENT
 from boresight.model.tools.files import OutputFile, output_folder
 from boresight.model.words.fixed import check_word
-from boresight.parameters import params_of, params_of_each
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.boards import board_system
-from boresight.sim.compare.difference import Difference, Differences, differences
+from boresight.sim.compare.difference import Differences, differences
 from boresight.sim.compare.textbook import wrong_steps
 from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
@@ -149,7 +148,7 @@ def run(
         _refuse_unused("a board", given)
         return _on_board(estimator, source, config, params, output, progress)
     found = find_estimator(estimator)
-    build = Build(found, config=config, word=word, params=[params_of(estimator, params)])
+    build = Build(found, config=config, word=word, params=[options.params_of(estimator, params)])
     if is_world(source):
         _refuse_unused("a world", {_ROW_OPTIONS: CURRENT.get().rows})
         world = world_of(source)
@@ -214,35 +213,32 @@ def _on_board(
     progress: options.Progress,
 ) -> Result:
     """The complete system with its sensors."""
-    _, unnamed, settings = call_of(source, source)
+    _, unnamed, given = call_of(source, source)
     found = ", ".join(map(repr, unnamed))
     require(not unnamed, "board", "settings by name, as in board(seconds=1)", found)
-    allowed: dict[str, Any] = {"seconds": 1.0, "source": "heading", "feed": None, "log": None}
-    allowed["faults"] = False
-    for name in settings:
-        require_choice("board", name, allowed)
-    named, settings = settings.keys() - {"faults"}, allowed | settings
-    in_file = isinstance(settings["log"], str | Path)
-    _refuse_unused("a board without log=FILE", {_ROW_OPTIONS: CURRENT.get().rows and not in_file})
+    settings: dict[str, Any] = {"seconds": 1.0, "source": "heading", "feed": None, "log": None}
+    for name in given:
+        require_choice("board", name, [*settings, "faults"])
+    settings |= given
+    faults, log = settings.pop("faults", False), settings.pop("log")
+    inputs = [log] if isinstance(log, str | Path) else []
+    _refuse_unused("a board without log=FILE", {_ROW_OPTIONS: CURRENT.get().rows and not inputs})
     board = board_system()
-    names = [estimator, *board.programs]
-    values = params_of_each([estimator], params, board.programs)
-    given = {find_estimator(n).name: v for n, v in zip(names, values, strict=True) if v}
-    if settings.pop("faults"):
-        faults = {"param": given, "config": config != "small", "output": output}
-        _refuse_unused("a board with faults", faults)
-        found = f"{', '.join(sorted(named))} beside faults"
-        require(not named, "board", "faults=True alone", found, "leave the others out")
-        result: Result = board.simulate_faults(estimator, progress=progress)
+    programs = [estimator, *board.programs]
+    values = options.params_of_each([estimator], params, board.programs)
+    of = {find_estimator(n).name: v for n, v in zip(programs, values, strict=True) if v}
+    result: Result
+    if faults:
+        unused = {"param": of, "config": config != "small", "output": output}
+        _refuse_unused("a board with faults", unused)
+        found = f"{', '.join(sorted({*given} - {'faults'}))} beside faults"
+        require(len(given) == 1, "board", "faults=True alone", found, "leave the others out")
+        result = board.simulate_faults(estimator, progress=progress)
         return result
     say = progress or (lambda text: None)
-    log = settings.pop("log")
-    inputs = [log] if isinstance(log, str | Path) else []
-    folder = output or "build"
-    with output_folder(folder, "run", files=board.files, inputs=inputs) as place:
-        result = board.simulate(
-            place, estimator, log, config=config, params=given, say=say, **settings
-        )
+    with output_folder(output or "build", "run", files=board.files, inputs=inputs) as place:
+        more = {"config": config, "params": of, "say": say, **settings}
+        result = board.simulate(place, estimator, log, **more)
     return result
 
 
@@ -284,13 +280,11 @@ def _in_loop(
         f"{world.name} and {estimator.name} on {first}: {len(loop.inputs):,} records, "
         f"{loop.records_per_s:,.0f} a second"
     ]
-    failures = []
     for name, parted in partings.items():
-        if parted is None:
-            lines.append(f"the same records and outputs as on {name}, bit by bit")
-        else:
-            lines.append(parted)
-            failures += [f"{first} and {name} part"] * (not {first, name} & _FLOATS)
+        lines.append(parted or f"the same records and outputs as on {name}, bit by bit")
+    failures = [
+        f"{first} and {n} part" for n, p in partings.items() if p and not {first, n} & _FLOATS
+    ]
     if loop.unused:
         lines.append(
             f"not used: {', '.join(loop.unused)} of {world.name}, neither inputs nor "
@@ -300,9 +294,19 @@ def _in_loop(
         lines.append("no fixed point was judged: choose --levels fixed, c or rtl")
     failures += [] if accuracy.good else accuracy.faults()
     truth = differences(estimator.outputs, loop.outputs, loop.truth, judged=False)
+    compared = {"from float64 on the same records": accuracy.differences, "from truth": truth}
     rows = [
-        *_rows_of("from float64 on the same records", accuracy.differences),
-        *_rows_of("from truth", truth),
+        {
+            "output": d.output,
+            "error": what,
+            "max": d.largest,
+            "rms": d.rms,
+            "unit": d.unit,
+            "accepted": d.tolerance,
+        }
+        for what, several in compared.items()
+        for d in several
+        if math.isfinite(d.largest)
     ]
     data = {
         "world": world.name,
@@ -322,37 +326,20 @@ def _in_loop(
     return Result(data, {"errors": rows}, "\n".join(lines), accuracy.causes(), failures)
 
 
-def _rows_of(what: str, several: Sequence[Difference]) -> list[dict[str, Any]]:
-    return [
-        {
-            "output": d.output,
-            "error": what,
-            "max": d.largest,
-            "rms": d.rms,
-            "unit": d.unit,
-            "accepted": d.tolerance,
-        }
-        for d in several
-        if math.isfinite(d.largest)
-    ]
-
-
 class _Summary:
     """Summary of a log, built piece by piece; arrays are kept only if it is read at once."""
 
-    def __init__(self, estimator: Estimator, *, whole: bool) -> None:
-        self.estimator, self.whole, self.rows, self.saturated = estimator, whole, 0, 0
-        self.angles, self.fault, self.model = Angles(), "", list[str]()
-        self.truth: Differences | None = None
-        self.t: FloatArray | None = None
-        self.outputs: Mapping[str, FloatArray] = {}
+    def __init__(self, build: Build, *, whole: bool) -> None:
+        self.build, self.estimator, self.whole = build, build.estimators[0], whole
+        self.rows, self.saturated, self.fault = 0, 0, ""
+        self.angles, self.warnings = Angles(), list[str]()
 
     def add(self, columns: Feed, loop: Loop) -> None:
         """Take the next rows; raises InputError if an output is infinite."""
         outputs = loop.outputs
         _check_finite(self.estimator, outputs, self.rows)
-        self.log, self.clamped = columns.record.name, columns.clamped
-        if self.truth is None:
+        if not self.rows:
+            self.warnings = wrong_steps(self.build, columns)
             declared = self.estimator.outputs
             self.truth = Differences(declared, columns.truth, judged=False, curves=self.whole)
         self.truth.add(outputs, columns.truth)
@@ -361,44 +348,39 @@ class _Summary:
         self.rows += len(columns)
         self.saturated += loop.run.n_saturated
         self.fault = self.fault or loop.run.fault
-        self.warnings = columns.warnings
-        if self.whole:
-            self.t, self.outputs = columns.t, outputs
+        self.columns, self.outputs = columns, outputs
 
     def result(self, level: str, saturated: Mapping[str, int], output: str | Path | None) -> Result:
         """The result; ``saturated`` are updates by the name of the value, of a pipe none."""
-        assert self.truth is not None  # a log has a row
         every = self.truth.result()
-        truth = [d for d in every if np.isfinite(d.rms)]
         rmse = self.angles.result() if self.angles.samples else None
         data = {
             "estimator": self.estimator.name,
             "level": level,
-            "log": self.log,
+            "log": self.columns.record.name,
             "rows": self.rows,
-            "t": self.t,
-            "outputs": self.outputs,
+            "t": self.columns.t if self.whole else None,
+            "outputs": self.outputs if self.whole else {},
             "units": {o.name: o.unit for o in self.estimator.outputs},
             "truth": every,
             "rmse_deg": rmse,
-            "clamped": dict(self.clamped),
+            "clamped": dict(self.columns.clamped),
             "saturated_updates": self.saturated,
             "saturated": saturated,
         }
         text = f"{self.rows} rows" + (f" to {output}" if output is not None else "")
-        if rmse is not None:
-            figures = ", ".join(f"{k} {v:.3f}" for k, v in rmse.items())
-            text += f", RMSE against the log's reference, deg: {figures}"
-        elif truth:
-            figures = ", ".join(f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in truth)
-            text += f", RMSE against the log's truth: {figures}"
-        notes = [
-            *self.warnings,
-            *self.model,
-            *([saturated_text(self.saturated, saturated)] if self.saturated else []),
+        figures = [
+            f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in every if math.isfinite(d.rms)
         ]
+        if rmse is not None:
+            figures = [f"{name} {value:.3f}" for name, value in rmse.items()]
+        if figures:
+            of = "truth" if rmse is None else "reference, deg"
+            text += f", RMSE against the log's {of}: {', '.join(figures)}"
+        notes = [*self.columns.warnings, *self.warnings]
+        notes += [saturated_text(self.saturated, saturated)] if self.saturated else []
         failures = [f"{level}: {self.fault}"] if self.fault else []
-        return Result(data, summary="" if self.fault else text, notes=notes, failures=failures)
+        return Result(data, {}, "" if self.fault else text, notes, failures)
 
 
 def _on_log(
@@ -411,22 +393,33 @@ def _on_log(
 ) -> Result:
     """The outputs of an estimator on a log."""
     (estimator,) = build.estimators
-    inputs = [log] if isinstance(log, str | Path) else []
-    good, wanted = all(o.name != "t" for o in estimator.outputs), "another name for what is written"
-    where, found = f"{estimator.name}, output t", "t, the column of the times"
-    require(output is None or good, where, wanted, found, "rename the output, or leave -o out")
+    is_file = isinstance(log, str | Path)
     target = None
     if output is not None:
+        good, wanted = (
+            all(o.name != "t" for o in estimator.outputs),
+            "another name for what is written",
+        )
+        where, found = f"{estimator.name}, output t", "t, the column of the times"
+        require(good, where, wanted, found, "rename the output, or leave -o out")
         check_written(output)
-        target = OutputFile(output, inputs=inputs)
-    summary = _Summary(estimator, whole=rows is None)
+        target = OutputFile(output, inputs=[log] if is_file else [])
+    summary = _Summary(build, whole=rows is None)
+
+    def read() -> Iterator[Feed]:
+        """The leading rows of the log, in pieces or as one."""
+        in_pieces = is_file and rows is not None
+        records = (
+            Log("", Path(log), steps).blocks(rows or 0)
+            if in_pieces
+            else [record_of(log).head(steps)]
+        )
+        return feeds(estimator, records)
 
     def written(machine: Machine) -> Iterator[Record]:
         """The level on the log, piece by piece: its rows, if a file takes them."""
-        for piece, columns in enumerate(feeds(estimator, _read(log, steps, rows))):
+        for piece, columns in enumerate(read()):
             (loop,) = drive(columns, machine, anew=piece == 0)
-            if not piece:
-                summary.model = wrong_steps(build, columns)
             summary.add(columns, loop)
             if target is not None:
                 yield _record(estimator, columns.t, loop.outputs)
@@ -439,19 +432,12 @@ def _on_log(
             with target.opened() as file:
                 write_pieces(str(output), file, written(machine))
         saturated = dict[str, int]()
-        is_pipe = isinstance(log, str | Path) and Path(log).is_fifo()
+        is_pipe = is_file and Path(log).is_fifo()
         if summary.saturated and not is_pipe:  # which gives its rows once
-            read = feeds(estimator, _read(log, steps, rows))
-            saturated = saturations(machine, (s for columns in read for s in columns.spans(False)))
+            saturated = saturations(
+                machine, (s for columns in read() for s in columns.spans(False))
+            )
     return summary.result(level, saturated, output)
-
-
-def _read(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
-    """The leading rows of a log, in pieces or as one."""
-    if rows is None or not isinstance(log, str | Path):
-        yield record_of(log).head(steps)
-        return
-    yield from Log("", Path(log), steps).blocks(rows)
 
 
 def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start: int) -> None:

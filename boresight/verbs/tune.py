@@ -20,7 +20,6 @@ from boresight.model.errors import require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.parameters import numbers, params_of
 from boresight.sim.accuracy.runs import LogRuns, read_trials
 from boresight.sim.accuracy.tuning import Tuning, axes_of, folds_of, weights_of
 from boresight.sim.records.files import log_files
@@ -82,7 +81,7 @@ def tune(
     """
     say = progress or (lambda text: None)
     made = find_estimator(estimator)
-    values = made.param_values(params_of(estimator, params))
+    values = made.param_values(options.params_of(estimator, params))
     axes = axes_of(made, values, names)
     check_word(word)
     require_whole("folds", folds, 1)
@@ -92,7 +91,7 @@ def tune(
     target = None if output is None else OutputFile(output, inputs=files)
     trials, notes = read_trials(logs, [made], comparisons=False)
     units = {name: unit for trial in trials for name, unit in trial.units.items()}
-    given = numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
+    given = options.numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
     counted = weights_of(units, given)
     tests = folds_of(len(trials), folds)
     runs = LogRuns([trial.feeds[made.name] for trial in trials], word=word, jobs=jobs)

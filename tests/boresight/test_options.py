@@ -10,7 +10,7 @@ import pytest
 from boresight.gateware.description import describe
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
-from boresight.parameters import estimator_names, params_of, params_of_each
+from boresight.options import estimator_names, params_of, params_of_each
 from boresight.sim.levels.build import Build
 
 BOTH = ["battery", "pmsm"]
