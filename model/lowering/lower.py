@@ -162,6 +162,9 @@ def _span(node: Node) -> Range | None:
         return min(corners), max(corners)
     if node.kind == "select":
         return min(low for low, _ in spans[1:]), max(high for _, high in spans[1:])
+    if node.kind == "abs":  # as fine as its argument, or it is 0 where that is not
+        low, high = spans[0]
+        return max(0.0, low, -high), max(high, -low)
     return None
 
 

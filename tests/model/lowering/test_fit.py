@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -159,3 +160,15 @@ def test_a_factor_that_is_too_fine_gets_a_coarser_copy() -> None:
         low=0.0,
     )
     assert any(v.name.endswith("_coarse") for v in program.values)
+
+
+def test_the_angle_of_a_short_vector_keeps_the_bits_of_fitted_components() -> None:
+    """A coarser magnitude would be 0, and the vector then as long as it is."""
+    program = compiled(
+        lambda x, s: (s, ops.atan2_ht(0.6 * x + 100.0 * s, 0.8 * x + 100.0 * s)),
+        lambda kind: (-0.5, 0.5) if kind == "add" else None,
+    )
+    words = [-20, -7, 3, 5, 9, 100]
+    out, _ = Interpreter(program, len(words)).update([words])
+    turns = [math.atan2(0.6 * k, 0.8 * k) / math.pi for k in words]
+    assert program.format(program.outputs[0]).real(out[0]) == pytest.approx(turns, abs=0.02)
