@@ -408,11 +408,12 @@ def rounding_text(
     if by_hand and fitted:  # parts of products of matrices have no line of their own
         wasted = [w for w in wasted if program.values[w.number].kind is not Kind.OP]
     if wasted:
-        fit = "; or choose formats by boresight fit" * (estimator.profile is None)
-        model = f", or {_MODEL}" if by_hand else ""
+        others = ["choose formats by boresight fit"] * (estimator.profile is None)
+        others += ["use a wider word"] * (program.arithmetic.word < _WIDEST)
+        others += [_MODEL] * by_hand
         several = {w.cure: w for w in reversed(wasted)}  # of those with one cure the first
         named = [w for w in wasted if several[w.cure] is w][:NAMED]
-        return text + "; ".join(map(str, named)) + IF_ALWAYS + fit + model
+        return text + "; ".join(map(str, named)) + IF_ALWAYS + "".join(f"; or {x}" for x in others)
     wider = "use a wider word, or " * (program.arithmetic.word < _WIDEST)
     if by_hand:
         return f"{text}its covariance is written by hand: {wider}{_MODEL}"

@@ -190,15 +190,14 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
             found="none for the first one (an index of pandas?)",
             fix="name it, or write the file without it (index=False)",
         )
-    heads = split_headers(where, fields)
-    if all(_number(name) is not None for name, _ in heads):
+    if all(_number(field) is not None for field in fields):
         raise InputError.at(
             where,
             wanted="a header of column names",
             found="numbers only",
             fix="write the names of the columns above the first sample",
         )
-    return heads
+    return split_headers(where, fields)
 
 
 def _beside(path: Path, what: str) -> str:

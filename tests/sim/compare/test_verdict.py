@@ -143,7 +143,7 @@ def test_rounding_that_adds_up_names_what_wastes_bits() -> None:
     assert re.fullmatch(
         rf"{SAID}state y \(test_verdict.py, line \d+\) wastes 5 bits: narrow its range to "
         r"\[-3.996, 3.996\], if it holds for all logs and parameters; or choose formats by "
-        "boresight fit",
+        "boresight fit; or use a wider word",
         made.culprit,
     ), made.culprit
     assert made.to_json()["wasted"][0]["bits"] == 5

@@ -308,6 +308,7 @@ def test_empty_fields_are_gaps() -> None:
         ("t\tz\n0.1\t2\n", "walk.csv, line 1: wanted commas between the columns, and decimal "
          "points, found tabs; export it so, or: tail -n +1 walk.csv | tr '\\t,' ',.' > "),
         ("1,2.5\n3,4\n", "walk.csv, line 1: wanted a header of column names, found numbers only; "),
+        ("0,0\n3,4\n", "walk.csv, line 1: wanted a header of column names, found numbers only; "),
         ("a,b,\n1,2,\n", "walk.csv, line 1: wanted a name between all commas, found a comma at the"
          " end; sed 's/, *\\r*$//' walk.csv > walk-columns.csv"),
         (",a\n0,2\n", "walk.csv, line 1: wanted a name for every column, found none for the "),
