@@ -196,7 +196,7 @@ def test_advice_about_a_covariance_by_hand_ends() -> None:
     """What is narrow enough is not named again, whatever else wastes bits."""
     model = "write the model with boresight.kalman, or one scalar update for each measurement"
     wide, narrow = (judge(ByHand(limit), [1.0] * 20, 18).culprit for limit in (64.0, 3.996))
-    assert "state p00 " in wide and "narrow its range" in wide and wide.endswith(f", or {model}")
+    assert "state p00 " in wide and "narrow its range" in wide and wide.endswith(f"; or {model}")
     assert narrow == f"{SAID}its covariance is written by hand: use a wider word, or {model}"
 
 
