@@ -30,8 +30,7 @@ from boresight.options import EstimatorName
 from boresight.sim.experiments.experiment import EXPERIMENT_GROUP
 from boresight.sim.records.assembly import NS, clock_of
 from boresight.sim.records.files import read_pieces, recording_of
-from boresight.sim.records.maps import Source, ready_map
-from boresight.sim.records.recordings import Topic
+from boresight.sim.records.recordings import Source, Topic, ready_map
 from boresight.sim.result import Result, Row
 from boresight.sim.rtl.simulators import available, version
 from boresight.sim.worlds.world import WORLD_GROUP

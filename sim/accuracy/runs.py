@@ -28,9 +28,8 @@ from boresight.sim.compare.verdict import saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.records.bundled import bundled, bundled_names
 from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
-from boresight.sim.records.files import Log, logs_of
+from boresight.sim.records.files import Log, bundled, bundled_names, logs_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.loop import drive

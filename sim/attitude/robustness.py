@@ -36,9 +36,8 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import log_files, read_record
+from boresight.sim.records.files import bundled, log_files, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg

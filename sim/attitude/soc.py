@@ -37,9 +37,8 @@ from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board
 from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, read_trace, stimulus
 from boresight.sim.attitude.ma2014.paper import BESIDE, CYCLES
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg

@@ -1,1 +1,1 @@
-"""Bundled logs, as files of this package; read them through `boresight.sim.records.bundled`."""
+"""Bundled logs, as files of this package; read them through `boresight.sim.records.files`."""

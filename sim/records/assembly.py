@@ -10,20 +10,18 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.tools.extras import optional
-from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Place, Record, name_of
-from boresight.sim.records.recordings import Recording, Topic
+from boresight.sim.records.recordings import TIME_UNITS, Recording, Source, Topic
 from boresight.sim.records.selection import GAP_STEPS, Clock
 from boresight.sim.rotations.rotation import (
     matrix_to_quaternion,
@@ -33,7 +31,6 @@ from boresight.sim.rotations.rotation import (
 
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
-
 NS = 1e9  #: nanoseconds of a second.
 #: Seconds between two true values that are bridged.
 _GAP_S = 0.1
@@ -50,16 +47,8 @@ _NO_SAMPLE = -(2**31)  # PX4's delay of a sensor that has no sample
 class Order(NamedTuple):
     """Messages in the order of their times.
 
-    Attributes
-    ----------
-    rows : int (k,)
-        The messages that are kept, in the order of their times.
-    stamps : int64 (k,)
-        Their times [ns], which rise: messages of one time are spread over the step before it.
-    sorted, repeated, spread, stray : int
-        Messages that were moved to their place in time; that repeat the one before and are left
-        out; that shared a time with others; whose time is far from those around them and that are
-        left out.
+    ``rows`` (k,) are the messages that are kept, in that order, ``stamps`` (k,) their times [ns],
+    which rise: messages of one time are spread over the step before it. The others are counts.
     """
 
     rows: IntArray
@@ -71,13 +60,14 @@ class Order(NamedTuple):
 
     def notes(self, name: str) -> list[str]:
         """A line for each kind of irregularity, with its count."""
-        lines = {
-            f"{name}: messages out of order, sorted": self.sorted,
-            f"{name}: messages that repeat the one before, left out": self.repeated,
-            f"{name}: messages that share a time with others, spread over the step": self.spread,
-            f"{name}: messages with a time far from those around them, left out": self.stray,
-        }
-        return [f"{text}: {count}" for text, count in lines.items() if count]
+        kinds = (
+            "out of order, sorted",
+            "that repeat the one before, left out",
+            "that share a time with others, spread over the step",
+            "with a time far from those around them, left out",
+        )
+        counts = zip(kinds, self[2:], strict=True)
+        return [f"{name}: messages {kind}: {count}" for kind, count in counts if count]
 
 
 def order_of(stamps: IntArray, values: FloatArray | None = None) -> Order:
@@ -91,13 +81,11 @@ def order_of(stamps: IntArray, values: FloatArray | None = None) -> Order:
     index = index[np.argsort(stamps[index], kind="stable")]
     same = np.zeros(len(index), dtype=bool)
     if values is not None:
-        same[1:] = (np.diff(stamps[index]) == 0) & (np.diff(values[index], axis=0) == 0.0).all(
-            axis=1
-        )
+        rows = np.column_stack([stamps[index] - stamps[index[:1]], values[index]])
+        same[1:] = (np.diff(rows, axis=0) == 0.0).all(axis=1)
     index = index[~same]
-    times = stamps[index]
-    spread = _spread(times)
-    counts = (kept & ~main, same, spread != times, ~kept)
+    spread = _spread(stamps[index])
+    counts = (kept & ~main, same, spread != stamps[index], ~kept)
     return Order(index, spread, *(int(x.sum()) for x in counts))
 
 
@@ -121,16 +109,14 @@ def _rising(stamps: IntArray) -> BoolArray:
 
 def _spread(times: IntArray) -> IntArray:
     """Equal times, which follow each other, spread over the step before them."""
-    values, first, counts = np.unique(times, return_index=True, return_counts=True)
+    values, group, counts = np.unique(times, return_inverse=True, return_counts=True)
     if len(values) in (0, len(times)):
         return times
     steps = np.diff(values)
     usual = int(np.median(steps)) if len(steps) else int(NS * 1e-3)
     room = np.minimum(np.concatenate([[usual], steps]), usual)
-    place = np.arange(len(times)) - np.repeat(first, counts)
-    back = np.repeat(counts, counts) - 1 - place
-    shift = np.repeat(room, counts) * back // np.repeat(counts, counts)
-    return np.asarray(times - shift, dtype=np.int64)
+    back = np.cumsum(counts)[group] - 1 - np.arange(len(times))
+    return np.asarray(times - room[group] * back // counts[group], dtype=np.int64)
 
 
 def clock_of(stamps: IntArray) -> Clock:
@@ -141,9 +127,8 @@ def clock_of(stamps: IntArray) -> Clock:
     return replace(clock, samples=len(stamps), repeated=order.spread, late=late)
 
 
-@dataclass(frozen=True, eq=False)
-class _Series:
-    """Samples of a source at rising times [ns], (n, columns)."""
+class _Series(NamedTuple):
+    """Samples (n, columns) of a source at rising times (n,) [ns]."""
 
     source: Source
     topic: Topic
@@ -159,11 +144,10 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     """
     recording = read(path, {source.label for source in sources})
     notes = list(recording.notes)
-    series: list[_Series] = []
+    series = list[_Series]()
     for columns in dict.fromkeys(source.columns for source in sources):
         candidates = [source for source in sources if source.columns == columns]
-        match = _first_match(path, recording, candidates, notes)
-        if match is not None:
+        if (match := _first_match(path, recording, candidates, notes)) is not None:
             series.append(_series(path, *match))
         elif not any(source.optional for source in candidates):
             _refuse_missing(path, read, candidates)
@@ -196,26 +180,18 @@ def _first_match(
         topics = [t for t in recording.topics if source.label in (t.name, t.kind) and len(t.stamps)]
         if len(topics) > 1:
             names = ", ".join(sorted(t.name for t in topics))
-            if not source.optional:
-                raise InputError.at(
-                    str(path),
-                    wanted=f"one topic of {source.label} for {source.columns[0]}",
-                    found=names,
-                    fix="name one of them in a map: --map FILE.toml",
-                )
+            wanted = f"one topic of {source.label} for {source.columns[0]}"
+            fix = "name one of them in a map: --map FILE.toml"
+            require(source.optional, str(path), wanted, names, fix)
             notes.append(f"{source.columns[0]}: one of {names} could be meant, none is read")
         elif topics and _field_names(source, topics[0]) is not None:
             (topic,) = topics
             if _has_sample(source, topic).any():
                 return source, topic
-            if not source.optional:
-                raise InputError.at(
-                    f"{path}, topic {topic.name}",
-                    wanted=f"{source.fields[0]} for {source.columns[0]}",
-                    found=f"{source.covariance} of -1 in all messages: the device has none",
-                    fix="record a device that measures it, or name another topic in a map: "
-                    "--map FILE.toml",
-                )
+            wanted = f"{source.fields[0]} for {source.columns[0]}"
+            found = f"{source.covariance} of -1 in all messages: the device has none"
+            fix = "record a device that measures it, or name another topic by --map FILE.toml"
+            require(source.optional, f"{path}, topic {topic.name}", wanted, found, fix)
             notes.append(f"{topic.name}: no {source.fields[0]} ({source.covariance} is -1)")
     return None
 
@@ -253,33 +229,25 @@ def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None
             name = next((field for field in fields if field not in paths), fields[0])
             wanted = f"a field {name}"
             break
-    raise InputError.at(
-        where,
-        wanted=wanted,
-        found=", ".join(get_close_matches(name, known, 4, 0.5) or sorted(known)[:8]) or "no topic",
-        fix="record it, or name what is there in a map: --map FILE.toml",
-    )
+    found = ", ".join(get_close_matches(name, known, 4, 0.5) or sorted(known)[:8]) or "no topic"
+    fix = "record it, or name what is there in a map: --map FILE.toml"
+    raise InputError.at(where, wanted=wanted, found=found, fix=fix)
 
 
 def _series(path: Path, source: Source, topic: Topic) -> _Series:
     where, names = f"{path}, topic {topic.name}", _field_names(source, topic)
     assert names is not None
     values = np.stack([topic.fields[n].astype(np.float64) for n in names], axis=1)
-    if source.scale:
-        values = values * np.array(source.scale)
+    values *= np.array(source.scale or 1.0)
     values[np.isinf(values)] = np.nan  # no sample is taken from a message that has none
     stamps, has_sample = _times(source, topic)
     stamps, values = stamps[has_sample], values[has_sample]
     order = order_of(stamps, values)
     if order.stray > _MOST_STRAY * len(stamps):
         row = int(np.argmax(np.diff(stamps) < 0)) + 1
-        back = (stamps[row - 1] - stamps[row]) / NS
-        raise InputError.at(
-            f"{where}, message {row}",
-            wanted="times that rise",
-            found=f"a clock that steps back by {back:.6g} s",
-            fix="cut the recording there",
-        )
+        found = f"a clock that steps back by {(stamps[row - 1] - stamps[row]) / NS:.6g} s"
+        where, fix = f"{where}, message {row}", "cut the recording there"
+        raise InputError.at(where, wanted="times that rise", found=found, fix=fix)
     values = _in_record_frame(where, source, values[order.rows])
     return _Series(source, topic, order.stamps, values, order)
 
@@ -289,10 +257,9 @@ def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
     has_sample = _has_sample(source, topic)
     if not source.time and not source.delay:
         return topic.stamps, has_sample
-    raw: npt.NDArray[Any] = topic.fields[source.time or source.delay]
-    unit = TIME_UNITS[source.time_unit]
-    stamps = np.rint(raw * unit).astype(np.int64) if raw.dtype.kind == "f" else raw.astype(np.int64)
-    stamps = stamps if raw.dtype.kind == "f" else stamps * int(unit)
+    raw, unit = topic.fields[source.time or source.delay], TIME_UNITS[source.time_unit]
+    is_whole = raw.dtype.kind != "f"
+    stamps = raw.astype(np.int64) * int(unit) if is_whole else np.rint(raw * unit).astype(np.int64)
     if source.time:
         return stamps, has_sample
     has_sample &= raw != _NO_SAMPLE
@@ -307,12 +274,8 @@ def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArr
     if source.frame in ("", "none"):
         return values
     if source.frame == "geodetic":
-        is_finite = np.isfinite(values).all(axis=1)
-        if not is_finite.any():
-            return values
-        geodetic2enu = optional("pymap3d").geodetic2enu
-        first = values[np.argmax(is_finite)]
-        return np.stack(geodetic2enu(*values.T, *first), axis=1)
+        first = values[np.argmax(np.isfinite(values).all(axis=1))]
+        return np.stack(optional("pymap3d").geodetic2enu(*values.T, *first), axis=1)
     body, _, navigation = source.frame.partition(" to ")
     if not navigation:
         matrix = _matrix(where, body, _BODY, _NAVIGATION)
@@ -332,13 +295,9 @@ def _matrix(where: str, name: str, *letters: tuple[str, str]) -> FloatArray:
             matrix = np.eye(3)[:, [(axes + opposite).index(x) % 3 for x in name]] * signs
             if np.linalg.det(matrix) > 0.5:
                 return matrix
-    raise InputError.at(
-        where,
-        wanted=f"three letters of {' or '.join(map(''.join, letters))} for right-handed axes, "
-        "as FRD or NED",
-        found=repr(name),
-        fix="name the frame of the file",
-    )
+    wanted = f"three letters of {' or '.join(map(''.join, letters))} for right-handed axes"
+    fix = "name the frame of the file, as FRD or NED"
+    raise InputError.at(where, wanted=wanted, found=repr(name), fix=fix)
 
 
 def _in_rows(path: Path, s: _Series, base: _Series, notes: list[str]) -> FloatArray:
@@ -351,40 +310,24 @@ def _in_rows(path: Path, s: _Series, base: _Series, notes: list[str]) -> FloatAr
         return _interpolated(s, rows, out)
     if s.source.fill == "hold":
         last = np.searchsorted(s.stamps, rows, "right") - 1
-        out[last >= 0] = s.values[last[last >= 0]]
-        return out
+        return np.where((last < 0)[:, None], np.nan, s.values[last])
     row = np.searchsorted(rows, s.stamps)
     step = (rows[-1] - rows[0]) / max(len(rows) - 1, 1)
     inside = (row < len(rows)) & (s.stamps > rows[0] - GAP_STEPS * step)
-    _tell_outside(path, s, base, inside, notes)
+    name, base_name, outside = s.topic.name, base.topic.name, int((~inside).sum())
+    ahead = float(s.stamps[0] - rows[0]) / NS
+    found = f"none of {outside}: its clock is {abs(ahead):.6g} s "
+    found += "ahead" if ahead > 0.0 else "behind"
+    fix = "correct its time stamps (a 32-bit counter of microseconds wraps after 4294.97 s)"
+    wanted = f"samples at the times of {base_name}"
+    require(bool(inside.any()), f"{path}, topic {name}", wanted, found, fix)
+    if outside:
+        notes.append(f"{name}: samples before or after those of {base_name}, left out: {outside}")
     out[row[inside]] = s.values[inside]
     behind = inside & (row > 0)
     if passed := int(behind.sum() - len(np.unique(row[behind]))):
-        notes.append(
-            f"{s.topic.name}: {passed} samples dropped, a newer one falls into the same row"
-        )
+        notes.append(f"{name}: {passed} samples dropped, a newer one falls into the same row")
     return out
-
-
-def _tell_outside(
-    path: Path, s: _Series, base: _Series, inside: BoolArray, notes: list[str]
-) -> None:
-    """Note samples outside the times of the rows; InputError where all of them are."""
-    outside = int((~inside).sum())
-    if not outside:
-        return
-    name, rows = s.topic.name, base.topic.name
-    if inside.any():
-        notes.append(f"{name}: samples before or after those of {rows}, left out: {outside}")
-        return
-    ahead = float(s.stamps[0] - base.stamps[0]) / NS
-    raise InputError.at(
-        f"{path}, topic {name}",
-        wanted=f"samples at the times of {rows}",
-        found=f"none of {outside}: its clock is {abs(ahead):.6g} s "
-        + ("ahead" if ahead > 0.0 else "behind"),
-        fix="correct its time stamps (a 32-bit counter of microseconds wraps after 4294.97 s)",
-    )
 
 
 def _interpolated(s: _Series, rows: IntArray, out: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION, Input
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.methods import called
 from boresight.model.units import linear
@@ -44,39 +44,25 @@ _TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 @dataclass(frozen=True, eq=False)
 class Feed:
-    """Inputs of an estimator.
-
-    Attributes
-    ----------
-    record : Record
-        Source of the inputs.
-    t : float64 (n,) or None
-        Times in seconds; None if the record has none.
-    inputs : float64 (n, n_inputs)
-        In the declared units, clamped to the declared ranges.
-    new : bool (n, n_inputs)
-        Whether the record has a new sample.
-    clamped : dict of str to int
-        Samples beyond the range of inputs that are declared to be clamped.
-    truth : dict of str to float64 (n,)
-        True values by output name, in its unit; NaN where the record has none.
-    counts : bool (n,)
-        Samples that count in an error against truth: where a column ``mov`` is not 0, or all.
-    restarts : bool (n,)
-        Samples that begin from the initial states: where a column ``restart``, which is no input of
-        the estimator, is above 0.
-    warnings : tuple of str
-        Warnings about times and implausible values, in this piece and those before.
-    """
+    """Inputs of an estimator, from a record, with what else its samples have."""
 
     record: Record
+    #: float64 (n,): Times in seconds; None if the record has none.
     t: FloatArray | None
+    #: float64 (n, n_inputs): In the declared units, clamped to the declared ranges.
     inputs: FloatArray
+    #: bool (n, n_inputs): Whether the record has a new sample.
     new: BoolArray
+    #: Samples up to here beyond the range of inputs that are declared to be clamped.
     clamped: dict[str, int]
+    #: float64 (n,): True values by output name, in its unit; NaN where the record has none.
     truth: dict[str, FloatArray]
+    #: bool (n,): Samples that count in an error: where a column ``mov`` is not 0, or all.
     counts: BoolArray
+    #: bool (n,): Samples that begin from the initial states: where a column ``restart``, which is
+    #: no input of the estimator, is above 0.
     restarts: BoolArray
+    #: Warnings about times and implausible values, in this piece and those before.
     warnings: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -108,20 +94,19 @@ class Feed:
     @classmethod
     def joined(cls, parts: Sequence[Feed]) -> Feed:
         """Consecutive pieces of a log as one."""
-        first, last = parts[0], parts[-1]
+        first = parts[0]
         if len(parts) == 1:
             return first
         times = [part.t for part in parts if part.t is not None]
-        return cls(
-            joined([part.record for part in parts]),
-            np.concatenate(times) if times else None,
-            np.concatenate([part.inputs for part in parts]),
-            np.concatenate([part.new for part in parts]),
-            last.clamped,
-            {n: np.concatenate([part.truth[n] for part in parts]) for n in first.truth},
-            np.concatenate([part.counts for part in parts]),
-            np.concatenate([part.restarts for part in parts]),
-            last.warnings,
+        return replace(
+            parts[-1],
+            record=joined([part.record for part in parts]),
+            t=np.concatenate(times) if times else None,
+            inputs=np.concatenate([part.inputs for part in parts]),
+            new=np.concatenate([part.new for part in parts]),
+            truth={n: np.concatenate([part.truth[n] for part in parts]) for n in first.truth},
+            counts=np.concatenate([part.counts for part in parts]),
+            restarts=np.concatenate([part.restarts for part in parts]),
         )
 
     def parts(self) -> Iterator[Feed]:
@@ -194,13 +179,10 @@ class Feeder:
 
     def __init__(self, estimator: Estimator) -> None:
         if selection().gaps == "restart" and not estimator.restarts:
-            raise InputError.at(
-                "--gaps restart",
-                wanted="an estimator that a time step below 0 restarts (restarts = True)",
-                found=estimator.name,
-                fix="leave --gaps out if its dt may be as long, or choose rows between the gaps by "
-                "--from and --to",
-            )
+            wanted = "an estimator that a time step below 0 restarts (restarts = True)"
+            fix = "leave --gaps out if its dt may be as long, or choose rows between the gaps by "
+            fix += "--from and --to"
+            raise InputError.at("--gaps restart", wanted=wanted, found=estimator.name, fix=fix)
         self.estimator = estimator
         self._start, self._place = 0, Place("")
         self._clock: Clock | None = None
@@ -222,34 +204,23 @@ class Feeder:
             _refuse_missing(estimator, record)
             _refuse_rate(estimator, record)
         _refuse_two_clocks(record)
-        told = {i.name: _values(record, i) for i in estimator.inputs if not i.flags}
-        for i in estimator.inputs:
-            if i.name == "dt" and not i.flags:
-                told["dt"] = self._told(i, _at_limits(i, record, told["dt"]))
+        told = {i.name: self._values(record, i) for i in estimator.inputs if not i.flags}
         columns = {name: values[:, None] for name, values in told.items()}
         all_inputs, all_new = reader.take(columns, len(record))
         inputs, new = all_inputs[:, 0], all_new[:, 0]
         truth = _truth(estimator, record)
-        begins = np.zeros(len(record), dtype=bool)
+        t = record.values("t", "s") if "t" in record.columns else None
+        counts, begins = np.ones(len(record), dtype=bool), np.zeros(len(record), dtype=bool)
+        if "mov" in record.columns:
+            counts = record.numbers("mov") != 0.0
         if "restart" in record.columns:
             begins = record.numbers("restart") > 0.0
             if any(i.name == "restart" for i in estimator.inputs) and begins.any():
                 text = f"column restart is an input of {estimator.name}: no row restarts it"
                 self._notes[f"{text}; rename the input if rows are to"] = None
                 begins = np.zeros_like(begins)
-        return Feed(
-            record,
-            record.values("t", "s") if "t" in record.columns else None,
-            inputs,
-            new,
-            reader.clamped,
-            truth,
-            record.numbers("mov") != 0.0
-            if "mov" in record.columns
-            else np.ones(len(record), dtype=bool),
-            begins,
-            self._warnings(record, inputs, new, truth),
-        )
+        warnings = self._warnings(record, inputs, new, truth)
+        return Feed(record, t, inputs, new, reader.clamped, truth, counts, begins, warnings)
 
     def _complete(self, record: Record) -> Record:
         """A slice from the first row on in which every held input has had a sample."""
@@ -283,13 +254,21 @@ class Feeder:
         notes = [n for n in self._notes if not any(line.startswith(n) for line in lines)]
         return (*notes, *lines, *self._implausible)
 
-    def _told(self, declared: Input, values: FloatArray) -> FloatArray:
-        """A gap as a board tells it: by the time step that restarts or bridges the filter."""
+    def _values(self, record: Record, declared: Input) -> FloatArray:
+        """Values of an input's column in its unit, NaN where there is no new sample.
+
+        A gap is told as a board does: by the time step that restarts or bridges the filter.
+        """
+        if declared.name != "dt":
+            return record.values(declared.name, declared.unit)
+        columns = {"dt": Column(record.steps(), "s")} | dict(record.columns)
+        steps = record.derived(columns).values("dt", declared.unit)
+        steps = _at_limits(declared, record, steps)
         if not (self.estimator.restarts and declared.low < 0.0) or selection().gaps:
-            return values
+            return steps
         longest = _LONGEST * declared.high
-        told = np.maximum(longest - values, _LEAST * declared.low)
-        return np.where(values > longest, told, values)
+        told = np.maximum(longest - steps, _LEAST * declared.low)
+        return np.where(steps > longest, told, steps)
 
 
 def fitted(estimator: Estimator, record: Record) -> Estimator:
@@ -351,13 +330,10 @@ def _refuse_two_clocks(record: Record) -> None:
     if not known.any():
         return
     by_t, by_dt = float(np.median(steps[known])), float(np.median(dt[known]))
-    if abs(by_dt / by_t - 1.0) > RATE_TOLERANCE:
-        raise InputError.at(
-            record.where,
-            wanted="dt (or fs) and the differences of t that agree",
-            found=f"steps of {by_dt:.6g} s, and times {by_t:.6g} s apart",
-            fix="leave one of them out, or correct its unit",
-        )
+    wanted, fix = "dt (or fs) and the differences of t that agree", "leave one of them out"
+    found = f"steps of {by_dt:.6g} s, and times {by_t:.6g} s apart"
+    good = abs(by_dt / by_t - 1.0) <= RATE_TOLERANCE
+    require(good, record.where, wanted, found, f"{fix}, or correct its unit")
 
 
 def _refuse_rate(estimator: Estimator, record: Record) -> None:
@@ -373,10 +349,8 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
     elif "rate_hz" in signature(type(estimator)).parameters:
         fix = f"make it with rate_hz={rate:.6g}"
     else:
-        fix = (
-            "use a log at its rate (--every thins one that is faster), or design its gains for "
-            f'that of the log and declare rates_hz = {{"dt": {rate:.6g}}}'
-        )
+        fix = "use a log at its rate (--every thins one that is faster), or design its gains for "
+        fix += f'that of the log and declare rates_hz = {{"dt": {rate:.6g}}}'
     require_rate(estimator, rate, record.where, fix)
 
 
@@ -401,11 +375,11 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
     missing = [i for i in missing if i.name != "dt" or "t" not in columns]
     if not missing:
         return
-    hints = dict[str, str]()
+    hints, words = dict[str, str](), {c: re.split(r"\W", c.lower())[0] for c in columns}
+    time = next((c for c in columns if words[c] in _TIMES), None)
     for i in missing:
         lower = i.name.lower()
-        near = next((c for c in columns if re.split(r"\W", c.lower())[0] == lower), None)
-        time = next((c for c in columns if re.split(r"\W", c.lower())[0] in _TIMES), None)
+        near = next((c for c in columns if words[c] == lower), None)
         if near:
             unit = record.columns[near].unit or ("" if near.lower() == lower else "UNIT")
             hints[near] = i.name + (f"[{unit}]" if unit else "")
@@ -425,21 +399,17 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
         wanted, what = f"{len(names)} more inputs", f"{what}: {wanted}"
     if len(hints) == len(missing):
         what = "rename " + ", ".join(f"{old} to {name}" for old, name in hints.items())
-    raise InputError.at(
-        record.where,
-        wanted=f"a column for {wanted}, of {estimator.name}",
-        found=", ".join(others[:12]) + ", ..." * (len(others) > 12),
-        fix=what,
-    )
+    wanted = f"a column for {wanted}, of {estimator.name}"
+    found = ", ".join(others[:12]) + ", ..." * (len(others) > 12)
+    raise InputError.at(record.where, wanted=wanted, found=found, fix=what)
 
 
 def _misspelt(estimator: Estimator, record: Record) -> Iterator[str]:
     """A line for each column without use whose name is nearly one that has a meaning."""
+    known = {"t", "dt", "restart", "mov", *(o.name + TRUTH for o in estimator.outputs)}
     columns = {n for n in record.columns if n != "dt" or not record.place.by_time}
-    truths = {o.name + TRUTH for o in estimator.outputs}
-    known = {"t", "dt", "restart", "mov", *truths}
-    wanted = known - columns - {"t"} if _timed(record) else known - columns
-    meant = {_letters(name): name for name in sorted(wanted)}
+    columns |= {"t"} if _timed(record) else set()
+    meant = {_letters(name): name for name in sorted(known - columns)}
     used = known | {i.name for i in estimator.inputs} | {o.name for o in estimator.outputs}
     for column in record.columns:
         name, unit = meant.get(_letters(column)), record.columns[column].unit
@@ -478,25 +448,13 @@ def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray
     return steps
 
 
-def _values(record: Record, declared: Input) -> FloatArray:
-    """Values of an input's column in its unit, NaN where there is no new sample."""
-    if declared.name not in record.columns:
-        record = record.derived({"dt": Column(record.steps(), "s")})
-    fault = record.faults.get(declared.name)
-    if fault is not None and declared.missing is not None:
-        parts = fault.parts
-        raise InputError.at(**{**parts, "wanted": f"{parts['wanted']}, or nothing"})
-    return record.values(declared.name, declared.unit)
-
-
 def _truth(estimator: Estimator, record: Record) -> dict[str, FloatArray]:
     """True values of the outputs: columns ``NAME_true``, or NAME itself if it is not an input."""
-    inputs = {i.name for i in estimator.inputs}
-    names = truth_names(record)
+    inputs, names = {i.name for i in estimator.inputs}, truth_names(record)
     truth = {
         o.name: record.values(names[o.name], o.unit)
         for o in estimator.outputs
-        if names.get(o.name, o.name) not in inputs and o.name in names
+        if o.name in names and names[o.name] not in inputs
     }
     if all(name in truth for name in QUATERNION):
         check_norm(record, np.stack([truth[name] for name in QUATERNION], axis=1))

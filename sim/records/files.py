@@ -1,4 +1,4 @@
-"""Log files by suffix: `FORMATS`, recordings of topics, CSV otherwise.
+"""Log files by suffix: `FORMATS`, recordings of topics, CSV otherwise; the logs in the package.
 
 `Log` reads a file in blocks, as often as wanted.
 """
@@ -11,20 +11,29 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError, ToolMissing, require
 from boresight.model.tools.extras import optional
-from boresight.sim.records import tables
 from boresight.sim.records.assembly import Reader, record_from
-from boresight.sim.records.bundled import is_comparison
-from boresight.sim.records.maps import read_map, ready_map
 from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed
-from boresight.sim.records.recordings import read_bag, read_ulog
+from boresight.sim.records.recordings import read_bag, read_map, read_ulog, ready_map
 from boresight.sim.records.selection import selection
+from boresight.sim.records.tables import (
+    read_feather,
+    read_mat,
+    read_npz,
+    read_parquet,
+    records_of,
+    write_feather,
+    write_mat,
+    write_npz,
+    write_parquet,
+)
 from boresight.sim.records.text import read_csv, write_csv
 
 
@@ -39,17 +48,6 @@ class Format(NamedTuple):
     write: Callable[[BinaryIO, Iterable[Record]], None]
     kind: str = ""
     whole: bool = False
-
-
-def _whole(
-    kind: str, read: Callable[[BinaryIO], Iterator[tables.Arrays]], pack: Callable[[Record], bytes]
-) -> Format:
-    """A format whose library takes all of a file at once."""
-
-    def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
-        file.write(pack(joined(list(blocks))))
-
-    return Format(lambda path, file: tables.records_of(path, read(file)), write, kind, True)
 
 
 def _packed(kind: str, unpack: Callable[[BinaryIO], Any], pack: Callable[[Any], Any]) -> Format:
@@ -75,14 +73,6 @@ class _Open(io.RawIOBase):
         return self._file.write(content)
 
 
-def _unzstd(file: BinaryIO) -> Any:
-    return io.BufferedReader(optional("pyarrow").CompressedInputStream(file, "zstd"))
-
-
-def _zstd(file: BinaryIO) -> Any:
-    return optional("pyarrow").CompressedOutputStream(_Open(file), "zstd")
-
-
 _CSV = Format(read_csv, write_csv)
 #: Formats by the end of the file's name. Of packed CSV the same bytes at any time.
 FORMATS = {
@@ -92,15 +82,17 @@ FORMATS = {
         lambda file: gzip.GzipFile(fileobj=file),
         lambda file: gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=0),
     ),
-    ".csv.zst": _packed("a file packed by zstd", _unzstd, _zstd),
-    ".npz": _whole("an .npz archive of plain arrays", tables.read_npz, tables.npz_of),
-    ".parquet": Format(
-        lambda path, file: tables.records_of(path, tables.read_parquet(file)),
-        tables.write_parquet,
-        "a Parquet file",
+    ".csv.zst": _packed(
+        "a file packed by zstd",
+        lambda file: io.BufferedReader(optional("pyarrow").CompressedInputStream(file, "zstd")),
+        lambda file: optional("pyarrow").CompressedOutputStream(_Open(file), "zstd"),
     ),
-    ".feather": _whole("a Feather file", tables.read_feather, tables.feather_of),
-    ".mat": _whole("a MAT file up to version 7", tables.read_mat, tables.mat_of),
+    ".npz": Format(
+        partial(records_of, read_npz), write_npz, "an .npz archive of plain arrays", True
+    ),
+    ".parquet": Format(partial(records_of, read_parquet), write_parquet, "a Parquet file"),
+    ".feather": Format(partial(records_of, read_feather), write_feather, "a Feather file", True),
+    ".mat": Format(partial(records_of, read_mat), write_mat, "a MAT file up to version 7", True),
 }
 #: Suffixes of other kinds of files, under which no log is written.
 _FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py"}
@@ -115,6 +107,10 @@ RECORDINGS: dict[str, tuple[Reader, str]] = {
 }
 #: Largest file that is held in memory, bytes.
 _MEMORY_LIMIT = 8 << 20
+#: Folder of the bundled logs.
+_BUNDLED = Path(__file__).parents[1] / "data"
+#: In a comment above the columns of a CSV log: its attitude is another device's estimate.
+_COMPARISON = "a comparison, not truth"
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
@@ -138,13 +134,8 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
             # In hidden folders are files that are being written, or were when a process was killed.
             hidden = (p for p in logs if any(x[0] == "." for x in p.relative_to(path).parts[:-1]))
             logs = logs - {*hidden}
-        if not logs:
-            raise InputError.at(
-                str(path),
-                wanted=f"a log, or a folder with logs ({', '.join(FORMATS)})",
-                found="a folder without any",
-                fix="name a log file",
-            )
+        wanted = f"a log, or a folder with logs ({', '.join(FORMATS)})"
+        require(bool(logs), str(path), wanted, "a folder without any", "name a log file")
         out += sorted(logs)
     return out
 
@@ -163,14 +154,9 @@ def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
 
 def check_written(path: str | os.PathLike[str]) -> None:
     """Refuse the name of a log to be written whose suffix says another kind of file."""
-    suffix = Path(path).suffix.lower()
-    if suffix in _FOREIGN:
-        raise InputError.at(
-            str(path),
-            wanted=f"a suffix of logs, {', '.join(FORMATS)}",
-            found=suffix,
-            fix="choose one; without a known suffix CSV is written",
-        )
+    suffix, wanted = Path(path).suffix.lower(), f"a suffix of logs, {', '.join(FORMATS)}"
+    fix = "choose one; without a known suffix CSV is written"
+    require(suffix not in _FOREIGN, str(path), wanted, suffix, fix)
 
 
 def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:
@@ -215,13 +201,9 @@ def _blocks(path: Path) -> Iterator[Record]:
         toml = selection().map
         yield record_from(path, read, ready_map(name) if toml is None else read_map(toml))
         return
-    if selection().map is not None:
-        raise InputError.at(
-            str(path),
-            wanted=f"a recording of topics, for --map: {', '.join(RECORDINGS)}",
-            found="a table, whose columns are inputs",
-            fix="leave --map out",
-        )
+    wanted = f"a recording of topics, for --map: {', '.join(RECORDINGS)}"
+    found = "a table, whose columns are inputs"
+    require(selection().map is None, str(path), wanted, found, "leave --map out")
     form, suffix = _format(path), path.suffix.lower()
     with opened(path, "a log file that can be read") as file:
         try:
@@ -239,12 +221,9 @@ def _blocks(path: Path) -> Iterator[Record]:
             if not form.kind:
                 raise
             (reason, *_) = (str(error).strip() or type(error).__name__).splitlines()
-            raise InputError.at(
-                str(path),
-                wanted=form.kind,
-                found=f"a file that cannot be read as one ({reason[:120]})",
-                fix="write it again, or give it the suffix of what it holds",
-            ) from None
+            found = f"a file that cannot be read as one ({reason[:120]})"
+            fix = "write it again, or give it the suffix of what it holds"
+            raise InputError.at(str(path), wanted=form.kind, found=found, fix=fix) from None
 
 
 def _format(path: Path) -> Format:
@@ -254,18 +233,10 @@ def _format(path: Path) -> Format:
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """A log.
+    """A log: samples, or the file with them, of which no more than a block is held.
 
-    Attributes
-    ----------
-    name : str
-        Name of its records.
-    data : Record or Path
-        The samples, or the file with them, of which no more than a block is held.
-    steps : int, optional
-        Leading samples; by default all.
-    path : Path, optional
-        The file that it is from.
+    ``name`` is that of its records; ``steps`` the number of leading samples, by default all;
+    ``path`` the file that it is from.
     """
 
     name: str
@@ -295,8 +266,7 @@ class Log:
 
     def named(self, name: str) -> Log:
         """The log with another name."""
-        data = self.data
-        data = replace(data, name=name) if isinstance(data, Record) else data
+        data = self.data if isinstance(self.data, Path) else replace(self.data, name=name)
         return replace(self, name=name, data=data)
 
     @property
@@ -350,3 +320,27 @@ def logs_of(logs: Iterable[Any], steps: int | None = None, *, load: bool = False
             for log, name, above in zip(out, names, folders, strict=True)
         ]
     return [log.named(name) for log, name in zip(out, names, strict=True)]
+
+
+def bundled_names() -> tuple[str, ...]:
+    """List the bundled logs: file names without suffix, sorted."""
+    return tuple(sorted(path.stem for path in _BUNDLED.glob("*.csv")))
+
+
+def bundled(name: str) -> Path:
+    """Path of one of `bundled_names`, a CSV log; raises `InputError` for other names."""
+    if name not in bundled_names():
+        names = ", ".join(bundled_names())
+        raise InputError(f"name must be one of the bundled logs ({names}), not {name!r}")
+    return _BUNDLED / f"{name}.csv"
+
+
+def is_comparison(path: str | Path) -> bool:
+    """Whether a comment above a log's columns says that its attitude is no truth."""
+    if not Path(path).is_file():
+        return False
+    with open(path, encoding="utf-8", errors="replace") as file:
+        while (line := file.readline(1000)).startswith("#"):
+            if _COMPARISON in line:
+                return True
+    return False

@@ -16,7 +16,7 @@ import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.sim.records.record import Column, Place, Record, check_norm, steps_of, truth_names
 
 #: Columns of each sensor, and their unit.
@@ -31,18 +31,10 @@ TRIADS = {
 class NineAxis:
     """A nine-axis record, sensor by sensor.
 
-    Attributes
-    ----------
-    t : float64 (n,)
-        Times [s].
-    gyr, acc, mag : float64 (n, 3)
-        In rad/s, m/s^2 and uT; rows of ``mag`` without a new sample are NaN.
-    q : float64 (n, 4) or None
-        Reference attitude; NaN in rows without one.
-    steps : float64 (n,) or None
-        Time steps [s], if not the differences of ``t``; `RESTART_S` for a restart.
-    mov : bool (n,) or None
-        Samples that count when errors are averaged.
+    ``t`` (n,) in s; ``gyr``, ``acc``, ``mag`` (n, 3) in rad/s, m/s^2 and uT, NaN in rows of ``mag``
+    without a new sample; ``q`` (n, 4) the reference attitude, NaN in rows without one; ``steps``
+    (n,) the time steps in s, if not the differences of ``t``; ``mov`` (n,) the samples that count
+    when errors are averaged.
     """
 
     name: str
@@ -94,12 +86,8 @@ class NineAxis:
     def attitude(self) -> FloatArray:
         """Reference attitude (n, 4); raises `InputError` without one."""
         if self.q is None:
-            raise InputError.at(
-                f"log {self.name!r}",
-                wanted="a reference attitude",
-                found="none",
-                fix="use a log with qw,qx,qy,qz",
-            )
+            where, fix = f"log {self.name!r}", "use a log with qw,qx,qy,qz"
+            raise InputError.at(where, wanted="a reference attitude", found="none", fix=fix)
         return self.q
 
     @property
@@ -129,19 +117,17 @@ def stacked(
         A missing column, by ``wanted`` and ``fix``; a missing value.
     """
     for name in names:
-        if name not in record.columns:
-            found = f"no column {name}"
-            raise InputError.at(record.where, wanted=wanted, found=found, fix=fix)
+        require(name in record.columns, record.where, wanted, f"no column {name}", fix)
     values = np.stack([record.values(name, unit) for name in names], axis=1)
     missing = np.isnan(values)
     if gaps:
         missing &= ~missing.all(axis=1, keepdims=True)
     if missing.any():
         row, k = divmod(int(np.argmax(missing)), missing.shape[1])
-        raise InputError.at(
+        where, wanted = (
             record.place(row, names[k]),
-            wanted="a number" + ", or none in all of the row" * gaps,
-            found="no value",
-            fix="complete or remove the row",
+            "a number" + ", or none in all of the row" * gaps,
         )
+        fix = "complete or remove the row"
+        raise InputError.at(where, wanted=wanted, found="no value", fix=fix)
     return values

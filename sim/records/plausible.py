@@ -9,7 +9,8 @@ it warns and never refuses.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain, combinations
 from typing import NamedTuple
@@ -77,56 +78,49 @@ def warnings_of(
     ``inputs`` are in the declared units; samples that are not ``new`` are ignored. ``truth``: the
     log's attitude, among others, NaN where it has none. ``clamped``: samples beyond their range.
     """
-    uneven = False
-    steps_s = _steps_s(estimator, inputs)
-    warnings, triads = list[str](), dict[str, Triad]()
+    steps_s, warnings, uneven = _steps_s(estimator, inputs), list[str](), False
+    triads = dict[str, Triad]()
     implausible, still = dict[str, list[str]](), dict[str, list[str]]()
-    for names, columns in _sensors(estimator):
-        rows = new[:, columns].all(axis=1)
+    for columns in _sensors(estimator):
+        declared, is_triad = estimator.inputs[columns[0]], len(columns) == 3
+        sensor = _triad(estimator, columns, inputs, new)
+        names, values, rows = sensor
         incomplete = int((new[:, columns].any(axis=1) & ~rows).sum())
-        if incomplete and len(columns) == 3:
-            warnings.append(f"{' '.join(names)}: {incomplete} rows have some of them, not all")
+        if incomplete and is_triad:
+            warnings.append(f"{names}: {incomplete} rows have some of them, not all")
         if not rows.any():
             continue
-        warnings += _ended(" ".join(names), np.asarray(rows))
-        declared = estimator.inputs[columns[0]]
-        is_field = declared.unit == "uT" and len(columns) == 3
-        zeros = rows & (inputs[:, columns] == 0.0).all(axis=1)
-        is_force = declared.unit == "m/s^2" and len(columns) == 3
+        warnings += _ended(names, rows)
+        is_field, is_force = (is_triad and declared.unit == unit for unit in ("uT", "m/s^2"))
+        zeros = rows & (values == 0.0).all(axis=1)
         if zeros.any() and (is_field or (is_force and (rows & ~zeros).any())):
-            text = f"{' '.join(names)}: 0 in {zeros.sum()} samples: is the sensor dead?"
+            text = f"{names}: 0 in {zeros.sum()} samples: is the sensor dead?"
             warnings.append(text + " leave what is not new empty" * is_field)
-            rows = rows & ~zeros
-            if not rows.any():
+            sensor = sensor._replace(new=rows & ~zeros)
+            if not sensor.new.any():
                 continue
-        lengths = np.linalg.norm(inputs[rows][:, columns], axis=1)
-        unlikely = _unlikely(names, declared, float(np.median(lengths)))
+        lengths = np.linalg.norm(values[sensor.new], axis=1)
+        unlikely = _unlikely(names, len(columns), declared, float(np.median(lengths)))
         warnings += unlikely
-        triad = Triad(" ".join(names), inputs[:, columns], np.asarray(rows))
         if declared.name != "dt":
-            warnings += _held(triad, timed=steps_s is not None)
-        if len(columns) == 3:
-            triads[declared.unit] = triad
-            implausible[declared.unit] = unlikely
+            warnings += _held(sensor, timed=steps_s is not None)
+        if is_triad:
+            triads[declared.unit], implausible[declared.unit] = sensor, unlikely
             clamps = any(estimator.inputs[k].clamp for k in columns)
-            ends = [] if clamps else [*_at_ends(triad)]
+            ends = [] if clamps else [*_at_ends(sensor)]
             warnings += ends
-            still[declared.unit] = [] if steps_s is None or ends else [*_still(triad, steps_s)]
+            still[declared.unit] = [] if steps_s is None or ends else [*_still(sensor, steps_s)]
         if is_field and not (unlikely or still["uT"]):
             low, high = np.percentile(lengths, (5.0, 95.0))
-            if uneven := bool(high > _UNEVEN * low):
-                warnings.append(
-                    f"{' '.join(names)}: {low:.3g} to {high:.3g} uT in 9 of 10 samples: is there "
-                    "a magnet or iron near, or an offset?"
-                )
+            uneven = bool(high > _UNEVEN * low)
+            text = f"{names}: {low:.3g} to {high:.3g} uT in 9 of 10 samples: is there a magnet or "
+            warnings += [f"{text}iron near, or an offset?"] * uneven
     warnings += chain.from_iterable(still.values())
-    if steps_s is not None and "rad/s" in triads:
-        rates, force, field = (triads.get(unit) for unit in ("rad/s", "m/s^2", "uT"))
-        assert rates is not None
-        attitude = None if truth is None else _attitude(truth)
-        force = None if implausible.get("m/s^2") else force
-        field = None if uneven else field  # which is not that of the Earth
-        lines, agree = contradictions(rates, force, field, attitude, steps_s)
+    rates = triads.get("rad/s")
+    if steps_s is not None and rates is not None:
+        force = None if implausible.get("m/s^2") else triads.get("m/s^2")
+        field = None if uneven else triads.get("uT")  # which is not that of the Earth
+        lines, agree = contradictions(rates, force, field, _attitude(truth or {}), steps_s)
         if agree:  # however fast they are
             warnings = [text for text in warnings if text not in implausible["rad/s"]]
         warnings += [] if any(still.values()) else lines
@@ -140,22 +134,17 @@ def estimate_warnings(
     estimator: Estimator, inputs: FloatArray, new: BoolArray, outputs: Mapping[str, FloatArray]
 ) -> list[str]:
     """A line where the attitude that an estimator gives does not turn as its rates say."""
-    names = [i.name for i in estimator.inputs]
-    columns = [
-        columns
-        for group, columns in _sensors(estimator)
-        if len(group) == 3 and estimator.inputs[columns[0]].unit == "rad/s"
-    ]
-    attitude = _attitude(outputs)
-    steps_s = _steps_s(estimator, inputs)
-    if attitude is None or not columns or steps_s is None:
-        return []
-    rates = Triad(
-        " ".join(names[k] for k in columns[0]),
-        inputs[:, columns[0]],
-        np.asarray(new[:, columns[0]].all(axis=1)),
-    )
-    return departures(rates, attitude, steps_s)
+    attitude, steps_s = _attitude(outputs), _steps_s(estimator, inputs)
+    for columns in _sensors(estimator):
+        is_rates = len(columns) == 3 and estimator.inputs[columns[0]].unit == "rad/s"
+        if is_rates and attitude is not None and steps_s is not None:
+            return departures(_triad(estimator, columns, inputs, new), attitude, steps_s)
+    return []
+
+
+def _triad(estimator: Estimator, columns: list[int], inputs: FloatArray, new: BoolArray) -> Triad:
+    names = " ".join(estimator.inputs[k].name for k in columns)
+    return Triad(names, inputs[:, columns], np.asarray(new[:, columns].all(axis=1)))
 
 
 def _steps_s(estimator: Estimator, inputs: FloatArray) -> FloatArray | None:
@@ -178,10 +167,10 @@ def _attitude(values: Mapping[str, FloatArray]) -> Triad | None:
     return Triad(" ".join(QUATERNION), q, known[:, 0])
 
 
-def _unlikely(names: Sequence[str], declared: Input, typical: float) -> list[str]:
+def _unlikely(names: str, axes: int, declared: Input, typical: float) -> list[str]:
     """A line about a typical length that is none of a sensor with the unit."""
     rule = _RULES.get(declared.unit)
-    if rule is None or (len(names) != 3 and declared.unit != "rad/s"):
+    if rule is None or (axes != 3 and declared.unit != "rad/s"):
         return []
     if rule.least <= typical <= rule.most or not rule.least < declared.high <= rule.range_limit:
         return []
@@ -191,20 +180,16 @@ def _unlikely(names: Sequence[str], declared: Input, typical: float) -> list[str
     for unit, (low, high) in rule.others.items():
         if low <= typical < high:
             looks = f"which looks like {unit}"
-    return [f"{' '.join(names)}: typically {typical:.3g} {declared.unit}, {looks}"]
+    return [f"{names}: typically {typical:.3g} {declared.unit}, {looks}"]
 
 
-def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
-    """Groups of inputs with one unit whose names differ in a last x, y, z; others alone."""
-    groups: dict[tuple[str, str], tuple[list[str], list[int]]] = {}
+def _sensors(estimator: Estimator) -> list[list[int]]:
+    """Columns of inputs with one unit whose names differ in a last x, y, z; others alone."""
+    groups = dict[tuple[str, str], list[int]]()
     for k, declared in enumerate(estimator.inputs):
-        if declared.flags:
-            continue
-        is_axis = declared.name[-1:] in ("x", "y", "z")
-        key = (declared.name[:-1] if is_axis else declared.name, declared.unit)
-        names, columns = groups.setdefault(key, ([], []))
-        names.append(declared.name)
-        columns.append(k)
+        if not declared.flags:
+            stem = re.sub("[xyz]$", "", declared.name)
+            groups.setdefault((stem, declared.unit), []).append(k)
     return list(groups.values())
 
 
@@ -236,33 +221,32 @@ def _is_noisy(steps: FloatArray) -> bool:
 
 def _still(sensor: Triad, dt: FloatArray) -> Iterator[str]:
     """An axis without noise, in all samples or for a while, or that is another one."""
-    steps = np.diff(sensor.values[sensor.new], axis=0)
+    names, values = sensor.names.split(), sensor.values[sensor.new]
+    steps = np.diff(values, axis=0)
+    is_noisy = [_is_noisy(steps[:, k]) for k in range(3)]
     for j, k in combinations(range(3), 2):
-        if (sensor.values[:, j] == sensor.values[:, k]).all() and _is_noisy(steps[:, j]):
-            one, other = (sensor.names.split()[axis] for axis in (j, k))
-            yield f"{sensor.names}: {other} is {one} in every sample: is a column there twice?"
+        if (sensor.values[:, j] == sensor.values[:, k]).all() and is_noisy[j]:
+            text = f"{names[k]} is {names[j]} in every sample"
+            yield f"{sensor.names}: {text}: is a column there twice?"
             return
     step_s = float(np.median(dt)) / float(sensor.new.mean())
-    for k, name in enumerate(sensor.names.split()):
+    # A turn about an axis, without noise, leaves the length as it is.
+    lengths = np.linalg.norm(values, axis=1)
+    is_turn = np.ptp(lengths) < 1e-9 * lengths.max()
+    for k, name in enumerate(names):
         changes = np.flatnonzero(np.concatenate([[True], steps[:, k] != 0.0, [True]]))
         first = int(np.diff(changes).argmax())
         start, end = changes[first : first + 2].tolist()
-        value = sensor.values[sensor.new][start, k] + 0.0
+        text, value = f"{sensor.names}: {name}", f"{values[start, k] + 0.0:.4g}"
         if end - start > len(steps):
-            others = [_is_noisy(steps[:, j]) for j in range(3) if j != k]
-            # A turn about the axis, without noise, leaves the length as it is.
-            lengths = np.linalg.norm(sensor.values[sensor.new], axis=1)
-            is_turn = np.ptp(lengths) < 1e-9 * lengths.max()
-            if len(steps) > _AT_END and all(others) and not is_turn:
-                yield f"{sensor.names}: {name} is {value:.4g} in every sample: is the axis dead?"
+            if len(steps) > _AT_END and sum(is_noisy) - is_noisy[k] == 2 and not is_turn:
+                yield f"{text} is {value} in every sample: is the axis dead?"
                 return
-        elif (end - start) * step_s > _STILL_S and _is_noisy(
-            np.delete(steps[:, k], slice(start, end))
-        ):
-            yield (
-                f"{sensor.names}: {name} stays at {value:.4g} for {(end - start) * step_s:.3g} s: "
-                "is the sensor held or dead there?"
-            )
+            continue
+        seconds = (end - start) * step_s
+        if seconds > _STILL_S and _is_noisy(np.delete(steps[:, k], slice(start, end))):
+            lasts = f"stays at {value} for {seconds:.3g} s"
+            yield f"{text} {lasts}: is the sensor held or dead there?"
             return
 
 
@@ -273,20 +257,17 @@ def _at_ends(sensor: Triad) -> Iterator[str]:
     changes[1:] = np.diff(values, axis=0) != 0.0
     found = dict[str, int]()
     for k, name in enumerate(sensor.names.split()):
-        steps = np.abs(np.diff(values[:, k]))
-        finest = min(steps[steps > 1e-6 * np.abs(values).max()], default=math.inf)
-        varied = changes[:, [j for j in range(3) if j != k]].all(axis=1)
+        largest, steps = np.abs(values[:, k]).max(), np.abs(np.diff(values[:, k]))
+        finest = min(steps[steps > 1e-6 * largest], default=math.inf)
+        varied = np.delete(changes, k, axis=1).all(axis=1)
         for end in (values[:, k].min(), values[:, k].max()):
             off = np.abs(values[:, k] - end)
             count = int((varied & (off == 0.0)).sum())
             beside = int(((off > 0.0) & (off < 0.02 * off.max())).sum())
-            coarse = off.max() < max(_STEPS * finest, 1e-9 * np.abs(values).max())
-            inner = 2.0 * abs(end) < np.abs(values[:, k]).max()
-            if (
-                not coarse
-                and not inner
-                and max(_AT_END, _CROWD * beside) < count < len(values) // 2
-            ):
+            is_fine = off.max() >= max(_STEPS * finest, 1e-9 * largest)
+            is_outer = 2.0 * abs(end) >= largest
+            least = max(_AT_END, _CROWD * beside)
+            if is_fine and is_outer and least < count < len(values) // 2:
                 found[f"{name} {end:.4g}"] = count
     if found:
         yield (

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.declarations import PERIODS, Input
+from boresight.model.declarations import Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.records.record import RESTART_S
-
-#: Units of angles, and a full turn in them.
-_TURNS = {**PERIODS, "deg": 360.0, "rad": 2.0 * math.pi}
 
 
 class InputReader:
@@ -162,11 +158,11 @@ class InputReader:
                     + ", the declared range",
                     f"{values[row, run, k]:.6g}"
                     + (f", and {count - 1} more beyond it" if count > 1 else ""),
-                    self._remedy(declared, values[:, :, k]),
+                    self._remedy(declared),
                 )
             self.clamped[declared.name] = self.clamped.get(declared.name, 0) + count
 
-    def _remedy(self, declared: Input, column: FloatArray) -> str:
+    def _remedy(self, declared: Input) -> str:
         """What helps against values beyond the range."""
         text = "correct the unit in the header, or the range; "
         if declared.name == "dt":
@@ -174,14 +170,6 @@ class InputReader:
                 return f"{text}if it is a gap, --gaps restart restarts the filter there"
             text += "if it is a gap, run the rows before and after it by --to and --from; "
             return f"{text}clamp=True would clamp dt"
-        turn, span = _TURNS.get(declared.unit, 0.0), declared.high - declared.low
-        low, high = float(column.min()), float(column.max())
-        if 0.99 * turn < span < 1.01 * turn:  # a whole turn, in which the log begins elsewhere
-            turn = float(f"{turn:.5g}")  # as it is written
-            for least, most in ((-0.5 * turn, 0.5 * turn), (0.0, turn)):
-                if least <= low and high <= most:
-                    ends = f"[{least:g}, {most:g}] {declared.unit}"
-                    return f"declare the range {ends}, in which the log has this angle"
         return f"{text}clamp=True would clamp it"
 
     def _refuse_infinite(self, name: str, column: FloatArray) -> None:

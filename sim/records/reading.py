@@ -49,16 +49,11 @@ def opened(path: str | os.PathLike[str], wanted: str) -> Iterator[BinaryIO]:
 def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
     """Content of a JSON file, as plain data; ``wanted`` is the expected one.
 
-    Stricter than Python's: NaN, infinity and repeated names in an object are errors.
+    Stricter than Python's: NaN and infinity are errors.
     """
     content = read_bytes(path, f"{wanted} that can be read")
     try:
-        return json.loads(
-            content.decode("utf-8-sig"),
-            parse_int=_integer,
-            parse_constant=_constant,
-            object_pairs_hook=_object,
-        )
+        return json.loads(content.decode("utf-8-sig"), parse_int=_integer, parse_constant=_constant)
     except UnicodeDecodeError:
         fault = "bytes that are not UTF-8 text" if content.strip(b"\0") else "zeros"
     except json.JSONDecodeError as error:
@@ -84,23 +79,8 @@ def _constant(name: str) -> float:
     raise ValueError(f"{name}, which JSON does not have")
 
 
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in values:
-            raise ValueError(f"{name[:40]!r} twice")
-        values[name] = value
-    return values
-
-
 def kind_of(value: Any) -> str:
     """Kind of a value of JSON, for ``found`` of an `InputError`."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int | float):
-        return str(value)
-    if isinstance(value, str):
-        return repr(value)
-    return "a list" if isinstance(value, list) else "an object"
+    kinds = {type(None): "nothing", list: "a list", dict: "an object"}
+    text = str(value).lower() if isinstance(value, bool) else repr(value)
+    return kinds.get(type(value), text)

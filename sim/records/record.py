@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.units import UnitError, check_unit, linear
 
 #: Suffix of the name of a column with true values of an output.
@@ -33,6 +33,7 @@ SECONDS = (
     "write seconds in place of times of day, by pandas: "
     't = pandas.Series(pandas.to_datetime(t, format="mixed")); t = (t - t[0]).dt.total_seconds()'
 )
+_NUMBERS = "real numbers, shape (n,)"
 #: s, a time step that restarts the attitude filters.
 RESTART_S = -0.25
 
@@ -41,16 +42,9 @@ RESTART_S = -0.25
 class Place:
     """Location of the values of a record, for messages: ``a.csv, line 7, column gx``.
 
-    Attributes
-    ----------
-    where : str
-        Name of the data.
-    line : int, optional
-        Line of the first row; without it a value is named by its index from 0: ``data, gx[6]``.
-    start, every : int
-        Row k is row ``start + k * every`` of the data.
-    by_time : bool
-        Time steps are the differences of the column ``t``, which is named in their place.
+    Row k is row ``start + k * every`` of the data ``where``, whose first row is in line ``line``;
+    without lines a value is named by its index from 0: ``data, gx[6]``. ``by_time``: time steps are
+    the differences of the column ``t``, which is named in their place.
     """
 
     where: str
@@ -86,35 +80,20 @@ class Column:
 
 def name_of(path: Path) -> str:
     """Name of a file without suffix, with unprintable bytes escaped."""
-    packed = path.name.lower().endswith((".csv.gz", ".csv.zst"))
-    return (
-        Path(path.stem if packed else path.name)
-        .stem.encode("utf-8", "surrogateescape")
-        .decode("utf-8", "replace")
-    )
+    is_packed = path.name.lower().endswith((".csv.gz", ".csv.zst"))
+    stem = Path(path.stem if is_packed else path.name).stem
+    return stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Samples of named quantities.
+    """Samples of named quantities, in columns of equal length.
 
-    Attributes
-    ----------
-    name : str
-        Name for reports; that of the file without suffix.
-    columns : mapping of str to Column
-        Columns of equal length; ``t`` is the time, in seconds if without unit.
-        ``NAME_true`` holds the true values of output NAME.
-    place : Place
-        Location of the values, for messages.
-    source : str
-        Name of the record in messages: the file.
-    notes : tuple of str
-        Remarks about the data.
-    comparison : bool
-        Whether its reference is another device's estimate, not the truth.
-    faults : mapping of str to InputError
-        Errors of columns that are not all numbers, raised when such a column is used.
+    ``t`` is the time, in seconds if without unit; ``NAME_true`` holds the true values of output
+    NAME. ``place`` locates values in messages, where ``source`` (the file) names the record.
+    ``notes`` are remarks about the data. ``comparison``: its reference is another device's
+    estimate, not the truth. ``faults`` are the errors of columns that are not all numbers, raised
+    when such a column is used.
 
     Raises
     ------
@@ -135,31 +114,24 @@ class Record:
         first: dict[int, str] = {}  # column by length
         for name, column in self.columns.items():
             first.setdefault(len(column.values), name)
-        if len(first) != 1 or 0 in first:
-            found = " and ".join(f"{count} in {name}" for count, name in first.items())
-            raise InputError.at(
-                self.source or f"record {self.name!r}",
-                wanted="columns with one value for each sample, at least one",
-                found=found or "no column",
-                fix="give every column the same number of values"
-                if len(first) > 1
-                else "write at least one sample",
-            )
+        found = " and ".join(f"{count} in {name}" for count, name in first.items()) or "no column"
+        wanted = "columns with one value for each sample, at least one"
+        fix = "write at least one sample"
+        fix = "give every column the same number of values" if len(first) > 1 else fix
+        good = len(first) == 1 and 0 not in first
+        require(good, self.source or f"record {self.name!r}", wanted, found, fix)
         for name, column in self.columns.items():
             infinite = np.isinf(column.values)
             if infinite.any() and name not in self.faults:
-                wanted = ("a finite number", "an infinite one")
-                fault = self._fault(int(np.argmax(infinite)), name, *wanted)
+                row = int(np.argmax(infinite))
+                fault = self._fault(row, name, "a finite number", "an infinite one")
                 object.__setattr__(self, "faults", {**self.faults, name: fault})
-        if "t" in self.columns:
-            self._check_time()
-
-    def _check_time(self) -> None:
+        if "t" not in self.columns:
+            return
         t = self.numbers("t")
         if np.isnan(t).any():
             raise self._fault(int(np.argmax(np.isnan(t))), "t", "a time in every row", "no value")
-        is_late = np.diff(t) <= 0
-        if is_late.any():
+        if (is_late := np.diff(t) <= 0).any():
             row = int(np.argmax(is_late)) + 1
             raise _time_error(self, row, t[row - 1])
 
@@ -203,12 +175,10 @@ class Record:
         try:
             factor, offset = linear(column.unit, unit)
         except UnitError as error:
-            raise InputError.at(
-                f"{self.where}, column {name}",
-                wanted=f"a unit that converts to {unit or 'a plain number'}",
-                found=f"{column.unit} ({error})",
-                fix=_gravity(column.unit, unit) or "correct the unit in the header",
-            ) from None
+            where, found = f"{self.where}, column {name}", f"{column.unit} ({error})"
+            wanted = f"a unit that converts to {unit or 'a plain number'}"
+            fix = _gravity(column.unit, unit) or "correct the unit in the header"
+            raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
         return values * factor + offset
 
     def steps(self) -> FloatArray:
@@ -258,17 +228,12 @@ class Record:
         if isinstance(data, Record):
             return data
         names = getattr(getattr(data, "dtype", None), "names", None)
-        if names is None and isinstance(data, Mapping):
-            names = list(data)
-        elif names is None:
-            names = getattr(data, "columns", None)
         if names is None:
-            raise InputError.at(
-                name,
-                wanted="a path, arrays by column name, or a table with named columns",
-                found=type(data).__name__,
-                fix='give for example {"t": t, "z": z}',
-            )
+            names = list(data) if isinstance(data, Mapping) else getattr(data, "columns", None)
+        if names is None:
+            wanted = "a path, arrays by column name, or a table with named columns"
+            found, fix = type(data).__name__, 'give for example {"t": t, "z": z}'
+            raise InputError.at(name, wanted=wanted, found=found, fix=fix)
         arrays = [(str(n), _array(name, str(n), data[n])) for n in names]
         columns, faults = columns_of(name, arrays)
         return cls(name, columns, Place(name), faults=faults)
@@ -276,13 +241,8 @@ class Record:
 
 def steps_of(where: str, t: npt.NDArray[Any]) -> FloatArray:
     """Step that ends at each sample, (n,); the first one is the median of the next 1,000."""
-    if len(t) < 2:
-        raise InputError.at(
-            where,
-            wanted="two rows or more, for a time step",
-            found="one",
-            fix="use a longer log, or give a column dt",
-        )
+    wanted, fix = "two rows or more, for a time step", "use a longer log, or give a column dt"
+    require(len(t) > 1, where, wanted, "only one", fix)
     steps = np.diff(np.asarray(t, dtype=np.float64))
     return np.concatenate([[np.median(steps[:MEDIAN_OF])], steps])
 
@@ -298,14 +258,9 @@ def check_norm(record: Record, q: FloatArray) -> None:
     with np.errstate(over="ignore"):
         norm = np.sqrt((q * q).sum(axis=1))
     is_invalid = np.abs(norm - 1.0) > _NORM_TOLERANCE
-    if is_invalid.any():
-        row = int(np.argmax(is_invalid))
-        raise InputError.at(
-            record.place(row, QUATERNION[0]),
-            wanted="a quaternion of norm 1",
-            found=f"norm {norm[row]:.6g}",
-            fix="correct it, or leave the whole quaternion out",
-        )
+    row, fix = int(np.argmax(is_invalid)), "correct it, or leave the whole quaternion out"
+    place, found = record.place(row, QUATERNION[0]), f"norm {norm[row]:.6g}"
+    require(not is_invalid.any(), place, "a quaternion of norm 1", found, fix)
 
 
 def joined(blocks: list[Record]) -> Record:
@@ -374,19 +329,7 @@ def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
         yield joined(pending)
 
 
-def _time_error(record: Record, row: int, previous: float) -> InputError:
-    """The error of a row whose time is not above that of the row before."""
-    t = record.columns["t"]
-    unit = t.unit or "s"
-    return InputError.at(
-        record.place(row, "t"),
-        wanted=f"a time above {float(previous)!r} {unit}, that of the row before",
-        found=f"{float(t.values[row])!r} {unit}",
-        fix=_late_remedy(t, row, float(previous)),
-    )
-
-
-#: Counters that wrap: bits, name and length of their unit in seconds.
+#: Counters that wrap: bits, and name and length of their unit in seconds.
 _COUNTERS = [
     (bits, name, 2.0**bits * size)
     for name, size in (("microseconds", 1e-6), ("milliseconds", 1e-3))
@@ -394,55 +337,47 @@ _COUNTERS = [
 ]
 
 
-def _late_remedy(t: Column, row: int, previous: float) -> str:
-    """What to do about a time that does not rise: unwrap a counter, remove a row, or sort all."""
-    fall, factor = previous - float(t.values[row]), 1.0
-    if not fall:
+def _time_error(record: Record, row: int, previous: float) -> InputError:
+    """The error of a row whose time is not above that of the row before."""
+    t, previous = record.columns["t"], float(previous)
+    unit, time, factor = t.unit or "s", float(t.values[row]), 1.0
+    fix = f"correct or leave out the row of t = {time:.10g}, or sort the rows by their times; "
+    fix += "where a logger began anew, make two logs"
+    if time == previous:
         again = int((np.diff(t.values) == 0.0).sum())
+        fix = "remove one of the two" + f", and {again - 1} more such rows" * (again > 1)
         if again > len(t.values) // 2:
-            return "write times with more digits, or a column dt in place of t"
-        return "remove one of the two" + f", and {again - 1} more such rows" * (again > 1)
+            fix = "write times with more digits, or a column dt in place of t"
     with suppress(UnitError):
-        factor = linear(t.unit or "s", "s")[0]
+        factor = linear(unit, "s")[0]
     for bits, name, period in _COUNTERS:
-        if abs(fall * factor - period) <= 1e-3 * period:
-            return (
-                f"a {bits}-bit counter of {name} wraps here: add {period / factor:.10g} to this "
-                "time and to those after it"
-            )
-    if row > 1 and t.values[row - 2] < t.values[row] and (np.diff(t.values[row:][:8]) > 0.0).all():
-        return "if the time of the row before is wrong, remove that row; otherwise sort the rows"
-    following = t.values[row + 1 : row + 2]
-    if (following - previous > 1.5 * np.median(np.abs(np.diff(t.values)))).any():  # its place
-        return f"correct or leave out the row of t = {float(t.values[row]):.10g}"
-    if (t.values[row:] <= previous).sum() > 8:  # sorted, two recordings would be mixed
-        return "the clock steps back (a logger began anew?): make two logs, the second from here on"
-    return "sort the rows by their times"
+        if abs((previous - time) * factor - period) <= 1e-3 * period:
+            fix = f"a {bits}-bit counter of {name} wraps here: add {period / factor:.10g} to this "
+            fix += "time and to those after it"
+    wanted = f"a time above {previous!r} {unit}, that of the row before"
+    return InputError.at(record.place(row, "t"), wanted=wanted, found=f"{time!r} {unit}", fix=fix)
 
 
 def _gravity(unit: str, wanted: str) -> str:
     """The remedy where grams, or gauss, are probably multiples of standard gravity; else empty."""
-    candidate = f"{unit.lower()}0"
-    if re.fullmatch("[mu]?g0", candidate):
-        with suppress(UnitError):
-            linear(candidate, wanted)
-            return f"write {candidate} for standard gravity, as g is the gram and G the gauss"
+    with suppress(UnitError):
+        if unit.lower() in ("g", "mg", "ug"):
+            linear(f"{unit.lower()}0", wanted)
+            text = "for standard gravity, as g is the gram and G the gauss"
+            return f"write {unit.lower()}0 {text}"
     return ""
 
 
 def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
     try:
         array = np.asarray(values)
-        if isinstance(values, np.ma.MaskedArray) and array.dtype.kind in "biuf":
-            return np.where(np.ma.getmaskarray(values), np.nan, array)
-        return array
     except (TypeError, ValueError) as error:  # for example rows of different lengths
-        raise InputError.at(
-            f"{where}, column {column}",
-            wanted="real numbers, shape (n,)",
-            found=f"{type(values).__name__}, not convertible to an array",
-            fix="convert it",
-        ) from error
+        where, found = f"{where}, column {column}", type(values).__name__
+        found += ", not convertible to an array"
+        raise InputError.at(where, wanted=_NUMBERS, found=found, fix="convert it") from error
+    if isinstance(values, np.ma.MaskedArray) and array.dtype.kind in "biuf":
+        return np.where(np.ma.getmaskarray(values), np.nan, array)
+    return array
 
 
 def columns_of(
@@ -458,12 +393,9 @@ def columns_of(
     heads, held = [head for head, _ in arrays], [array for _, array in arrays]
     for (name, unit), array in zip(split_headers(where, heads), held, strict=True):
         if array.ndim != 1 or array.dtype.kind not in "biuf":
-            faults[name] = InputError.at(
-                f"{where}, column {name}",
-                wanted="real numbers, shape (n,)",
-                found=f"{array.dtype}, shape {array.shape}",
-                fix=SECONDS if array.dtype.kind == "M" else "convert it",
-            )
+            place, found = f"{where}, column {name}", f"{array.dtype}, shape {array.shape}"
+            fix = SECONDS if array.dtype.kind == "M" else "convert it"
+            faults[name] = InputError.at(place, wanted=_NUMBERS, found=found, fix=fix)
             lengths = [len(other) for other in held if other.ndim]
             if not lengths:
                 raise faults[name]
@@ -486,40 +418,28 @@ def is_unit(text: str) -> bool:
 
 
 def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | None]]:
-    """Names and units of columns; raises InputError as `split_header`, and for a name twice.
+    """Names and units of columns ``gx[deg/s]``; None without brackets, and checked at its use.
 
-    Round brackets that alone make a name another one, ``alt (m)`` and ``alt (ft)``, are part of it.
+    ``gx (deg/s)`` is the same. Other texts in round brackets, and those that alone make a name
+    another one, ``alt (m)`` and ``alt (ft)``, are a part of the name. InputError for a name twice.
     """
-    pairs = [split_header(where, head) for head in heads]
+    pairs = [_split_header(where, head) for head in heads]
     counts = Counter(name for name, _ in pairs)
     pairs = [
         (head.strip(), None) if counts[name] > 1 and "[" not in head else (name, unit)
         for head, (name, unit) in zip(heads, pairs, strict=True)
     ]
-    for name, count in Counter(name for name, _ in pairs).items():
-        if count > 1:
-            raise InputError.at(
-                where,
-                wanted="every column once",
-                found=f"{count} columns {name}",
-                fix="keep one of them",
-            )
+    for name, count in Counter(name for name, _ in pairs).most_common(1):
+        found = f"{count} columns {name}"
+        require(count == 1, where, "every column once", found, "keep one of them")
     return pairs
 
 
-def split_header(where: str, head: str) -> tuple[str, str | None]:
-    """Name and unit of ``gx[deg/s]``; None without brackets. The unit is checked at its use.
-
-    ``gx (deg/s)`` is the same; other texts in round brackets are a part of the name.
-    """
+def _split_header(where: str, head: str) -> tuple[str, str | None]:
     if (round_ := _ROUND.fullmatch(head.strip())) and is_unit(round_[2]):
         return round_[1], round_[2].strip()
-    name, bracket, rest = head.strip().partition("[")
-    name, unit = name.strip(), rest.strip()
-    if not bracket:
-        unit = "]"
-    if not name or not unit.endswith("]") or any(c in "[]" for c in unit[:-1] + name):
-        raise InputError.at(
-            where, wanted="column names like gx or gx[deg/s]", found=repr(head), fix="correct it"
-        )
-    return name, unit[:-1].strip() if bracket else None
+    parts = re.fullmatch(r"([^\[\]]*[^\[\]\s])\s*(?:\[([^\[\]]*)\])?", head.strip())
+    if parts is None:
+        wanted = "column names like gx or gx[deg/s]"
+        raise InputError.at(where, wanted=wanted, found=repr(head), fix="correct it")
+    return parts[1].strip(), None if parts[2] is None else parts[2].strip()

@@ -1,19 +1,26 @@
-"""Topics of recordings, by the libraries that read them.
+"""Topics of recordings, by the libraries that read them, and maps from topics to columns.
 
 PX4's flight logs, ``.ulg``, by pyulog. Bags of ROS 1 (``.bag``) and ROS 2 (a folder, ``.db3``), and
 MCAP, by rosbags; the time of a message is its header's stamp, where it has one, else that of the
 recorder.
+
+A map is a TOML file of tables ``[[source]]``: ``columns``; ``topic``, the name, or ``type``, that
+of its messages; ``fields``, names, or the path to a vector; ``unit``; ``frame`` (FRD, FRD to NED;
+"geodetic" of latitude, longitude and altitude, which become east, north and up of the first fix;
+"none"). Of several sources of the same columns the first that the recording has counts. ``extends``
+names a ready map (`READY`), whose sources of other columns count too. Further keys: `Source`.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import os
 import struct
+import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from functools import cache
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -24,7 +31,7 @@ import numpy.typing as npt
 from boresight.model.arrays import IntArray
 from boresight.model.errors import InputError
 from boresight.model.tools.extras import optional
-from boresight.sim.records.reading import opened, read_bytes
+from boresight.sim.records.reading import kind_of, opened, read_bytes
 
 #: First bytes, length of the header, and types of messages.
 _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
@@ -32,20 +39,19 @@ _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
 _FOLLOWING = 8
 #: Bytes of a message that is no sensor's (images, clouds), and numbers of an array.
 _LARGE, _ARRAY = 1 << 14, 64
+#: Maps that are ready, by name.
+READY = ("px4", "ros")
+#: Nanoseconds of the units that times may have.
+TIME_UNITS = {"s": 1e9, "ms": 1_000_000, "us": 1_000, "ns": 1}
+_FILLS = ("none", "hold", "linear")
 
 
 @dataclass(frozen=True, eq=False)
 class Topic:
-    """Messages of one name, as recorded.
+    """Messages of one name and type (``kind``), as recorded.
 
-    Attributes
-    ----------
-    name, kind : str
-        Name, and type of the messages.
-    stamps : int64 (n,)
-        Times [ns].
-    fields : mapping of str to array (n,)
-        Numbers of each message, by the path to them: ``angular_velocity.x``, ``q[0]``.
+    ``stamps`` (n,) are their times [ns]; ``fields`` the numbers of each message, (n,), by the path
+    to them: ``angular_velocity.x``, ``q[0]``.
     """
 
     name: str
@@ -87,7 +93,7 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
         for data in log.data_list:
             name = f"{data.name}.{data.multi_id}" if data.name in topics else data.name
             stamps = data.data["timestamp"].astype(np.int64) * 1000
-            topics[name] = Topic(name, data.name if name == data.name else name, stamps, data.data)
+            topics[name] = Topic(name, name, stamps, data.data)
     except Exception as error:  # pyulog raises exceptions of any kind for damaged bytes
         raise _damage(path, "a flight log of PX4 (ULog)", error, "download it again") from None
     return Recording(tuple(topics.values()), tuple(notes))
@@ -204,13 +210,116 @@ class _Series:
 
 def _leaves(message: Any, prefix: str = "") -> Iterator[tuple[str, int]]:
     """Paths to numbers and to short arrays of them, with their size; 0 of a number."""
-    for field in dataclasses.fields(message):
-        path, value = f"{prefix}{field.name}", getattr(message, field.name)
-        if field.name.isupper():  # a constant of the message
+    for part in fields(message):
+        path, value = f"{prefix}{part.name}", getattr(message, part.name)
+        if part.name.isupper():  # a constant of the message
             continue
-        if dataclasses.is_dataclass(value):
+        if is_dataclass(value):
             yield from _leaves(value, f"{path}.")
         elif isinstance(value, bool | int | float):
             yield path, 0
         elif isinstance(value, np.ndarray) and 0 < value.size <= _ARRAY:
             yield path, value.size
+
+
+@dataclass(frozen=True)
+class Source:
+    """Source of columns, from a topic of this name, or else with messages of this type.
+
+    ``fields`` has one for each column, or the path to a vector of them; ``scale`` are factors.
+    ``time`` is the field with the time of a sample, ``delay`` one that is added to the recorded
+    time, both in ``time_unit``. ``fill`` are the values of rows between samples: none, hold, or
+    linear (true values). ``covariance`` is a field that is -1 in messages without a sample, as ROS
+    has it. A source may be ``optional``, or another device's estimate (``comparison``).
+    """
+
+    columns: tuple[str, ...]
+    fields: tuple[str, ...]
+    topic: str = ""
+    type: str = ""
+    unit: str = ""
+    frame: str = ""
+    scale: tuple[float, ...] = field(default=(), repr=False)
+    time: str = ""
+    delay: str = ""
+    time_unit: str = ""
+    fill: str = "none"
+    covariance: str = ""
+    optional: bool = False
+    comparison: bool = False
+
+    @property
+    def label(self) -> str:
+        """Name or type of the topic."""
+        return self.topic or self.type
+
+
+@cache
+def ready_map(name: str) -> tuple[Source, ...]:
+    """The sources of one of `READY`."""
+    return read_map(Path(__file__).with_name(f"{name}.toml"))
+
+
+def read_map(path: str | Path) -> tuple[Source, ...]:
+    """The sources of a file; an InputError names the source by its number, from 1."""
+    content = read_bytes(path, "a map that can be read")
+    try:
+        data = tomllib.loads(content.decode())
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        fix, found = "correct the file", str(error)[:120]
+        raise InputError.at(str(path), wanted="a map in TOML", found=found, fix=fix) from None
+    extends, tables = data.pop("extends", None), data.pop("source", None)
+    if data or not isinstance(tables, list) or not tables or extends not in (None, *READY):
+        wanted = f"tables [[source]], and perhaps extends = {' or '.join(map(repr, READY))}"
+        found = ", ".join([*data, *["extends"] * (extends is not None)]) or "no source"
+        fix = "see the page on flight logs and bags"
+        raise InputError.at(str(path), wanted=wanted, found=found, fix=fix)
+    sources = tuple(_source(f"{path}, source {k + 1}", table) for k, table in enumerate(tables))
+    names = {source.columns for source in sources}
+    inherited = () if extends is None else ready_map(extends)
+    return sources + tuple(source for source in inherited if source.columns not in names)
+
+
+def _source(where: str, table: Any) -> Source:
+    def need(good: object, wanted: str, found: str) -> None:
+        if not good:
+            raise InputError.at(where, wanted=wanted, found=found, fix="correct the map")
+
+    need(isinstance(table, dict), "a table", kind_of(table))
+    kinds = {f.name: (str(f.type), f.default is MISSING) for f in fields(Source)}
+    for name in table:
+        need(name in kinds, f"keys {', '.join(kinds)}", name)
+    values = {name: _value(f"{where}, {name}", kinds[name][0], v) for name, v in table.items()}
+    for name, (_, is_required) in kinds.items():
+        need(values.get(name) or not is_required, f"a key {name}", "none")
+    made = Source(**values)
+    count, frame, is_attitude = len(made.columns), made.frame, " to " in made.frame
+    both = "both" if made.topic else "neither"
+    need(bool(made.topic) != bool(made.type), "topic or type", both)
+    is_complete = len(made.fields) in (1, count) and len(made.scale) in (0, 1, count)
+    need(is_complete, f"{count} fields, one for each column", str(len(made.fields)))
+    need(frame or count < 2, "a frame, for example FRD or FRD to NED (none: no vector)", "none")
+    is_vector = frame in ("", "none") or count == (4 if is_attitude else 3)
+    need(is_vector, f"columns for the frame {frame}", ", ".join(made.columns))
+    has_unit = "unit" in table or is_attitude or frame == "geodetic"
+    need(has_unit, "a unit, since the file tells none ('': a plain number)", "none")
+    need(made.fill in _FILLS, f"fill {', '.join(_FILLS)}", repr(made.fill))
+    is_timed = made.time_unit in TIME_UNITS or not (made.time or made.delay)
+    need(is_timed, f"time_unit {', '.join(TIME_UNITS)}", repr(made.time_unit))
+    return made
+
+
+def _value(where: str, kind: str, value: Any) -> Any:
+    """A value of TOML as one of a source; a text or a number stands for a list of one."""
+    types: tuple[type, ...] = (str,) if "str" in kind else (int, float)
+    wanted = {"str": "a text", "bool": "true or false"}.get(kind)
+    if wanted is None:
+        items = value if isinstance(value, list) else [value]
+        wanted = "texts" if "str" in kind else "numbers"
+        good = items and all(isinstance(x, types) and not isinstance(x, bool) for x in items)
+        value = tuple(items) if good else value
+    else:
+        good = isinstance(value, str if kind == "str" else bool)
+    if not good:
+        raise InputError.at(where, wanted=wanted, found=kind_of(value), fix="correct the map")
+    return value

@@ -9,16 +9,16 @@ import math
 import re
 import shlex
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import require, require_choice, require_whole
 from boresight.model.settings import CURRENT
-from boresight.model.units import UnitError, linear
-from boresight.sim.records.maps import read_map
+from boresight.model.units import linear
 from boresight.sim.records.record import (
     MEDIAN_OF,
     RESTART_S,
@@ -30,27 +30,18 @@ from boresight.sim.records.record import (
     timed,
 )
 
-#: Median steps from which on a step is a gap.
-GAP_STEPS = 3.0
-#: Meaning of a gap: an error, a restart of an attitude filter.
-GAPS = ("refuse", "restart")
+#: Median steps from which on a step is a gap; an error, or a restart of an attitude filter.
+GAP_STEPS, GAPS = 3.0, ("refuse", "restart")
 
 
 @dataclass(frozen=True)
 class Selection:
     """Rows of a log file that are read.
 
-    Attributes
-    ----------
-    start_s, end_s : float
-        Times from the first row on: from (with it), to (without it).
-    every : int
-        Of so many rows the last is read; its time step is that of all of them, and a sample that
-        only one of the others has stands in it.
-    gaps : str
-        One of `GAPS`, or empty: a gap is one long step.
-    map : path or None
-        Map of topics, instead of the ready ones.
+    ``start_s`` and ``end_s`` are times from the first row on: from (with it), to (without it). Of
+    ``every`` rows the last is read; its time step is that of all of them, and a sample that only
+    one of the others has stands in it. ``gaps`` is one of `GAPS`, or empty: a gap is one long step.
+    ``map`` is a map of topics, instead of the ready ones.
     """
 
     start_s: float = 0.0
@@ -70,22 +61,13 @@ class Selection:
     ) -> Selection:
         """The selection of texts such as "10s"; raises InputError, also for a bad map."""
         start_s, end_s = _seconds("--from", start, 0.0), _seconds("--to", end, math.inf)
-        if not 0.0 <= start_s < end_s:
-            raise InputError.at(
-                "--to" if end is not None else "--from",
-                wanted="0 s or more for --from, and a later time for --to",
-                found=f"{start_s:g} s and {end_s:g} s",
-                fix="choose another",
-            )
-        if every is not None and every < 1:
-            raise InputError.at(
-                "--every", wanted="1 or more", found=str(every), fix="choose another"
-            )
+        where, found = "--from" if end is None else "--to", f"{start_s:g} s and {end_s:g} s"
+        wanted = "0 s or more for --from, and a later time for --to"
+        require(0.0 <= start_s < end_s, where, wanted, found, "choose another")
+        require_whole("--every", every, 1)
         if gaps is not None:
             fix = "choose one of these, or leave --gaps out: a gap is one long step then"
             require_choice("--gaps", gaps, GAPS, fix)
-        if map is not None:
-            read_map(map)
         return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
 
     @property
@@ -96,14 +78,13 @@ class Selection:
     @property
     def options(self) -> str:
         """Options of a command line that select these rows, each after a space."""
-        values = {
-            "from": f"{self.start_s!r}s" if self.start_s else "",
-            "to": f"{self.end_s!r}s" if math.isfinite(self.end_s) else "",
-            "every": str(self.every) if self.every > 1 else "",
-            "gaps": self.gaps,
-            "map": "" if self.map is None else shlex.quote(str(self.map)),
-        }
-        return "".join(f" --{name} {value}" for name, value in values.items() if value)
+        return (
+            f" --from {self.start_s!r}s" * (self.start_s > 0.0)
+            + f" --to {self.end_s!r}s" * math.isfinite(self.end_s)
+            + f" --every {self.every}" * (self.every > 1)
+            + f" --gaps {self.gaps}" * bool(self.gaps)
+            + f" --map {shlex.quote(str(self.map))}" * (self.map is not None)
+        )
 
     @property
     def sliced(self) -> bool:
@@ -133,25 +114,16 @@ class Selection:
             if len(block):
                 count += len(block)
                 yield block
-        if not count:
-            raise InputError.at(
-                where,
-                wanted=f"rows in the slice, {self.every} or more",
-                found=str(available or "none"),
-                fix="choose a smaller --every" if available else "choose another slice",
-            )
+        wanted, fix = f"rows in the slice, {self.every} or more", "choose another slice"
+        fix = "choose a smaller --every" if available else fix
+        require(count > 0, where, wanted, available or None, fix)
 
     def _slice(self, blocks: Iterable[Record]) -> Iterator[Record]:
         """The rows of the times that are selected, without steps: the first has none behind it."""
         first: float | None = None
         for block in blocks:
-            if "t" not in block.columns:
-                raise InputError.at(
-                    block.where,
-                    wanted="a column t, of which a slice is taken",
-                    found="none",
-                    fix="add the times, or leave --from and --to out",
-                )
+            wanted, fix = "a column t, of which a slice is taken", "add the times, or leave --from"
+            require("t" in block.columns, block.where, wanted, None, f"{fix} and --to out")
             t = block.values("t", "s")
             first = float(t[0]) if first is None else first
             ends = np.array([first + self.start_s, first + self.end_s])
@@ -189,13 +161,8 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
     for block in blocks:
         if pending is not None:
             yield pending
-        if not {"t", "dt"} & {*block.columns}:
-            raise InputError.at(
-                block.where,
-                wanted="a column t or dt, in which gaps are seen",
-                found="neither",
-                fix="add the times, or leave --gaps out",
-            )
+        wanted, fix = "a column t or dt, in which gaps are seen", "leave --gaps out"
+        require(not {"t", "dt"}.isdisjoint(block.columns), block.where, wanted, None, fix)
         column = "t" if "t" in block.columns else "dt"
         if column == "t":
             t = block.values("t", "s")
@@ -209,49 +176,34 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
         gaps = steps > limit
         if gaps.any():
             row = int(np.argmax(gaps))
-            if rule == "refuse":
-                raise InputError.at(
-                    block.place(row, column),
-                    wanted=f"steps of at most {limit:.6g} s, three medians",
-                    found=f"a gap of {steps[row]:.6g} s",
-                    fix="without --gaps it is one step; --gaps restart restarts the filter",
-                )
+            wanted = f"steps of at most {limit:.6g} s, three medians"
+            found = f"a gap of {steps[row]:.6g} s"
+            fix = "without --gaps it is one step; --gaps restart restarts the filter"
+            require(rule != "refuse", block.place(row, column), wanted, found, fix)
             count, longest = count + int(gaps.sum()), max(longest, float(steps.max()))
             dt = np.where(gaps, RESTART_S, block.steps())
             block = replace(block, columns={**block.columns, "dt": Column(dt, "s")})
         pending = block
     if pending is not None:
-        if count:
-            note = "gaps in the times, where the filter restarts: "
-            note += f"{count}, the longest of {longest:.3g} s"
-            pending = replace(pending, notes=(*pending.notes, note))
-        yield pending
+        text = "gaps in the times, where the filter restarts"
+        notes = (f"{text}: {count}, the longest of {longest:.3g} s",) * (count > 0)
+        yield replace(pending, notes=pending.notes + notes)
 
 
 @dataclass(frozen=True)
 class Clock:
     """Steps between the times of samples.
 
-    Attributes
-    ----------
-    samples : int
-    rate_hz : float or None
-        Of the median step; None of fewer than two times.
-    jitter_s : float
-        Root mean square of the steps' distance from the median, without gaps.
-    gaps : int
-        Steps above `GAP_STEPS` medians.
-    longest_s : float
-        The longest step.
-    repeated, late : int
-        Messages with the time of another, and messages out of order.
+    ``rate_hz`` is that of the median step; ``jitter_s`` the root mean square of the steps' distance
+    from it, without gaps, which are steps above `GAP_STEPS` medians. ``repeated`` counts messages
+    with the time of another, ``late`` messages out of order.
     """
 
     samples: int
-    rate_hz: float | None
-    jitter_s: float
-    gaps: int
-    longest_s: float
+    rate_hz: float | None = None
+    jitter_s: float = 0.0
+    gaps: int = 0
+    longest_s: float = 0.0
     repeated: int = 0
     late: int = 0
 
@@ -259,10 +211,10 @@ class Clock:
     def of_steps(cls, steps: FloatArray) -> Clock:
         """The clock of steps between rising times [s]."""
         if not len(steps):
-            return cls(1, None, 0.0, 0, 0.0)
+            return cls(1)
         median = float(np.median(steps))
         if median <= 0.0:  # times that are declared otherwise, such as restarts
-            return cls(len(steps) + 1, None, 0.0, 0, float(steps.max()))
+            return cls(len(steps) + 1, longest_s=float(steps.max()))
         gaps = steps > GAP_STEPS * median
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
         return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
@@ -292,18 +244,12 @@ def _seconds(where: str, value: str | float | None, default: float) -> float:
     """A time such as 10s, 500ms, 2min; a plain number is in seconds."""
     if value is None:
         return default
-    match = _TIME.fullmatch(str(value).strip())
-    try:
-        if match is not None:
-            number = float(match[1])
-            factor, _ = linear(match[2], "s") if match[2] else (1.0, 0.0)
-            if math.isfinite(number):
-                return number * factor
-    except (ValueError, UnitError):
-        pass
-    raise InputError.at(
-        where, wanted="a time such as 10s or 2min", found=repr(value), fix="correct it"
-    )
+    seconds = math.inf
+    if match := _TIME.fullmatch(str(value).strip()):
+        with suppress(ValueError):
+            seconds = float(match[1]) * linear(match[2] or "s", "s")[0]
+    require(math.isfinite(seconds), where, "a time such as 10s or 2min", value)
+    return seconds
 
 
 def selection() -> Selection:

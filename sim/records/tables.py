@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
@@ -20,28 +19,26 @@ import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.tools.extras import optional
 from boresight.sim.records.nine_axis import TRIADS
-from boresight.sim.records.record import Place, Record, columns_of, name_of
+from boresight.sim.records.record import Place, Record, columns_of, joined, name_of
 
 #: Arrays by the names of their columns.
 Arrays: TypeAlias = Sequence[tuple[str, npt.NDArray[Any]]]
 
 #: Arrays of several columns, and these.
 _TRIPLES = {**{key: names for key, (names, _) in TRIADS.items()}, "q": QUATERNION}
-#: Bytes of all arrays of an archive, at most.
-_LARGEST = 4 << 30
 
 
-def records_of(path: Path, blocks: Iterable[Arrays]) -> Iterator[Record]:
+def records_of(
+    read: Callable[[BinaryIO], Iterator[Arrays]], path: Path, file: BinaryIO
+) -> Iterator[Record]:
     """The records of a file's arrays, in blocks that follow each other."""
     start, where = 0, str(path)
-    for arrays in blocks:
-        if not arrays:
-            raise InputError.at(
-                where, wanted="arrays", found="an empty archive", fix="store one array per column"
-            )
+    for arrays in read(file):
+        fix = "store one array per column"
+        require(bool(arrays), where, "arrays", "an empty archive", fix)
         columns, faults = columns_of(where, _flattened(where, arrays), copy=False)
         yield Record(name_of(path), columns, Place(where, start=start), where, faults=faults)
         start += len(next(iter(columns.values())).values)
@@ -72,24 +69,13 @@ def _flattened(where: str, arrays: Arrays) -> Arrays:
 
 
 def read_npz(file: BinaryIO) -> Iterator[Arrays]:
-    """Arrays of an archive; raises InputError for more bytes than `_LARGEST`."""
+    """Arrays of an archive."""
     content = io.BytesIO(file.read())
     if not zipfile.is_zipfile(content):
         raise ValueError("no archive, as numpy.savez writes it")
     content.seek(0)
     archive = np.load(content, allow_pickle=False)
-    size = sum(info.file_size for info in archive.zip.infolist())
-    if size > _LARGEST:
-        raise InputError.at(
-            getattr(file, "name", "archive"),
-            wanted=f"at most {_LARGEST >> 30} GiB of arrays",
-            found=f"{size / 2**30:.3g} GiB, unpacked",
-            fix="write it as Parquet, which is read in pieces",
-        )
-    arrays = [(key, archive[key]) for key in archive.files]
-    if not all(isinstance(array, np.ndarray) for _, array in arrays):
-        raise ValueError("a member is no array")
-    yield arrays
+    yield [(key, archive[key]) for key in archive.files]
 
 
 def read_mat(file: BinaryIO) -> Iterator[Arrays]:
@@ -107,12 +93,14 @@ def read_mat(file: BinaryIO) -> Iterator[Arrays]:
 
 def read_feather(file: BinaryIO) -> Iterator[Arrays]:
     """Columns of a Feather file (version 2, or 1)."""
-    yield _numbers(_arrow("feather").read_table(_arrow().BufferReader(file.read())))
+    yield _numbers(
+        optional("pyarrow.feather").read_table(optional("pyarrow").BufferReader(file.read()))
+    )
 
 
 def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
     """Columns of a Parquet file, 65,536 rows at a time."""
-    parquet, is_empty = _arrow("parquet"), True
+    parquet, is_empty = optional("pyarrow.parquet"), True
     file = file if file.seekable() else io.BytesIO(file.read())
     # A buffer for reading ahead would be held to the end of the file.
     table = parquet.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
@@ -131,38 +119,31 @@ def _numbers(table: Any) -> Arrays:
     return list(zip(table.schema.names, arrays, strict=True))
 
 
-def _arrow(name: str = "") -> ModuleType:
-    return optional(f"pyarrow.{name}" if name else "pyarrow")
-
-
 def _heads(record: Record) -> dict[str, FloatArray]:
     """Columns of a record by name, with their units in brackets."""
     return {c.head(name): c.values for name, c in record.columns.items()}
 
 
-def npz_of(record: Record) -> bytes:
-    """Pack a record: one array for each column."""
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **_heads(record))
-    return buffer.getvalue()
+def write_npz(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    """Write one array for each column."""
+    np.savez_compressed(file, allow_pickle=False, **_heads(joined([*blocks])))
 
 
-def mat_of(record: Record) -> bytes:
-    """Pack a record: a column vector for each column, and the struct ``units``."""
-    arrays: dict[str, Any] = {n: c.values[:, None] for n, c in record.columns.items()}
-    if units := {n: c.unit for n, c in record.columns.items() if c.unit is not None}:
+def write_mat(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    """Write a column vector for each column, and the struct ``units``."""
+    columns, buffer = joined([*blocks]).columns, io.BytesIO()
+    arrays: dict[str, Any] = {n: c.values[:, None] for n, c in columns.items()}
+    if units := {n: c.unit for n, c in columns.items() if c.unit is not None}:
         arrays["units"] = units
-    buffer = io.BytesIO()
     optional("scipy.io").savemat(buffer, arrays, long_field_names=True, do_compression=True)
-    content = buffer.getvalue()
-    return b"MATLAB 5.0 MAT-file".ljust(116) + content[116:]  # scipy writes the time there
+    # scipy writes the time into the head.
+    file.write(b"MATLAB 5.0 MAT-file".ljust(116) + buffer.getvalue()[116:])
 
 
-def feather_of(record: Record) -> bytes:
-    """Pack a record: one column for each, compressed by LZ4."""
-    buffer = io.BytesIO()
-    _arrow("feather").write_feather(_arrow().table(_heads(record)), buffer, compression="lz4")
-    return buffer.getvalue()
+def write_feather(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    """Write a column for each, compressed by LZ4."""
+    table = optional("pyarrow").table(_heads(joined([*blocks])))
+    optional("pyarrow.feather").write_feather(table, file, compression="lz4")
 
 
 def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
@@ -171,9 +152,9 @@ def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
     Bytes of like weight stand together (BYTE_STREAM_SPLIT): measured values repeat too seldom for
     a dictionary, which takes four times as long and twice the space.
     """
-    parquet, writer = _arrow("parquet"), None
+    parquet, writer = optional("pyarrow.parquet"), None
     for block in blocks:
-        table = _arrow().table(_heads(block))
+        table = optional("pyarrow").table(_heads(block))
         if writer is None:
             options = {"use_dictionary": False, "use_byte_stream_split": True}
             writer = parquet.ParquetWriter(file, table.schema, compression="lz4", **options)

@@ -10,11 +10,11 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from importlib import import_module
-from itertools import chain
 from pathlib import Path
 from shlex import quote
 from typing import BinaryIO
@@ -22,7 +22,7 @@ from typing import BinaryIO
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.sim.records.record import (
     SECONDS,
     Column,
@@ -35,8 +35,6 @@ from boresight.sim.records.record import (
 
 #: Values from which on pyarrow is worth its import.
 _FAST_FROM = 100_000
-#: Texts of no sample, in any case.
-_NONE = ("", "nan", "-nan")
 #: Texts that others write for a missing value.
 _MISSING = ("na", "n/a", "none", "null", "-", "--", "?")
 #: Bytes that are read at once.
@@ -68,28 +66,13 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
 
     An InputError names line and column; rows before have been given then.
     """
-    top, offset, is_empty = 0, 0, True
-    while True:
-        line = file.readline()
-        if b"\r" in line.rstrip(b"\r\n"):  # line ends of old: all of the file is one line
-            file = io.BytesIO(line.replace(b"\r", b"\n") + file.read().replace(b"\r", b"\n"))
-            line = file.readline()
-        if not line:
-            raise InputError.at(
-                str(path),
-                wanted="a header of column names",
-                found="an empty file" if is_empty else "only blank lines and comments",
-                fix="write the header and one line per sample",
-            )
-        is_empty = is_empty and not line.strip()
+    top, offset, text = 0, 0, "#"
+    while text.strip().strip('"') in ("", "sep=,") or text.startswith(("#", "%", "//")):
+        line, fix = file.readline(), "write the header and one line per sample"
+        found = "only blank lines and comments" if offset else "an empty file"
+        require(bool(line), str(path), "a header of column names", found, fix)
+        text = _text(path, top + 1, offset, line).rstrip("\n")
         top, offset = top + 1, offset + len(line)
-        text = _text(path, top, offset - len(line), line).rstrip("\n")
-        if (
-            text.strip()
-            and not text.startswith(("#", "%", "//"))
-            and text.strip().strip('"') != "sep=,"
-        ):
-            break
     heads = _header(path, top, text)
     first, pending = top + 1, b""
     while block := file.read(_BLOCK):
@@ -101,13 +84,8 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         if lines:
             yield (record := _record(path, first, offset, heads, lines))
             first, offset = first + len(record), offset + len(lines)
-    if first == top + 1:
-        raise InputError.at(
-            f"{path}, line {top}",
-            wanted="rows of samples below the header",
-            found="none",
-            fix="write one line per sample",
-        )
+    wanted, fix = "rows of samples below the header", "write one line per sample"
+    require(first > top + 1, f"{path}, line {top}", wanted, None, fix)
 
 
 def _record(
@@ -128,75 +106,50 @@ def _record(
 
 def _text(path: Path, first: int, offset: int, content: bytes) -> str:
     """Text of some lines, with plain line ends; raises InputError for what is no UTF-8 text."""
+    fix = "export it as UTF-8; other formats need their suffix, as .npz or .parquet"
     if b"\0" in content:
-        is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        used = content.rstrip(b"\0")
+        used, found = content.rstrip(b"\0"), "binary data"
         start = offset + len(used)
-        is_cut = b"\0" not in used and start > 0
-        raise InputError.at(
-            str(path),
-            wanted="a CSV log in UTF-8 text",
-            found="UTF-16 text"
-            if is_utf16
-            else f"zeros from byte {start} to the end"
-            if is_cut
-            else "binary data",
-            fix=f"keep its beginning: head -c {start} {quote(str(path))} > {_beside(path, 'cut')}"
-            if is_cut
-            else "export it as UTF-8; other formats need their suffix, as .npz or .parquet",
-        )
+        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            found = "UTF-16 text"
+        elif b"\0" not in used and start > 0:
+            found = f"zeros from byte {start} to the end"
+            fix = f"keep its beginning: head -c {start} {quote(str(path))} > {_beside(path, 'cut')}"
+        raise InputError.at(str(path), wanted="a CSV log in UTF-8 text", found=found, fix=fix)
     try:
         text = content.decode("utf-8-sig" if offset == 0 else "utf-8")
     except UnicodeDecodeError as error:
         line = first + content.count(b"\n", 0, error.start)
-        raise InputError.at(
-            f"{path}, line {line}",
-            wanted="a CSV log in UTF-8 text",
-            found=f"the byte {content[error.start]:#04x}, as of text in Latin-1",
-            fix=f"iconv -f latin1 -t utf-8 {quote(str(path))} > {_beside(path, 'utf8')}",
-        ) from None
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+        found = f"the byte {content[error.start]:#04x}, as of text in Latin-1"
+        fix = f"iconv -f latin1 -t utf-8 {quote(str(path))} > {_beside(path, 'utf8')}"
+        wanted = "a CSV log in UTF-8 text"
+        raise InputError.at(f"{path}, line {line}", wanted=wanted, found=found, fix=fix) from None
+    return text.replace("\r\n", "\n")
 
 
 def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
-    where = f"{path}, line {number}"
-    first = 1
-    if line.startswith("version https://git-lfs"):
-        raise InputError.at(where, wanted="a log", found="a pointer of Git LFS", fix="git lfs pull")
+    where, file, first = f"{path}, line {number}", quote(str(path)), 1
+    is_pointer = line.startswith("version https://git-lfs")
+    require(not is_pointer, where, "a log", "a pointer of Git LFS", "git lfs pull")
     if said := re.fullmatch(r"\W*sep=(.)\W*", line):
         line, first = f"a{said[1]}b", number + 1  # of the line below, which has the names
     for separator, name, command in _SEPARATORS:
         if "," not in line and separator in line.strip():
-            command = f"tail -n +{first} {quote(str(path))} | {command} > {_beside(path, 'commas')}"
-            packed = path.suffix.lower() in (".gz", ".zst")
-            raise InputError.at(
-                where,
-                wanted="commas between the columns, and decimal points",
-                found=name,
-                fix="export it so" if packed else f"export it so, or: {command}",
-            )
+            fix = f", or: tail -n +{first} {file} | {command} > {_beside(path, 'commas')}"
+            fix = "export it so" + fix * (path.suffix.lower() not in (".gz", ".zst"))
+            wanted = "commas between the columns, and decimal points"
+            raise InputError.at(where, wanted=wanted, found=name, fix=fix)
     fields = _fields(where, line) if '"' in line else line.split(",")
-    if not fields[-1].strip() and all(map(str.strip, fields[:-1])):
-        raise InputError.at(
-            where,
-            wanted="a name between all commas",
-            found="a comma at the end",
-            fix=f"sed 's/, *\\r*$//' {quote(str(path))} > {_beside(path, 'columns')}",
-        )
-    if not fields[0].strip() and len(fields) > 1:
-        raise InputError.at(
-            where,
-            wanted="a name for every column",
-            found="none for the first one (an index of pandas?)",
-            fix="name it, or write the file without it (index=False)",
-        )
-    if all(_number(field) is not None for field in fields):
-        raise InputError.at(
-            where,
-            wanted="a header of column names",
-            found="numbers only",
-            fix="write the names of the columns above the first sample",
-        )
+    names = [bool(field.strip()) for field in fields]
+    fix = f"sed 's/, *\\r*$//' {file} > {_beside(path, 'columns')}"
+    is_ended = not names[-1] and all(names[:-1])
+    require(not is_ended, where, "a name between all commas", "a comma at the end", fix)
+    found, fix = "none for the first one (an index of pandas?)", "name it, or write the file"
+    is_named = names[0] or len(names) == 1
+    require(is_named, where, "a name for every column", found, f"{fix} without it (index=False)")
+    is_header = not all(math.isfinite(_number(field)) for field in fields)
+    fix = "write the names of the columns above the first sample"
+    require(is_header, where, "a header of column names", "numbers only", fix)
     return split_headers(where, fields)
 
 
@@ -210,12 +163,10 @@ def _fields(where: str, line: str) -> list[str]:
     try:
         (fields,) = csv.reader([line], strict=True, skipinitialspace=True)
     except csv.Error:
-        raise InputError.at(
-            where,
-            wanted="quotes around whole fields, each within the line",
-            found="one that does not end, or text beside one",
-            fix='remove it, or write "" for a quote within a field',
-        ) from None
+        wanted = "quotes around whole fields, each within the line"
+        found = "one that does not end, or text beside one"
+        fix = 'remove it, or write "" for a quote within a field'
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
     return fields
 
 
@@ -230,35 +181,29 @@ def _table(
     ]
     wrong = next((k for k, parts in enumerate(split) if len(parts) != width), None)
     if wrong is not None:
-        raise InputError.at(
-            f"{path}, line {wrong + first_line}",
-            wanted=f"{width} fields, as in the header",
-            found=str(len(split[wrong])) if rows[wrong].strip() else "an empty line",
-            fix="complete or remove the line",
-        )
-    table = _numbers(",".join(rows), list(chain.from_iterable(split))).reshape(-1, width)
+        where, wanted = f"{path}, line {wrong + first_line}", f"{width} fields, as in the header"
+        found = str(len(split[wrong])) if rows[wrong].strip() else "an empty line"
+        raise InputError.at(where, wanted=wanted, found=found, fix="complete or remove the line")
+    table = np.array([_number(field) for row in split for field in row]).reshape(-1, width)
     invalid = np.isinf(table)
     faults = {}
     for column in np.flatnonzero(invalid.any(axis=0)).tolist():
-        row = int(np.argmax(invalid[:, column]))
-        field = split[row][column].strip()
+        row, name = int(np.argmax(invalid[:, column])), names[column]
+        field, where = split[row][column].strip(), f"{path}, line {row + first_line}"
+        wanted, fix = "a finite number", "correct or remove the line"
+        found = repr(field if len(field) <= 40 else f"{field[:37]}...")
+        unit = field.strip("[]() ")
         if _is_header(split[row], names):
-            faults[names[column]] = InputError.at(
-                f"{path}, line {row + first_line}",
-                wanted="a sample",
-                found="the header again",
-                fix="remove the line; if a logger started again there, make two files",
-            )
-            continue
-        faults[names[column]] = InputError.at(
-            f"{path}, line {row + first_line}, column {names[column]}",
-            wanted="a finite number",
-            found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
-            fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
-            or (SECONDS if re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", field) else "")
-            or ("leave a missing value empty" if field.lower() in _MISSING else "")
-            or "correct or remove the line",
-        )
+            wanted, found = "a sample", "the header again"
+            fix = "remove the line; if a logger started again there, make two files"
+        elif not np.isfinite(table[row]).any() and unit[:1].isalpha() and is_unit(unit):
+            fix = f"a line of units? write them in the header, {name}[{unit}], and remove the line"
+        elif re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", field):
+            fix = SECONDS
+        elif field.lower() in _MISSING:
+            fix = "leave a missing value empty"
+        where += f", column {name}" * (wanted != "a sample")
+        faults[name] = InputError.at(where, wanted=wanted, found=found, fix=fix)
     table[invalid] = np.nan
     return table, faults
 
@@ -270,36 +215,16 @@ def _is_header(fields: Sequence[str], names: Sequence[str]) -> bool:
     return False
 
 
-def _units_fix(name: str, text: str) -> str:
-    """The remedy for a text that is a unit, in a row without numbers; else empty."""
-    unit = text.strip("[]() ")
-    if not (unit[:1].isalpha() and is_unit(unit)):
-        return ""
-    return f"a line of units? write them in the header, {name}[{unit}], and remove the line"
-
-
-def _numbers(body: str, fields: list[str]) -> FloatArray:
-    """Value of each field: NaN if it is empty or "nan", infinity if it is no finite number."""
-    # The fast path takes plain numbers only: float() also accepts "inf", "1_000", and digits of
-    # other scripts.
-    plain = not body.encode().translate(None, delete=b"0123456789+-.eE, \t")
-    if plain:
-        try:
-            return np.array([float(field or "nan") for field in fields])
-        except ValueError:
-            pass  # examine each field, as the caller must name the faulty one
-    texts = (field.strip() for field in fields)
-    values = (np.nan if text.lower() in _NONE else _number(text) for text in texts)
-    return np.array([np.inf if value is None else value for value in values])
-
-
-def _number(field: str) -> float | None:
-    """Return a finite number, or None for other texts."""
+def _number(field: str) -> float:
+    """A finite number; NaN for no sample, infinity for other texts."""
+    text = field.strip()
+    if text.lower() in ("", "nan", "-nan"):
+        return math.nan
     try:
-        value = float(field) if field.isascii() and "_" not in field else np.inf
+        value = float(text) if text.isascii() and "_" not in text else math.inf
     except ValueError:
-        return None
-    return value if np.isfinite(value) else None
+        return math.inf
+    return value if math.isfinite(value) else math.inf
 
 
 def _fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:

@@ -60,17 +60,21 @@ _SURER = (1.0, 1.4)
 #: Symmetric matrices without trace: what soft iron adds to a field of one length.
 _SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
 _SHAPES += [np.eye(3)[[j, k]].T @ np.eye(3)[[k, j]] for j, k in ((0, 1), (0, 2), (1, 2))]
+#: Small errors: least and most that is told, as a share of the vector or in rad/s; least scatter
+#: without it over that with it, of field and force. Accelerations, and a sensor off the axis of the
+#: turns, look like an offset of the force.
+_ERRORS = {
+    "offset": (0.2, 1.5, 2.0, 8.0),
+    "bias": (0.1, 3.0, 2.0, 2.0),
+    "scale": (0.1, 0.5, 2.0, 2.0),
+    "scales": (0.15, 0.6, 2.0, 2.0),
+    "iron": (0.1, 1.0, 2.5, math.inf),
+}
 #: Activity of force and rates: s of a block, least and longest delay, and from the best one to
 #: others; least correlation in standard deviations, and of others as a share of the best.
 _STEP_S, _LATE_S, _LATEST_S, _APART_S, _ALIKE, _OTHER = 0.01, 0.034, 0.4, 0.05, 8.0, 0.6
 #: An attitude that has left the rates: angle in a window, and number of windows.
 _AWAY_DEG, _OFTEN = 30.0, 3
-#: All matrices that exchange axes and signs; the first leaves them as they are.
-_EXCHANGES = [
-    np.eye(3)[list(order)] * np.array(signs)[:, None]
-    for order in permutations(range(3))
-    for signs in product((1.0, -1.0), repeat=3)
-]
 #: What else files hold in place of w, x, y, z from sensor to earth.
 _OTHERS: dict[str, Callable[[FloatArray], FloatArray]] = {
     "its conjugate fits": quaternion_conjugate,
@@ -88,10 +92,10 @@ class Triad(NamedTuple):
 
 
 class _Cause(NamedTuple):
-    """What makes rates fit: a matrix, a delay [s] of the vector, or an offset of it.
+    """What makes rates fit: a matrix, or a delay [s] of the vector.
 
     ``text`` is empty where the rates are right, or nearly. ``about`` is what the matrix does:
-    exchange or turn axes, scale one of them, or scale all.
+    exchange or turn axes, scale one of them, or scale all; empty for a delay.
     """
 
     text: str = ""
@@ -101,30 +105,27 @@ class _Cause(NamedTuple):
 
 
 def _delayed(late_s: float) -> _Cause:
-    """A delay of the vector."""
     return _Cause("" if abs(late_s) < _ON_TIME_S else "the times are wrong", late_s=late_s)
 
 
 def _scaled(scale: float) -> _Cause:
-    """A scale of all rates."""
-    is_right = _RIGHT[0] < scale < _RIGHT[1]
     text = f"the rates are {1.0 / scale:.2g} times as large as they should be"
     if is_degrees := 0.8 < math.degrees(scale) < 1.25:
         text = "the rates look like deg/s"
+    is_right = _RIGHT[0] < scale < _RIGHT[1]
     about = "degrees" if is_degrees else "scales"
     return _Cause("" if is_right else text, about, scale * np.eye(3))
 
 
-def _exchanged(matrix: FloatArray) -> _Cause:
-    """Other axes or signs of the rates."""
-    axes = [f"{'-' if row.sum() < 0.0 else ''}{'xyz'[int(np.abs(row).argmax())]}" for row in matrix]
-    text = f"axes or signs are wrong (the rates fit as {', '.join(axes)})"
-    return _Cause("the sign is wrong" if axes == ["-x", "-y", "-z"] else text, "axes", matrix)
-
-
 def _matrices() -> Iterator[_Cause]:
     """Exchanges of axes and signs, turns of the axes, and scales of one."""
-    yield from map(_exchanged, _EXCHANGES[1:])
+    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        matrix = np.eye(3)[list(order)] * np.array(signs)[:, None]
+        axes = [("-" if s < 0.0 else "") + "xyz"[k] for k, s in zip(order, signs, strict=True)]
+        text = f"axes or signs are wrong (the rates fit as {', '.join(axes)})"
+        text = "the sign is wrong" if axes == ["-x", "-y", "-z"] else text
+        if axes != ["x", "y", "z"]:
+            yield _Cause(text, "axes", matrix)
     for (k, axis), deg in product(enumerate("xyz"), (-60, -45, -30, 30, 45, 60)):
         turn = rotation_vector_to_quaternion(math.radians(deg) * np.eye(3)[k])
         text = f"the axes are turned by about {deg} deg about {axis}"
@@ -153,71 +154,19 @@ class _Finding(NamedTuple):
     unlike: bool = False
 
 
-class _Kind(NamedTuple):
-    """A small error: when it is told, and the warning.
-
-    ``least``, ``most``: its size as a share of the vector, in rad/s, as a share, or in s.
-    ``times``, ``of_force``: least scatter without it over that with it, of field and force.
-    """
-
-    least: float
-    most: float
-    times: float
-    of_force: float
-    line: str
-
-
-#: Accelerations, and a sensor off the axis of the turns, look like an offset of the force.
-_ERRORS = {
-    "offset": _Kind(
-        *(0.2, 1.5, 2.0, 8.0),
-        "{sensor}: an offset of {numbers} {unit} explains how they turn {why}",
-    ),
-    "bias": _Kind(
-        *(0.1, 3.0, 2.0, 2.0),
-        "{rates}: an offset of {numbers} rad/s explains how {sensor} turn: subtract it",
-    ),
-    "scale": _Kind(0.1, 0.5, 2.0, 2.0, "{rates}: {times:.2g} times as large as {sensor} turn"),
-    "scales": _Kind(0.15, 0.6, 2.0, 2.0, "{rates}: {scales} times as large as {sensor} turn"),
-    "iron": _Kind(
-        *(0.1, 1.0, 2.5, math.inf),
-        "{sensor}: longer in some directions than in others (soft iron): calibrate the axes",
-    ),
-    "late rate": _Kind(0.04, 1.0, 1.25, math.inf, "{rates}: {moved}, by how {sensor} turn"),
-    "late": _Kind(0.04, 1.0, 1.25, math.inf, "{sensor}: {moved}, by the rates {rates}"),
-}
-#: Errors that are fitted together, and of them those that are told.
-_TOGETHER = (
-    (("offset", "bias", "scale", "iron"), ("offset", "bias", "scale", "iron")),
-    (("offset", "bias", "scale", "late rate", "late"), ("late rate", "late")),
-    (("offset", "bias", "scales"), ("scales",)),
-    (("offset",), ("offset",)),
-)
-
-
-class _Error(NamedTuple):
-    """An error by its name in `_ERRORS`, and its factors."""
-
-    name: str
-    value: FloatArray
-
-    def line(self, rates: str, sensor: str, is_force: bool) -> str:
-        """The warning."""
-        late = self.value - np.median(self.value)
-        k = int(np.abs(late).argmax())
-        axis = (rates if self.name == "late rate" else sensor).split()[k % 3]
-        return _ERRORS[self.name].line.format(
-            rates=rates,
-            sensor=sensor,
-            numbers=", ".join(
-                f"{x:.2g}" for x in np.where(np.abs(self.value) < 0.01, 0.0, self.value)
-            ),
-            times=1.0 / (1.0 - min(self.value[0], 0.9)),
-            scales=", ".join(f"{1.0 / (1.0 - min(x, 0.9)):.2g}" for x in self.value),
-            moved=f"{axis} is {abs(late[k]):.1g} s {'late' if late[k] > 0.0 else 'early'}",
-            unit="m/s^2" if is_force else "uT",
-            why="(has the device removed gravity?)" if is_force else "(iron): subtract it",
-        )
+def _error_line(name: str, value: FloatArray, rates: str, sensor: str, is_force: bool) -> str:
+    """The warning about an error of `_ERRORS`, by its factors."""
+    numbers = ", ".join(f"{x:.2g}" for x in np.where(np.abs(value) < 0.01, 0.0, value))
+    if name == "bias":
+        return f"{rates}: an offset of {numbers} rad/s explains how {sensor} turn: subtract it"
+    if name == "iron":
+        return f"{sensor}: longer in some directions than in others (soft iron): calibrate the axes"
+    if name == "offset":
+        how = "uT explains how they turn (iron): subtract it"
+        how = "m/s^2 explains how they turn (has the device removed gravity?)" if is_force else how
+        return f"{sensor}: an offset of {numbers} {how}"
+    times = ", ".join(f"{1.0 / (1.0 - min(x, 0.9)):.2g}" for x in value)
+    return f"{rates}: {times} times as large as {sensor} turn"
 
 
 class _Windows:
@@ -284,7 +233,7 @@ def contradictions(
     short_s = min(max(0.7 / max(speed, 1e-9), _SHORT_S), _LONG_S)
     lengths_s = (short_s, max(short_s, _WEIGHT_S), _FIT_S, _LONG_S)
     short, weighed, fitted, long = (_Windows(rates, dt, s) for s in lengths_s)
-    findings, error, sensor = list[_Finding | None](), None, field.names if field else ""
+    findings, line = list[_Finding | None](), ""
     if force is not None:
         lengths = np.linalg.norm(force.values, axis=1)
         new = force.new & (lengths > 0.0)
@@ -292,31 +241,18 @@ def contradictions(
             means = long.means(force.values / np.median(lengths[new]), new)
             findings.append(_finding(force.names, long, [means], True))
     if field is not None:
-        means = short.means(field.values, field.new & (field.values != 0.0).any(axis=1))
-        offset, error = _errors(fitted, field, False)
-        found = as_is = _finding(field.names, short, [_units(means)], False)
-        if offset.any():
-            found = _finding(field.names, short, [_units(means - offset)], False)
-        is_offset = error is not None and error.name == "offset"
-        is_told = is_offset and found is not None and found.fits
-        is_worse = as_is is not None and found is not None and found.scatter > 1.2 * as_is.scatter
-        if as_is is not None and found is not None and (is_worse or as_is.cause or not found.cause):
-            axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
-            is_told = is_told and not (is_worse or as_is.stuck)
-            if not is_told or axes and found.scatter > 0.5 * as_is.after:
-                found, is_told = as_is, False
-        error = error if is_told or not is_offset else None
-        findings.append(found or as_is)
-    if force is not None and error is None:
-        sensor, (_, error) = force.names, _errors(fitted, force, True)
+        finding, line = _field_finding(rates, field, short, fitted)
+        findings.append(finding)
+    if force is not None and not line:
+        _, line = _errors(fitted, rates, force, True)
     own = None
     if attitude is not None:
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
         findings.append(own)
     lines = [*_rate_lines(rates.names, findings)]
     is_scale = all(f is None or not f.cause or "scale" in f.cause.about for f in findings)
-    if error is not None and (not lines or error.name == "bias" and is_scale):
-        lines = [error.line(rates.names, sensor, sensor == (force and force.names))]
+    if line and (not lines or (line.startswith(f"{rates.names}: an offset") and is_scale)):
+        lines = [line]
     agree = any(f is not None and f.fits and f.cause is None for f in findings)
     if own is not None and attitude is not None and not own.fits:
         for text, other in _OTHERS.items():
@@ -330,11 +266,35 @@ def contradictions(
         return lines, agree
     if attitude is not None and attitude.new.any():
         lines = [*_by_attitude(force, field, attitude)]
-    if not lines:
-        lines = [*_late_force(rates, force, dt)] or [*_weight(weighed, force)]
+    lines = lines or [*_late_force(rates, force, dt)] or [*_weight(weighed, force)]
     if not lines and field is not None:
         lines = [*_dip(long, force, field)]
     return lines, agree
+
+
+def _field_finding(
+    rates: Triad, field: Triad, short: _Windows, fitted: _Windows
+) -> tuple[_Finding | None, str]:
+    """What the field says, without its offset where that is known, and the line of an error."""
+    means = short.means(field.values, field.new & (field.values != 0.0).any(axis=1))
+    offset, line = _errors(fitted, rates, field, False)
+    as_is = _finding(field.names, short, [_units(means)], False)
+    if not offset.any():
+        return as_is, line
+    found = _finding(field.names, short, [_units(means - offset)], False)
+    is_offset = line.startswith(f"{field.names}: an offset")
+    other = "" if is_offset else line
+    if found is None:
+        return as_is, other
+    is_told = is_offset and found.fits
+    if as_is is not None:
+        is_worse = found.scatter > 1.2 * as_is.scatter
+        if is_worse or as_is.cause or not found.cause:
+            is_axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
+            is_clear = not is_axes or found.scatter <= 0.5 * as_is.after
+            if not is_told or is_worse or as_is.stuck or not is_clear:
+                return as_is, other
+    return found, line if is_told else other
 
 
 def _units(vectors: FloatArray) -> FloatArray:
@@ -392,29 +352,26 @@ def _finding(
     turns = windows.turns(np.eye(3)[None], some)
     tried = list[tuple[float, _Cause, FloatArray]]()
 
-    def attempt(causes: Iterable[_Cause], scatters: Iterable[FloatArray]) -> _Cause:
-        """Try causes; the best one of all up to now."""
-        for cause, after in zip(causes, scatters, strict=True):
+    def attempt(causes: list[_Cause]) -> _Cause:
+        """Try delays, or matrices; the best one of all up to now."""
+        if causes[0].about:
+            afters = [*scatter(windows.turns(np.stack([c.matrix for c in causes]), some))]
+        else:
+            afters = [scatter(turns, round(c.late_s / windows.block_s))[0] for c in causes]
+        for cause, after in zip(causes, afters, strict=True):
             enough = np.isfinite(after).sum() >= _FEWEST
             tried.append((float(np.nanmean(after)) if enough else math.inf, cause, after))
         return min(tried, key=itemgetter(0))[1]
 
-    def attempt_turns(causes: list[_Cause]) -> _Cause:
-        return attempt(causes, scatter(windows.turns(np.stack([c.matrix for c in causes]), some)))
-
-    def attempt_delays(blocks: Iterable[int]) -> _Cause:
-        late = [*blocks]
-        causes = [_delayed(k * windows.block_s) for k in late]
-        return attempt(causes, [scatter(turns, k)[0] for k in late])
-
-    attempt_delays(sorted({round(delay / windows.block_s) for delay in _DELAYS_S}))
+    blocks = sorted({round(delay / windows.block_s) for delay in _DELAYS_S})
+    attempt([_delayed(k * windows.block_s) for k in blocks])
     if before > 0.1 * without:
-        attempt_turns(_MATRICES)
-    best = attempt_turns([_scaled(float(s)) for s in _SCALES])
+        attempt(_MATRICES)
+    best = attempt([_scaled(float(s)) for s in _SCALES])
     if best.about in ("scales", "degrees"):
-        best = attempt_turns([_scaled(float(s)) for s in best.matrix[0, 0] * _FINE])
-    if late := round(best.late_s / windows.block_s):
-        attempt_delays((late - 1, late + 1))
+        best = attempt([_scaled(float(s)) for s in best.matrix[0, 0] * _FINE])
+    if best.late_s:
+        attempt([_delayed(best.late_s + k * windows.block_s) for k in (-1, 1)])
     best_scatter, cause, after = min(tried, key=itemgetter(0))
     # Turns with an acceleration, and sensors off the axis, look like a scale or a delay of a force.
     is_known = not is_force or cause.about in ("axes", "degrees")
@@ -430,30 +387,31 @@ def _finding(
     return _Finding(names, None, before, before, fits, unlike=unlike)
 
 
-def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArray, _Error | None]:
-    """The small error of the rates, or of a vector, that best explains how the vector turns.
+def _errors(
+    windows: _Windows, rates: Triad, sensor: Triad, is_force: bool
+) -> tuple[FloatArray, str]:
+    """The offset of a vector, and a line about the small error that best explains how it turns.
 
     Several are fitted at once. One is told if it is large, and the scatter without it much more.
-    The offset of the vector, told or not, is the first result.
     """
     values = windows.means(sensor.values, sensor.new & (sensor.values != 0.0).any(axis=1))
     v = values.reshape(windows.count, windows.blocks, 3)
     known = np.isfinite(v[..., :1])
     some = np.flatnonzero(known.sum(axis=(1, 2)) >= _FILLED)
     if len(some) < _FEWEST:
-        return np.zeros(3), None
+        return np.zeros(3), ""
     extents = np.linalg.svd(windows.steps[some].reshape(-1, 3), compute_uv=False)
     is_short = windows.block_s * windows.blocks < 0.9 * _WEIGHT_S
     is_flat = is_short or bool(extents[1] < _FLAT * extents[0])
     if is_flat and is_force:  # a steady acceleration is an offset there
-        return np.zeros(3), None
+        return np.zeros(3), ""
     v, known, steps = v[some], known[some], windows.steps[some]
     count = known.sum(axis=1, keepdims=True)
     turns = windows.turns(np.eye(3)[None], some)[0]
     back = rotate(turns, np.where(known, v, 0.0))
     mean = back.sum(axis=1, keepdims=True) / count
     body = rotate(quaternion_conjugate(turns), np.broadcast_to(mean, v.shape))
-    speed, axes = steps / windows.block_s, np.eye(3)[:, None, None]
+    axes = np.eye(3)[:, None, None]
 
     def drift(turn: FloatArray) -> FloatArray:
         # Rates w + e turn a vector back by R: d(R v)/dt = R (e x v) = (R e) x (R v).
@@ -465,9 +423,6 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
         "scale": drift(steps[None]),
         "scales": drift(steps * axes),
         "iron": rotate(turns, np.stack([body @ shape for shape in _SHAPES])),
-        # A late sample is x - late dx/dt; of a vector dv/dt = v x w.
-        "late rate": drift(-np.gradient(speed, axis=1) * axes),
-        "late": rotate(turns, np.cross(speed, body) * axes),
     }
 
     def centred(x: FloatArray) -> FloatArray:
@@ -486,34 +441,35 @@ def _errors(windows: _Windows, sensor: Triad, is_force: bool) -> tuple[FloatArra
         return factors, ((y - x @ factors) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]
 
     usual = float(np.nanmedian(np.linalg.norm(v, axis=-1)))
-    offset = np.zeros(3)
+    offset, line = np.zeros(3), ""
     # Turns about one axis, and short ones, do not tell other errors from an offset.
-    for together, told in _TOGETHER[-1:] if is_flat else _TOGETHER[: 3 if is_force else 4]:
-        names = [n for n in together if not is_force or _ERRORS[n].of_force < math.inf]
-        used[:], surer = True, _SURER[len(names) == 1]
-        for _ in range(2 if is_flat or len(names) > 1 else 0):  # without what fits least
-            _, scatter = fit(names)
-            used = scatter <= np.quantile(scatter, _KEPT)
+    together = ["offset bias scale iron", "offset bias scales"]
+    for names in map(str.split, ["offset"] if is_flat else together):
+        names = [n for n in names if not is_force or n != "iron"]
+        used, surer = np.ones(len(y), dtype=bool), _SURER[is_flat]
+        for _ in range(2):  # without what fits least
+            used = (scatter := fit(names)[1]) <= np.quantile(scatter, _KEPT)
         factors, scatter = fit(names)
         least, best, start = max(float(scatter[used].mean()), 1e-12), 1.0, 0
-        found: _Error | None = None
         for name in names:
-            kind, value = _ERRORS[name], factors[start : start + len(columns[name])]
+            smallest, largest, times, of_force = _ERRORS[name]
+            value = factors[start : start + len(columns[name])]
             start += len(value)
-            size = np.abs(value - np.median(value) if "late" in name else value).max()
-            size /= usual if name == "offset" else 1.0
-            is_large = name in told and surer * kind.least < size < kind.most
-            if is_large or (name == "offset" and name in told):
-                others = [n for n in names if n != name]
-                ratio = float(fit(others)[1][used].mean()) / least
-                share = ratio / (kind.of_force if is_force else surer * kind.times)
+            if "scales" in names and name != "scales":
+                continue
+            size = float(np.abs(value).max()) / (usual if name == "offset" else 1.0)
+            is_large = surer * smallest < size < largest
+            if is_large or name == "offset":
+                ratio = float(fit([n for n in names if n != name])[1][used].mean()) / least
+                share = ratio / (of_force if is_force else surer * times)
                 if is_large and share > best:
-                    best, found = share, _Error(name, value)
+                    best = share
+                    line = _error_line(name, value, rates.names, sensor.names, is_force)
                 if name == "offset" and ratio > _KNOWN:
                     offset = value
-        if found is not None:
+        if line:
             break
-    return offset, found
+    return offset, line
 
 
 def _is_sure(after: FloatArray, before: FloatArray, noise: float) -> bool:

@@ -45,7 +45,8 @@ def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
     ``2 acos sqrt(w^2 + z^2)``; they are computed as arc tangents, which keep their digits near
     zero. Attitudes (..., 4) are b to n (ENU), of either sign; `InputError` if one has norm zero.
     """
-    error = quaternion_multiply(_near_one(q_est), quaternion_conjugate(_near_one(q_ref)))
+    reference = quaternion_conjugate(quaternion_normalise(q_ref))
+    error = quaternion_multiply(quaternion_normalise(q_est), reference)
     w, x, y, z = np.moveaxis(np.abs(error), -1, 0)
     tilt, turn = x * x + y * y, z * z
     return AttitudeError(
@@ -53,17 +54,6 @@ def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
         heading=np.degrees(2.0 * np.arctan2(z, w)),
         inclination=np.degrees(2.0 * np.arctan2(np.sqrt(tilt), np.sqrt(w * w + turn))),
     )
-
-
-def _near_one(q: npt.ArrayLike) -> FloatArray:
-    """Quaternions with norms near one, for angles, which are those of ratios: as they are."""
-    q = np.asarray(q, dtype=np.float64)
-    with np.errstate(over="ignore"):
-        other = ~(np.abs((q * q).sum(axis=-1) - 1.0) < 0.5)
-    if other.any():
-        q = q.copy()
-        q[other] = quaternion_normalise(q[other])
-    return q
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

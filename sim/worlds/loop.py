@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
-from boresight.model.errors import InputError, require
+from boresight.model.errors import require
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.sim.levels.build import Build
@@ -120,13 +120,9 @@ def drive(
         yield from _world(source, level, steps, keep)
         return
     start = time.perf_counter()
-    run = Run.joined(
-        [
-            level.run_anew(inputs) if begins else level.advance(inputs)
-            for inputs, begins in source.spans(anew)
-        ]
-    )
-    seconds = time.perf_counter() - start
+    spans = source.spans(anew)
+    runs = [level.run_anew(rows) if begins else level.advance(rows) for rows, begins in spans]
+    run, seconds = Run.joined(runs), time.perf_counter() - start
     yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped, seconds)
 
 
@@ -149,7 +145,7 @@ def _world(
     names = [o.name for o in estimator.outputs if keep is None or o.name in keep]
     known = {"t", "dt", *(i.name for i in estimator.inputs)}
     known |= {o.name + TRUTH for o in estimator.outputs}
-    unused, of_logs = dict[str, None](), {"restart", "mov"} - known
+    unused = dict[str, None]()
     _guarded(world, world.start)
     pieces = _guarded(world, world.pieces)
     good = pieces is not None or type(world).record is not World.record
@@ -167,13 +163,6 @@ def _world(
             break
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
-        if found := of_logs & columns.keys():
-            raise InputError.at(
-                f"world {world.name}, step {reader.rows}",
-                wanted=f"inputs of {estimator.name}, and true values",
-                found=f"{min(found)}, a column of logs",
-                fix="leave it out, or write a log with it",
-            )
         if not reader.rows and "dt" in columns:
             dt = reader.number("dt", columns["dt"], n)
             rates = 1.0 / dt[dt > 0.0]  # a step below 0 restarts
@@ -233,13 +222,9 @@ def _rows(
 ) -> tuple[dict[str, Any], int]:
     """Columns of a piece as (n, 1) or (n, runs), at most so many that ``steps`` are done; n."""
     lengths = {len(np.atleast_1d(column)) for column in piece.values()}
-    if len(lengths) != 1 or not min(lengths):
-        raise InputError.at(
-            f"world {world.name}, step {rows_read}",
-            wanted="columns of one length",
-            found=" and ".join(map(str, sorted(lengths))) or "none",
-            fix="give every column a value for each record",
-        )
+    where, found = f"world {world.name}, step {rows_read}", " and ".join(map(str, sorted(lengths)))
+    good, fix = len(lengths) == 1 and 0 not in lengths, "give every column a value for each record"
+    require(good, where, "columns of one length", f"lengths {found}" if found else None, fix)
     n = lengths.pop() if steps is None else min(lengths.pop(), steps - rows_read)
     columns = {name: np.atleast_1d(column)[:n] for name, column in piece.items()}
     return {name: c[:, None] if c.ndim == 1 else c for name, c in columns.items()}, n
@@ -258,9 +243,8 @@ def parting(first: Loop, second: Loop) -> str | None:
     step = int(np.argmax(differ.any(axis=1)))
     k = int(np.argmax(differ[step]))
     a, b = (float(values[step]) for values in pairs[k])
-    return (
-        f"{first.level} and {second.level} part in step {step}: output {names[k]}, {a!r} and {b!r}"
-    )
+    levels = f"{first.level} and {second.level}"
+    return f"{levels} part in step {step}: output {names[k]}, {a!r} and {b!r}"
 
 
 def _guarded(world: World, call: Callable[..., Any], *args: object, step: int | None = None) -> Any:

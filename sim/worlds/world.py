@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.methods import called
 from boresight.model.resolve import load, names_of_entry_points
 
@@ -80,12 +80,9 @@ class World:
         InputError
             The world has no draws.
         """
-        raise InputError.at(
-            f"world {self.name}",
-            wanted="a world with draws",
-            found=f"none for seed {seed}",
-            fix="write draw(self, seed), which stores the seed for the noise of start",
-        )
+        fix = "write draw(self, seed), which stores the seed for the noise of start"
+        where, found = f"world {self.name}", f"none for seed {seed}"
+        raise InputError.at(where, wanted="a world with draws", found=found, fix=fix)
 
     def bound(self) -> Mapping[str, FloatArray]:
         """Lower bounds of the standard deviation (records,), by output name."""
@@ -110,13 +107,7 @@ def drawn(world: World, seed: int) -> None:
 
 
 def bound_of(world: World, records: int) -> dict[str, FloatArray]:
-    """The least standard deviations of a world (`World.bound`), by output, checked.
-
-    Raises
-    ------
-    InputError
-        The method raises, or gives what is no mapping of names to (``records``,) numbers.
-    """
+    """The least standard deviations of a world (`World.bound`), by output, checked."""
     where = f"world {world.name}, bound"
     wanted = f"standard deviations of {records} records by output name"
     fix = "return {NAME: an array with a number for each record}"
@@ -130,9 +121,9 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
         except (TypeError, ValueError):
             found = f"a {type(values).__name__} of {name} that holds no numbers"
             raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
-        if bound[name].ndim != 1 or len(bound[name]) < records:
-            found = f"the shape {bound[name].shape} of {name}"
-            raise InputError.at(where, wanted=wanted, found=found, fix=fix)
+        shape = bound[name].shape
+        good = len(shape) == 1 and shape[0] >= records
+        require(good, where, wanted, f"the shape {shape} of {name}", fix)
     return bound
 
 

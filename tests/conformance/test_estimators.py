@@ -19,9 +19,8 @@ from boresight.model.attitude.mekf import Mekf
 from boresight.model.attitude.vqf import Settings, Vqf
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.experiment import Array
 from boresight.systems.array.world import TurningArray

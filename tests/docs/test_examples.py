@@ -9,7 +9,7 @@ from scipy import signal
 
 import boresight
 from boresight.sim.compare.difference import differences
-from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import bundled
 from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import angle_between
 from tests.support.strangers import EXAMPLES, STRANGERS, program

@@ -15,9 +15,8 @@ from boresight.firmware.floating import FloatCModel, emit_float_c
 from boresight.model import ops
 from boresight.model.attitude import estimator
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from boresight.sim.rotations.accuracy import attitude_of
 from tests.support.compiled_float import compiled_float
 from tests.support.estimators import ALL

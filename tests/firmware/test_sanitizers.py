@@ -13,9 +13,8 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.floating import FloatCModel, emit_float_c, float_prefix
 from boresight.model.attitude import estimator
 from boresight.model.estimator import input_words
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 
 FLAGS = (
     "-std=c99",

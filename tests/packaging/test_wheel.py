@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import bundled
 from tests.support.tree import ROOT
 
 ROOMS = ("model", "gateware", "firmware", "sim", "systems")

@@ -11,8 +11,7 @@ import pytest
 import boresight
 from boresight import Estimator, Input, Output, State
 from boresight.model.errors import InputError
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 
 MINE = """
 from boresight import Estimator, Input, Output, Param, State

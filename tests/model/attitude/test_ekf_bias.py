@@ -10,9 +10,8 @@ import numpy as np
 
 from boresight.model.attitude.ekf_bias import BIAS_UNIT, EkfBias
 from boresight.sim.accuracy.runs import run_peer
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.accuracy import attitude_error, attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion

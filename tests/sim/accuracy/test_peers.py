@@ -9,8 +9,7 @@ import pytest
 
 from boresight.sim.accuracy.runs import PEERS, run_peer
 from boresight.sim.attitude.worlds import synthetic_log
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rotations.rotation import quaternion_multiply

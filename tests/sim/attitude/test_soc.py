@@ -11,9 +11,8 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.attitude import soc
 from boresight.sim.attitude.soc import FLOAT_BOUND_DEG, compare, measure_float, offload
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 
 needs_compiler = pytest.mark.skipif(
     shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed"

@@ -7,8 +7,7 @@ from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 
 STEPS = 300
 

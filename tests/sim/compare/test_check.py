@@ -18,8 +18,7 @@ from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import Log, read_record
+from boresight.sim.records.files import Log, bundled, read_record
 from boresight.sim.records.record import Record
 
 

@@ -18,9 +18,8 @@ from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel
 from boresight.sim.records import files as logs
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import Log, content_of, read_record
+from boresight.sim.records.files import Log, bundled, content_of, read_record
 from boresight.sim.records.record import Record
 
 WALK = read_record(bundled("ximu_walk"))

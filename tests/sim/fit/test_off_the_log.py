@@ -14,9 +14,8 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.fit.fitting import Effect, effect, fitted, select_ranges
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.record import Record
 from tests.support.strangers import STRANGERS, program
 

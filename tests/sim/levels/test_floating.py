@@ -11,9 +11,8 @@ from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.nine_axis import INPUTS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 
 
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])

@@ -12,9 +12,8 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from tests.support.estimators import Leaky
 
 RECORDS = np.random.default_rng(4).uniform(-1.0, 1.0, (50, 2))

@@ -10,8 +10,7 @@ import pytest
 
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import FORMATS, content_of, read_record
+from boresight.sim.records.files import FORMATS, bundled, content_of, read_record
 from boresight.sim.records.record import Column, Record
 from tests.support.flights import flight, in_motion, write_bag
 

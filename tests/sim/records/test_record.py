@@ -13,9 +13,8 @@ from scipy.spatial.transform import Rotation
 from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, bundled_names, is_comparison, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import Column, Place, Record
@@ -130,13 +129,13 @@ INF = float("inf")
         ({"t": [0.0, 0.0, 0.0, 1.0, 1.0]}, "mine, t[1]: wanted a time above 0.0 s, that of the row "
          "before, found 0.0 s; write times with more digits, or a column dt in place of t"),
         ({"t": [0.0, 2.0, 1.0, 0.5]}, "mine, t[2]: wanted a time above 2.0 s, that of the row "
-         "before, found 1.0 s; sort the rows"),
+         "before, found 1.0 s; correct or leave out the row of t = 1, or sort the rows"),
         ({"t": [0.0, 1.0, 0.5]}, "mine, t[2]: wanted a time above 1.0 s, that of the row before,"
          " found 0.5 s; "),
         ({"t": [0.0, 1.0, 2.0, 3.0, -5.0, 5.0, 6.0]}, "mine, t[4]: wanted a time above 3.0 s, that "
          "of the row before, found -5.0 s; correct or leave out the row of t = -5"),
         ({"t": [0.0, 1.0, 3.0, 4.0, 2.0, 5.0, 6.0]}, "mine, t[4]: wanted a time above 4.0 s, that "
-         "of the row before, found 2.0 s; sort the rows by their times"),
+         "of the row before, found 2.0 s; correct or leave out the row of t = 2"),
         *(({head: [1.0]}, f"mine: wanted column names like gx or gx[deg/s], found {head!r}; correc")
           for head in ("", " ", "[m]", "a[m", "am]", "a[m]b", "a[[m]]", "a[m][s]", "a]["))
     ],

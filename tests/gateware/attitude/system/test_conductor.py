@@ -16,8 +16,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.levels.integer import interpret
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from tests.support.attitude.board.shared import odd_board
 from tests.support.attitude.conductor_bench import Played, play, sample_command, script_of
 from tests.support.attitude.quantise import quantise

@@ -12,9 +12,8 @@ from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import bundled, read_record
 from tests.support.attitude.vqf_package import angle_deg, by_package, inputs_of, journey
 
 # -- VQF in float64 is the package of its authors, to 1e-6 deg and in every decision --------------
