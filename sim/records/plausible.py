@@ -13,7 +13,6 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain, combinations
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,24 +31,16 @@ _AT_END, _CROWD, _STEPS = 5, 2.0, 200.0
 _ENDED = 0.05
 
 
-class _Rule(NamedTuple):
-    """Plausible typical lengths, largest declared range, and ends of what others look like."""
-
-    least: float
-    most: float
-    range_limit: float
-    others: dict[str, tuple[float, float]]
-
-
-#: 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros measure. The
-#: Earth's field is 22 to 67 uT.
-_RULES = {
-    "rad/s": _Rule(0.0, 10.0, 100.0, {"deg/s": (10.0, math.inf)}),
-    "m/s^2": _Rule(
+#: By unit: least and most plausible typical length, largest declared range, and what other lengths
+#: look like. 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros
+#: measure. The Earth's field is 22 to 67 uT.
+_RULES: dict[str, tuple[float, float, float, dict[str, tuple[float, float]]]] = {
+    "rad/s": (0.0, 10.0, 100.0, {"deg/s": (10.0, math.inf)}),
+    "m/s^2": (
         *(5.0, 200.0, math.inf),
         {"g (g0 in a header)": (0.9, 1.1), "mg (mg0 in a header)": (900.0, 1100.0)},
     ),
-    "uT": _Rule(
+    "uT": (
         *(7.0, 150.0, math.inf),
         {
             "tesla": (1e-5, 1.5e-4),
@@ -169,15 +160,15 @@ def _attitude(values: Mapping[str, FloatArray]) -> Triad | None:
 
 def _unlikely(names: str, axes: int, declared: Input, typical: float) -> list[str]:
     """A line about a typical length that is none of a sensor with the unit."""
-    rule = _RULES.get(declared.unit)
-    if rule is None or (axes != 3 and declared.unit != "rad/s"):
+    if declared.unit not in _RULES or (axes != 3 and declared.unit != "rad/s"):
         return []
-    if rule.least <= typical <= rule.most or not rule.least < declared.high <= rule.range_limit:
+    least, most, range_limit, others = _RULES[declared.unit]
+    if least <= typical <= most or not least < declared.high <= range_limit:
         return []
-    looks = f"where {rule.least:g} to {rule.most:g} would be plausible"
-    if declared.unit == "m/s^2" and typical < rule.least:
+    looks = f"where {least:g} to {most:g} would be plausible"
+    if declared.unit == "m/s^2" and typical < least:
         looks = "too little for gravity: is the sensor dead, or has the device removed it?"
-    for unit, (low, high) in rule.others.items():
+    for unit, (low, high) in others.items():
         if low <= typical < high:
             looks = f"which looks like {unit}"
     return [f"{names}: typically {typical:.3g} {declared.unit}, {looks}"]

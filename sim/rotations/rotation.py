@@ -143,17 +143,7 @@ def rotate(q: npt.ArrayLike, v_b: npt.ArrayLike) -> FloatArray:
 
 def euler_to_matrix(euler: npt.ArrayLike) -> FloatArray:
     """Rotation matrix ``c_nb = Rz(psi) Rx(theta) Ry(gamma)`` (..., 3, 3) of any angles."""
-    angles = np.moveaxis(_components(euler, (3,), "euler"), -1, 0)
-    st, sg, sp = np.sin(angles)
-    ct, cg, cp = np.cos(angles)
-    return np.stack(
-        [
-            _stack(cp * cg - sp * st * sg, -sp * ct, cp * sg + sp * st * cg),
-            _stack(sp * cg + cp * st * sg, cp * ct, sp * sg - cp * st * cg),
-            _stack(-ct * sg, st, ct * cg),
-        ],
-        axis=-2,
-    )
+    return quaternion_to_matrix(euler_to_quaternion(euler))
 
 
 def matrix_to_euler(c_nb: npt.ArrayLike) -> FloatArray:
