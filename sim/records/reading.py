@@ -41,9 +41,8 @@ def opened(path: str | os.PathLike[str], wanted: str) -> Iterator[BinaryIO]:
         fault = "a device"
     except OSError as error:
         fault = reason(error)
-    raise InputError.at(
-        str(path) or "''", wanted=wanted, found=fault, fix="check the path"
-    ) from None
+    where, fix = str(path) or "''", "check the path"
+    raise InputError.at(where, wanted=wanted, found=fault, fix=fix) from None
 
 
 def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
@@ -54,19 +53,9 @@ def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
     content = read_bytes(path, f"{wanted} that can be read")
     try:
         return json.loads(content.decode("utf-8-sig"), parse_int=_integer, parse_constant=_constant)
-    except UnicodeDecodeError:
-        fault = "bytes that are not UTF-8 text" if content.strip(b"\0") else "zeros"
-    except json.JSONDecodeError as error:
-        fault = (
-            f"no JSON in line {error.lineno}, column {error.colno}"
-            if content.strip()
-            else "an empty file"
-        )
-    except RecursionError:
-        fault = "lists or objects nested too deeply"
-    except ValueError as error:
-        fault = str(error)
-    raise InputError.at(str(path), wanted=wanted, found=fault, fix="correct the file") from None
+    except (ValueError, RecursionError) as error:
+        found, fix = f"no JSON ({str(error)[:80]})", "correct the file"
+        raise InputError.at(str(path), wanted=wanted, found=found, fix=fix) from None
 
 
 def _integer(digits: str) -> int:
