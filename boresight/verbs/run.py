@@ -74,6 +74,7 @@ _SOURCES = {
     _ROW_OPTIONS: "a log",
     "config": "an estimator, and no faults",
     "param": "an estimator, and no faults",
+    "--profile": "an estimator",
     "output": "a log, a world, or a board without faults",
 }
 
@@ -134,8 +135,10 @@ def run(
     """
     given = {"levels": bool(levels), "word": word != 32, "steps": steps is not None}
     given["seed"] = seed is not None
+    profiles = CURRENT.get().profiles
     if source is None:
-        _refuse_unused("a log alone", {**given, "config": config != "small", "param": params})
+        others = {"config": config != "small", "param": params, "--profile": profiles is not None}
+        _refuse_unused("a log alone", {**given, **others})
         return _copied(estimator, output)
     machine_named(config)
     check_word(word)

@@ -189,6 +189,7 @@ REFUSED = {
     "run mine.py mine.py --every 2": "--every, --gaps, --map: wanted a log, found a world",
     "run mine.py mine.csv --seed 9": "seed: wanted a world, found a log",
     "run mine.csv --word 24 -o out.npz": "word: wanted a log or a world, found a log alone",
+    "run mine.csv --profile none -o out.npz": "--profile: wanted an estimator, found a log alone",
 }
 
 
