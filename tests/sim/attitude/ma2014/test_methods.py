@@ -64,20 +64,19 @@ def test_as_printed_fails_where_the_consistent_set_passes():
 
 def test_figure_7_holds_against_a_kalman_filter_of_the_same_gains():
     """The paper's filters differ by 0.07 deg at most; those of other gains do not."""
-    for case in ("noise", "C"):
-        logs = [make_log(E2, case, seed) for seed in range(1, 11)]
-        angles = {
-            key: run_method(METHODS[key], logs, ("c",))[0][0][LEAD:]
-            for key in ("ma2014_cf", "ekf_table_4", "ekf_quaternion", "complementary")
-        }
+    logs = [make_log(E2, "C", seed) for seed in range(1, 5)]
+    angles = {
+        key: run_method(METHODS[key], logs, ("c",))[0][0][LEAD:]
+        for key in ("ma2014_cf", "ekf_table_4", "ekf_quaternion", "complementary")
+    }
 
-        def largest(one, other, angles=angles):
-            apart = (angles[one] - angles[other] + 180.0) % 360.0 - 180.0
-            return np.median(np.abs(apart).max(axis=0), axis=0)
+    def largest(one, other):
+        apart = (angles[one] - angles[other] + 180.0) % 360.0 - 180.0
+        return np.median(np.abs(apart).max(axis=0), axis=0)
 
-        assert (largest("ma2014_cf", "ekf_table_4") < 0.07).all()
-        assert largest("ma2014_cf", "ekf_quaternion")[2] > 0.2
-        assert largest("complementary", "ekf_table_4")[2] > 0.2
+    assert (largest("ma2014_cf", "ekf_table_4") < 0.07).all()
+    assert largest("ma2014_cf", "ekf_quaternion")[2] > 0.2
+    assert largest("complementary", "ekf_table_4")[2] > 0.2
 
 
 @pytest.mark.parametrize("key", ["complementary", "ma2014_cf", "mag_acc"])
