@@ -45,13 +45,13 @@ if TYPE_CHECKING:
     from boresight.model.errors import InputError as InputError
     from boresight.model.errors import ToolMissing as ToolMissing
     from boresight.model.estimator import Estimator as Estimator
-    from boresight.sim.baseline import baseline as baseline
     from boresight.sim.experiments.experiment import Experiment as Experiment
     from boresight.sim.experiments.experiment import ExperimentResult as ExperimentResult
     from boresight.sim.experiments.experiment import Target as Target
     from boresight.sim.records.files import record_of as record_of
     from boresight.sim.records.record import Record as Record
     from boresight.sim.result import Result as Result
+    from boresight.sim.result import baseline as baseline
     from boresight.sim.worlds.world import World as World
     from boresight.verbs.accuracy import accuracy as accuracy
     from boresight.verbs.check import check as check
@@ -74,11 +74,10 @@ _EXPORTS = {
     "model.declarations": "Input Output Param State",
     "model.errors": "InputError ToolMissing",
     "model.estimator": "Estimator",
-    "sim.baseline": "baseline",
     "sim.experiments.experiment": "Experiment ExperimentResult Target",
     "sim.records.files": "record_of",
     "sim.records.record": "Record",
-    "sim.result": "Result",
+    "sim.result": "Result baseline",
     "sim.worlds.world": "World",
 }
 _MODULE_OF = {name: place for place, names in _EXPORTS.items() for name in names.split()}

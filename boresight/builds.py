@@ -46,18 +46,11 @@ def build_for(
 ) -> tuple[Build, DepthChoice | None]:
     """The build for a target, and the choice of its depth: the machine that every verb takes.
 
-    The depth is that with the least time from the last input word to the last urgent output. Of
-    several programs the longest time counts; of one without urgent outputs, its interval. One pass
-    of the scheduler gives the cycles, the table of the family (`Family.clocks`) the clock.
-
-    Parameters
-    ----------
-    make : callable
-        The build of a configuration, the argument ``config``.
-    config : str
-        As typed. One whose name has a depth is taken as it is.
-    target : str
-        A part's name. For another word, and a family without clocks, no depth is chosen.
+    ``make`` returns the build of a ``config``, which is taken as it is if its name has a depth. The
+    depth is that with the least time from the last input word to the last urgent output. Of several
+    programs the longest time counts; of one without urgent outputs, its interval. One pass of the
+    scheduler gives the cycles, the table of the family (`Family.clocks`) the clock; without clocks,
+    and for a ``target`` that is no part, no depth is chosen.
     """
     build = make(config=config.removesuffix("-d7"))
     if config not in ALL_CONFIGS or target not in TARGETS:
@@ -109,10 +102,8 @@ def made_of(names: Sequence[Named], build: Build, target: str, folder: Path) -> 
 
 def changes_in(folder: Path) -> list[str]:
     """One line for each file of a compiled folder that has changed."""
-    return [
-        f"{folder / name}: missing, or not as compile wrote it; compile again"
-        for name in changed_files(folder)
-    ]
+    what = "missing, or not as compile wrote it; compile again"
+    return [f"{folder / name}: {what}" for name in changed_files(folder)]
 
 
 def build_in(folder: Path) -> Build:

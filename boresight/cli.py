@@ -30,14 +30,24 @@ from boresight.model.errors import InputError, ToolMissing, shortened
 from boresight.model.settings import using
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import overwriting
+from boresight.options import with_baseline
 from boresight.verbs import VERBS
 
 #: Environment variable that makes a bug show its traceback.
 DEBUG = "BORESIGHT_DEBUG"
-#: No --no-OPTION, and no default that says nothing.
-_PLAIN = Parameter(negative=(), show_default=False)
 #: Longest text of an unexpected error, characters.
 _LONGEST = 160
+
+
+def _default(value: Any) -> str | None:
+    """Text of a default; None of one that says nothing."""
+    if value in (None, "", ()) or isinstance(value, bool):
+        return None
+    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+#: No --no-OPTION, and no default that says nothing.
+_PLAIN: Any = Parameter(negative=(), show_default=_default)
 
 
 @Parameter(name="*", negative=())
@@ -77,46 +87,38 @@ def _stub() -> None:
     """A verb that is listed, and not called."""
 
 
-def _with_default(p: inspect.Parameter) -> inspect.Parameter:
-    """A parameter whose default is shown, if it says something."""
-
-    def text(value: Any) -> str:
-        return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-    if p.default in (p.empty, None, "", ()) or isinstance(p.default, bool):
-        return p
-    return p.replace(annotation=Annotated[p.annotation, Parameter(show_default=text)])
-
-
 def _command(name: str) -> Callable[..., int]:
     """The function of a verb with the options of its groups; it prints and returns the code."""
     module = import_module(f"boresight.verbs.{name}")
     function: Callable[..., Any] = getattr(module, name)
-    groups: tuple[type, ...] = (*getattr(module, "GROUPS", ()), _Shown)
+    groups: dict[Any, Any] = {
+        group: inspect.signature(group, eval_str=True).parameters
+        for group in getattr(module, "GROUPS", ())
+    }
     typed: Callable[..., dict[str, Any]] | None = getattr(module, "typed", None)
     signature = inspect.signature(function, eval_str=True)
 
     @wraps(function)
     def command(*words: Any, **options: Any) -> int:
-        chosen = {group: options.pop(group.__name__.lower(), group()) for group in groups}
-        shown = chosen.pop(_Shown)
+        shown, found = options.pop("shown", _Shown()), dict[str, Any]()
+        for group, names in groups.items():
+            found |= group(**{name: options.pop(name) for name in names if name in options})
+        file = found.pop("baseline", None)
         if "progress" in signature.parameters and not shown.quiet:
             options["progress"] = tell
         with ExitStack() as stack:
             stack.enter_context(overwriting(shown.force))
-            for group in chosen.values():
-                stack.enter_context(using(**group.settings()))
+            stack.enter_context(using(**found))
             if typed is not None:
                 options |= typed(words, options, shown)
-            result = function(*words, **options)
-            for group in chosen.values():
-                result = group.judged(result)
+            result = with_baseline(function(*words, **options), file)
         _print(json.dumps(result.to_json()) if shown.json else str(result))
         return int(not getattr(result, "good", True))
 
     kind: Any = {"kind": inspect.Parameter.KEYWORD_ONLY, "default": None}
-    more = [inspect.Parameter(g.__name__.lower(), annotation=g, **kind) for g in groups]
-    parameters = [*map(_with_default, signature.parameters.values()), *more]
+    shown = inspect.Parameter("shown", annotation=_Shown, **kind)
+    more = [parameter for names in groups.values() for parameter in names.values()]
+    parameters = [*signature.parameters.values(), *more, shown]
     vars(command)["__signature__"] = signature.replace(parameters=parameters)
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     return command

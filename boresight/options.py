@@ -1,14 +1,16 @@
 """Arguments and options that several verbs take, and estimators and parameter values from them.
 
 A verb is a function: cyclopts makes its command line from the annotations and the docstring. The
-aliases below are annotations; the classes are groups of options that the command line alone adds
-to a verb, since they hold for everything that the verb reads (`boresight.cli`).
+aliases below are annotations. Options that the command line alone adds to a verb, since they hold
+for everything that the verb reads, are parameters of functions that return settings
+(`boresight.cli`).
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -19,6 +21,8 @@ from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.model.tools.typed import Malformed, typed
 from boresight.sim.records.reading import kind_of, read_json
+from boresight.sim.records.selection import Selection
+from boresight.sim.result import Result, baseline
 
 
 def _plain(converter: Callable[..., Any], **settings: Any) -> Parameter:
@@ -102,124 +106,94 @@ Params: TypeAlias = Annotated[
 Progress: TypeAlias = Annotated[Callable[[str], None] | None, PythonOnly]
 
 
-class Group:
-    """Options that hold for all that a verb does."""
-
-    def settings(self) -> dict[str, Any]:
-        """Settings (`model.settings`) with which the verb runs."""
-        return {}
-
-    def judged(self, result: Any) -> Any:
-        """The result as it is told."""
-        return result
-
-
-@Parameter(name="*", negative=())
-@dataclass(frozen=True)
-class LogRows(Group):
-    """Which rows of log files are read."""
-
+def rows(
+    *,
     start: Annotated[
         str | None,
         Parameter(name="--from", help="Start of the slice of each log, for example 10s."),
-    ] = None
-    stop: Annotated[str | None, Parameter(name="--to", help="End of the slice of each log.")] = None
+    ] = None,
+    stop: Annotated[
+        str | None, Parameter(name="--to", help="End of the slice of each log.")
+    ] = None,
     every: Annotated[
         int | None, Parameter(help="Use every n-th row; its time step is that of n rows.")
-    ] = None
+    ] = None,
     gaps: Annotated[
         str | None,
         Parameter(
             help="refuse or restart, at steps above three medians; by default a gap is one step."
         ),
-    ] = None
+    ] = None,
     map: Annotated[
         str | None,
         Parameter(
             metavar="FILE.toml", help="File that maps topics of a flight log or bag to columns."
         ),
-    ] = None
-
-    def settings(self) -> dict[str, Any]:
-        """Reads of log files select these rows."""
-        values = astuple(self)
-        if {*values} == {None}:
-            return {}
-        from boresight.sim.records.selection import Selection
-
-        return {"rows": Selection.of(*values)}
+    ] = None,
+) -> dict[str, Any]:
+    """Which rows of log files are read."""
+    values = start, stop, every, gaps, map
+    return {} if {*values} == {None} else {"rows": Selection.of(*values)}
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Profiles(Group):
-    """Which profiles of `boresight fit` choose the formats."""
-
+def profiles(
+    *,
     profile: Annotated[
         Sequence[str] | None,
         _plain(
             _texts,
-            name="--profile",
             metavar="FILE|none",
             help="Profile that fit wrote; by default the one beside the estimator; repeatable.",
         ),
-    ] = None
+    ] = None,
+) -> dict[str, Any]:
+    """Which profiles of `boresight fit` choose the formats."""
+    files = [] if profile == ["none"] else profile
+    return {} if files is None else {"profiles": tuple(files)}
 
-    def settings(self) -> dict[str, Any]:
-        """Estimators take these profiles."""
-        files = [] if self.profile == ["none"] else self.profile
-        return {} if files is None else {"profiles": tuple(files)}
 
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Tolerances(Group):
-    """Which errors are accepted."""
-
+def tolerances(
+    *,
     tolerance: Annotated[
         Sequence[str],
         _plain(
             _texts,
-            name="--tolerance",
             metavar="OUTPUT=NUMBER",
             help="Accepted error of an output, in place of the declared one; repeatable.",
         ),
-    ] = ()
+    ] = (),
+) -> dict[str, Any]:
+    """Which errors are accepted."""
+    return {"tolerances": tuple(tolerance)}
 
-    def settings(self) -> dict[str, Any]:
-        """Outputs are judged by these tolerances."""
-        return {"tolerances": tuple(self.tolerance)}
 
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Baseline(Group):
-    """With which earlier result the result is compared."""
-
+def judged(
+    *,
     baseline: Annotated[
         str | None,
         Parameter(
-            name="--baseline",
             metavar="FILE",
             help="An earlier result, from --json: fail if a figure is worse than accepted.",
         ),
-    ] = None
+    ] = None,
+) -> dict[str, Any]:
+    """With which earlier result the result is compared."""
+    return {"baseline": baseline}
 
-    def judged(self, result: Any) -> Any:
-        """The result, and what has changed since the earlier one."""
-        if self.baseline is None:
-            return result
-        from boresight.sim.baseline import baseline
 
-        found = baseline(result, self.baseline)
-        return replace(
-            result,
-            data={**result.data, "baseline": found.to_json()},
-            summary=f"{result.summary}\n{found.summary}",
-            tables={**result.tables, **found.tables},
-            notes=(*result.notes, *found.notes),
-            failures=(*result.failures, *found.failures),
-        )
+def with_baseline(result: Result, file: str | None) -> Result:
+    """A result, and what has changed since an earlier one."""
+    if file is None:
+        return result
+    found = baseline(result, file)
+    return replace(
+        result,
+        data={**result.data, "baseline": found.to_json()},
+        summary=f"{result.summary}\n{found.summary}",
+        tables={**result.tables, **found.tables},
+        notes=(*result.notes, *found.notes),
+        failures=(*result.failures, *found.failures),
+    )
 
 
 def estimator_names(*texts: Named) -> list[Named]:
@@ -227,12 +201,9 @@ def estimator_names(*texts: Named) -> list[Named]:
     names: list[Named] = []
     for text in texts:
         names += split_names(text) if isinstance(text, str) else [text]
-    accepted: list[str] = []
-    for text in names:
-        name = estimator_of(text).name
+    for name, times in Counter(estimator_of(text).name for text in names).items():
         fix = "leave one out, or rename one"
-        require(name not in accepted, "estimators", "each name once", f"{name} twice", fix)
-        accepted.append(name)
+        require(times == 1, "estimators", "each name once", f"{name} twice", fix)
     return names
 
 

@@ -20,38 +20,27 @@ BOARD_GROUP = "boresight.boards"
 
 
 class BoardSystem:
-    """A complete system around a core, in gateware, in simulation and on a board.
+    """A complete system around a core, in gateware, in simulation and on a board."""
 
-    Attributes
-    ----------
-    files : tuple of str
-        Names of the files that `simulate` writes.
-    programs : tuple of types
-        Estimators that the system adds to every core.
-    rate_hz : float
-        Updates per second with the sensors' default settings, on the board and in `simulate`.
-    core : callable (estimators, *, config, word, clock_hz, params)
-        Returns a core with these estimators and the programs that the system adds.
-    design : callable (core, clock_hz)
-        Returns the Amaranth component of the complete system, and its register map.
-    simulate : callable (folder, name, log, *, config, params, seconds, source, feed, say)
-        Simulates the complete system from pins to frames; writes `files` into a folder.
-    simulate_faults : callable (name, *, progress)
-        Simulates faults of the sensors, each in a simulation of its own.
-    calibrate : callable (sources, settings, output)
-        Fits the sensors' registers to records, and writes them as a file of parameters.
-    monitor : callable (source, **options)
-        Reads frames and registers from a serial port, or frames from a captured file.
-    """
-
+    #: Names of the files that `simulate` writes.
     files: tuple[str, ...]
+    #: Estimators that the system adds to every core.
     programs: tuple[type[Estimator], ...] = ()
+    #: Updates per second with the sensors' default settings, on the board and in `simulate`.
     rate_hz: float
+    #: (estimators, *, config, word, clock_hz, params): A core with these and `programs`.
     core: Callable[..., Core]
+    #: (core, clock_hz): The Amaranth component of the complete system, and its register map.
     design: Callable[..., tuple[Any, Description]]
+    #: (folder, name, log, *, config, params, seconds, source, feed, say): Simulates the complete
+    #: system from pins to frames; writes `files` into a folder.
     simulate: Callable[..., Any]
+    #: (name, *, progress): Simulates faults of the sensors, each in a simulation of its own.
     simulate_faults: Callable[..., Any]
+    #: (sources, settings, output): Fits the sensors' registers to records, and writes them as a
+    #: file of parameters.
     calibrate: Callable[..., Any]
+    #: (source, **options): Reads frames and registers from a serial port, or frames from a file.
     monitor: Callable[..., Any]
 
     def rate_notes(self, estimators: Iterable[Estimator]) -> list[str]:
@@ -65,12 +54,6 @@ class BoardSystem:
 
 
 def board_system() -> BoardSystem:
-    """Return the complete system that is installed; of several, the first by name.
-
-    Raises
-    ------
-    InputError
-        No package offers one.
-    """
+    """The complete system that is installed, of several the first by name; InputError if none."""
     names = names_of_entry_points(BOARD_GROUP)
     return load(names[0] if names else "none", BoardSystem, "board", BOARD_GROUP)

@@ -16,12 +16,11 @@ import signal
 import sys
 import sysconfig
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 from importlib import metadata
-from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -81,46 +80,30 @@ def _run(settings: Settings, work: Callable[..., Result], *arguments: object) ->
 
 def dispatch(
     jobs: int | None,
-    tasks: Iterable[tuple[Label, Callable[..., Result], tuple[object, ...]]],
+    tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]],
     executor: Executor | None = None,
 ) -> Iterator[tuple[Label, Result]]:
     """Run tasks (label, function, arguments) and yield results in the order of completion.
 
-    Tasks are taken from the iterable as processes become free. One job or one task runs in this
-    process, in order. Other processes are spawned: a script that uses more than one job needs
+    They run on ``jobs`` processes (by default one for each processor), or on an ``executor``, for
+    example a Dask cluster (`cluster`). One job or one task runs in this process, in order. Other
+    processes are spawned: a script that uses more than one job needs
     ``if __name__ == "__main__"``; functions, arguments and results must be picklable. An error
-    cancels the tasks that remain.
-
-    Parameters
-    ----------
-    jobs : int, optional
-        Number of processes; by default one for each processor.
-    executor : concurrent.futures.Executor, optional
-        Runs the tasks instead, for example a Dask cluster (`cluster`).
-
-    Raises
-    ------
-    ToolFailed
-        A process ended before its task, for example because it was killed.
+    cancels the tasks that remain. Raises ToolFailed if a process ended before its task, for example
+    because it was killed.
     """
-    remaining = iter(tasks)
-    first = list(islice(remaining, processes(jobs)))
-    if executor is None and len(first) <= 1:
-        for label, work, arguments in chain(first, remaining):
+    count = min(processes(jobs), len(tasks))
+    if executor is None and count <= 1:
+        for label, work, arguments in tasks:
             yield label, work(*arguments)
         return
-    remaining, futures = chain(first, remaining), dict[Future[Result], Label]()
-    with _pool(len(first)) if executor is None else nullcontext(executor) as pool:
+    futures = dict[Future[Result], Label]()
+    with _pool(count) if executor is None else nullcontext(executor) as pool:
         try:
-            while True:
-                # A pool takes tasks as its processes become free; an executor all at once.
-                room = 2 * len(first) - len(futures) if executor is None else None
-                for label, work, arguments in islice(remaining, room):
-                    futures[pool.submit(_run, CURRENT.get(), work, *arguments)] = label
-                if not futures:
-                    return
-                for future in wait(futures, return_when=FIRST_COMPLETED).done:
-                    yield futures.pop(future), future.result()
+            for label, work, arguments in tasks:
+                futures[pool.submit(_run, CURRENT.get(), work, *arguments)] = label
+            for future in as_completed(futures):
+                yield futures.pop(future), future.result()
         except BrokenProcessPool:
             raise ToolFailed(
                 "a worker process ended before its task: if memory ran out, use fewer jobs; a "
@@ -177,12 +160,8 @@ class Journal:
     """``rows`` of completed tasks by key, in memory and as lines of a JSON file.
 
     Several processes may add rows to one file. A line that was cut off, because its process was
-    killed, is ignored; with ``again`` all of the file are.
-
-    Raises
-    ------
-    InputError
-        The file is not a journal, or cannot be read.
+    killed, is ignored; with ``again`` all of the file are. InputError: the file is not a journal,
+    or cannot be read.
     """
 
     def __init__(self, path: Path, *, again: bool = False) -> None:
@@ -236,21 +215,11 @@ def complete(
 ) -> list[Row]:
     """Run the tasks whose rows the journal does not hold; return the rows of all, in order.
 
-    Parameters
-    ----------
-    work : callable
-        Maps ``context`` and some tasks to a row for each: plain data, with ``refused`` in it if the
-        task could not be done. A process returns the rows of ``batch`` tasks together.
-    jobs, scheduler
-        See `dispatch` and `cluster`.
-    shared : bool
-        Whether other processes can make the context: it has texts, no objects of Python. Else the
-        tasks run in this process.
-
-    Raises
-    ------
-    InputError
-        A scheduler is given for a context that is not shared. And as `cluster`.
+    ``work`` maps ``context`` and some tasks to a row for each: plain data, with ``refused`` in it
+    if the task could not be done. A process returns the rows of ``batch`` tasks together. For
+    ``jobs`` and ``scheduler`` see `dispatch` and `cluster`. A context that is not ``shared`` has
+    objects of Python, which other processes cannot make: the tasks run in this process, and a
+    scheduler is refused.
     """
     if scheduler is not None and not shared:
         wanted, fix = "names or files, which its workers read", "leave the scheduler out"

@@ -1,20 +1,26 @@
-"""Style of all plots, and inline SVG whose text is the same for the same data."""
+"""Pages and plots: self-contained HTML files with one style sheet (``base.html``), inline SVG.
+
+A page of text, tables and plots consists of `Section`; one with more has a template beside the code
+that fills it. The same data give the same text.
+"""
 
 from __future__ import annotations
 
 import io
+import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
 from itertools import cycle
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.tools.extras import optional
 from boresight.model.tools.folders import matplotlib_environment
-from boresight.sim.pages import number
 
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {
@@ -87,20 +93,8 @@ def figure_and_axes(
 
 def legend(axes: Any, columns: int) -> None:
     """A legend over the axes, outside."""
-    axes.legend(
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=columns,
-        borderaxespad=0.2,
-        handlelength=2.0,
-        columnspacing=1.6,
-    )
-
-
-def log_axis(axes: Any) -> None:
-    """Logarithmic x with ticks at 1, 2, 5, 10, 20, 50."""
-    axes.set_xscale("log")
-    _log_ticks(axes.xaxis, (1.0, 2.0, 5.0))
+    place: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+    axes.legend(ncols=columns, handlelength=2.0, columnspacing=1.6, **place)
 
 
 def _log_ticks(axis: Any, digits: tuple[float, ...]) -> None:
@@ -140,16 +134,9 @@ def histories(
 ) -> str:
     """SVG of curves (n,) over time, in plots below one another; at most 3,000 points of each.
 
-    Parameters
-    ----------
-    panels : mapping of str to mapping of str to float64 (n,)
-        Curves by their names in the legend, by the label of a plot.
-    step_s : float
-        Time between two values.
-    log : bool
-        Whether values have logarithmic axes; else a first eighth that would hide the rest is cut.
-    name : str
-        See `svg`.
+    ``panels`` are curves by their names in the legend, by the label of a plot; ``step_s`` is the
+    time between two values. With ``log`` values have logarithmic axes; else a first eighth that
+    would hide the rest is cut. ``name`` is the salt of `svg`.
     """
     with settings():
         figure, plots = figure_and_axes(0.4 + 1.4 * len(panels), len(panels), sharex=True)
@@ -175,3 +162,111 @@ def histories(
                 legend(plot, len(curves))
         plots[-1].set_xlabel("time, s")
         return svg(figure, name)
+
+
+#: Text for an unknown value.
+UNKNOWN = "\N{EM DASH}"
+
+
+class Verdict(NamedTuple):
+    """A text in green if it is good, else in red."""
+
+    text: str
+    good: bool
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A part of a page: a table with a head, and figures (caption, SVG by `sim.plotting.svg`).
+
+    A cell is a text, a `Verdict`, or a number, which is formatted by `number`.
+    """
+
+    title: str = ""
+    text: str = ""
+    columns: Sequence[str] = ()
+    rows: Sequence[Sequence[str | float | Verdict]] = ()
+    figures: Sequence[tuple[str, str]] = ()
+
+
+def number(x: Any, digits: int = 4) -> str:
+    """Format a number with grouped thousands and its significant digits; NaN as None, unknown."""
+    if x is None or math.isnan(x):
+        return UNKNOWN
+    if math.isinf(x):
+        return ("" if x > 0 else "\N{MINUS SIGN}") + "\N{INFINITY}"
+    whole = float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
+    if x == 0 or 1e-3 <= abs(x) < 1e9:
+        text = f"{x:z,.0f}" if whole else f"{x:z.{digits}g}"
+        text = text.replace(",", "\N{NARROW NO-BREAK SPACE}")
+    else:
+        mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
+        mantissa = mantissa.rstrip("0").rstrip(".")
+        text = f"{mantissa}\N{MULTIPLICATION SIGN}10" + str(int(exponent)).translate(_RAISED)
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+#: Superscripts.
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def unit(text: str) -> str:
+    """Format a unit."""
+    text = "half turns" if text == "ht" else text
+    text = re.sub(r"\((\w+)\)\^", r"\1^", text)
+    text = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), text)
+    return text.replace("uT", "\N{MICRO SIGN}T")
+
+
+def page(package: str, name: str, /, **values: Any) -> str:
+    """Render the jinja2 template in file ``name`` of a package.
+
+    Templates have the filters ``number`` and ``unit``. A missing value is an error; values are
+    escaped.
+    """
+    import jinja2
+
+    def source(template_name: str) -> str:
+        """Text of a template in the package, or of one that all pages share."""
+        path = files(package).joinpath(template_name)
+        template = path if path.is_file() else files("boresight.sim").joinpath(template_name)
+        return template.read_text(encoding="utf-8")
+
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(source),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= {"number": number, "unit": unit}
+    return environment.get_template(name).render(values)
+
+
+def section_of(title: str, rows: Sequence[Mapping[str, Any]]) -> Section:
+    """A section with a table of rows by column; columns without any value are left out."""
+    columns = [*dict.fromkeys(name for row in rows for name, v in row.items() if v is not None)]
+    cells = [[_cell(row.get(column)) for column in columns] for row in rows]
+    return Section(title=title[:1].upper() + title[1:], columns=columns, rows=cells)
+
+
+def _cell(value: Any) -> str | float | Verdict:
+    if isinstance(value, Verdict):
+        return value
+    if isinstance(value, bool):
+        return Verdict("yes" if value else "no", value)
+    if isinstance(value, int | float):
+        return value
+    return "" if value is None else str(value)
+
+
+def page_of(
+    title: str, intro: Sequence[str | Verdict], sections: Sequence[Section], *, note: str = ""
+) -> str:
+    """The text of a page of paragraphs, sections and a note at its end."""
+    values = {"title": title, "intro": intro, "sections": sections, "note": note}
+    return page("boresight.sim", "sections.html", **values)

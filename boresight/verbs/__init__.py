@@ -1,6 +1,6 @@
 """One file for each verb of the command line, with a function of the verb's name.
 
-The docstring of the file ends with examples. ``GROUPS`` are groups of options that the command
+The docstring of the file ends with examples. ``GROUPS`` are functions whose options the command
 line adds (`boresight.options`); ``typed`` returns arguments that differ there from Python's.
 """
 

@@ -31,12 +31,11 @@ from boresight.sim.accuracy.runs import (
     read_trials,
     require_peers,
 )
-from boresight.sim.baseline import Figure
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import saturated_text
-from boresight.sim.result import Result, Row
+from boresight.sim.result import Figure, Result, Row
 
-GROUPS = (options.LogRows, options.Profiles, options.Baseline)
+GROUPS = (options.rows, options.profiles, options.judged)
 
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
@@ -69,6 +68,13 @@ def accuracy(
 ) -> Result:
     """Measure the error of each output against the truth of logs, and against float64.
 
+    Returns ``estimators``: each as the emitted C, whose words are those of the core (fixed), in
+    compiled float64, or as its package: ``mean`` errors over the logs with truth, ``units``,
+    ``vs_float``, ``saturated_updates``, ``saturations`` by value, ``seconds``, and ``trials``, the
+    errors on each log. Good if fixed point is within the tolerances of float64. Raises InputError
+    for bad logs, unknown names and illegal parameters; ToolMissing if the package of a named
+    published filter is not installed.
+
     Parameters
     ----------
     names : Named or several
@@ -81,21 +87,6 @@ def accuracy(
         the vertical) or full.
     params : mapping, optional
         Parameter values by estimator.
-
-    Returns
-    -------
-    Result
-        ``estimators``: each as the emitted C, whose words are those of the core (fixed), in
-        compiled float64, or as its package: ``mean`` errors over the logs with truth, ``units``,
-        ``vs_float``, ``saturated_updates``, ``saturations`` by value, ``seconds``, and ``trials``,
-        the errors on each log. Good if fixed point is within the tolerances of float64.
-
-    Raises
-    ------
-    InputError
-        Bad logs, unknown names, or illegal parameters.
-    ToolMissing
-        The package of a named published filter is not installed.
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)
@@ -158,12 +149,7 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     """Split names into estimators and published filters.
 
     A text holds one or several names with commas; "ours" are the estimators with the inputs of the
-    published filters, "published" these, "all" both.
-
-    Raises
-    ------
-    InputError
-        An estimator twice, or nothing.
+    published filters, "published" these, "all" both. InputError: an estimator twice, or nothing.
     """
     installed = offered(Estimator, "estimator", ESTIMATOR_GROUP)
     ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]

@@ -24,16 +24,15 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import check_word
-from boresight.sim.baseline import Figure
 from boresight.sim.compare.check import EXACT, ROWS, Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import Log, log_files, logs_of
-from boresight.sim.result import Result
+from boresight.sim.result import Figure, Result
 from boresight.sim.worlds.loop import recorded
 from boresight.sim.worlds.world import is_world
 
-GROUPS = (options.LogRows, options.Profiles, options.Tolerances, options.Baseline)
+GROUPS = (options.rows, options.profiles, options.tolerances, options.judged)
 
 #: Figures of the result that can be compared with an earlier one.
 JUDGED: Mapping[str, Figure] = {
@@ -71,16 +70,16 @@ def check(
 ) -> Result:
     """Compare the forms of an estimator on logs; see `sim.compare.check.Check`.
 
+    Several estimators share one core, in turns. Of a folder that compile wrote the Verilog and C
+    run, if no file has changed. Returns ``results``: one for each estimator on each log. Raises
+    InputError for unknown names and bad logs: all of these (of a long one the first rows) are read
+    before the first is checked.
+
     Parameters
     ----------
-    estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS; several with commas share one core, in turns. The folder
-        that compile wrote: its Verilog and C run, if no file has changed.
     logs : paths, worlds, or data in memory (`Record.of`)
         Logs, folders of logs, or worlds, whose loop with the float64 form is the log; with several
         estimators NAME=LOG gives each its own.
-    steps : int, optional
-        Use at most this many samples of each log.
     levels : sequence of str
         Forms to compare: fixed, c, rtl.
     simulator : str, optional
@@ -94,30 +93,29 @@ def check(
         Folder for report.html and report.json, with area and clock; for one estimator.
     rows : int, optional
         Rows that run at a time; does not change the results.
-
-    Returns
-    -------
-    Result
-        ``results``: one for each estimator on each log.
-
-    Raises
-    ------
-    InputError
-        Unknown names, bad logs. All logs (of a long one the first rows) are read before the first
-        is checked.
     """
     require_whole("steps", steps, 1)
     machine_named(config.removesuffix("-d7"))
     check_word(word)
     levels = levels.split(",") if isinstance(levels, str) else levels
-    if is_folder(estimator) and (changes := changes_in(Path(estimator))):
-        return Result({"results": []}, failures=changes)
-    part = "xc6slx9" if target is None else target
+    part, choice = "xc6slx9" if target is None else target, None
     require_choice("target", part, (*TARGETS, "generic"))
-    build, choice = _build(estimator, config, word, part, params)
-    estimators = build.estimators
-    found, fix = ", ".join(e.name for e in estimators), "leave -o out, or check each"
-    require(output is None or len(estimators) == 1, "--output", "one estimator", found, fix)
+    if is_folder(estimator):
+        if changes := changes_in(Path(estimator)):
+            return Result({"results": []}, failures=changes)
+        if (config, word, part, params) != ("small", 32, "xc6slx9", None):
+            raise _of_folder(estimator, "one of them")
+        build = build_in(Path(estimator))
+    else:
+        named = options.estimator_names(estimator)
+        values = options.params_of_each(named, params)
+        found = map(find_estimator, named)
+        make = partial(Build, *found, word=word, params=values, target=part)
+        build, choice = build_for(make, config, part)
+    names = [e.name for e in build.estimators]
+    fix = "leave -o out, or check each"
+    good = output is None or len(names) == 1
+    require(good, "--output", "one estimator", ", ".join(names), fix)
     messages: list[str] = []
     tell = progress or (lambda text: None)
     checking = Check(
@@ -126,17 +124,17 @@ def check(
         simulator=simulator,
         progress=lambda text: tell("".join((*messages, text))),
     )
-    good = len(estimators) == 1 or not any(map(is_world, logs))
+    good = len(names) == 1 or not any(map(is_world, logs))
     fix = "record it: run ESTIMATOR WORLD -o log.csv"
     require(good, "logs", "logs of several estimators", "a world", fix)
     logs = tuple(recorded(log, build, steps) if is_world(log) else log for log in logs)
-    shared, own = _shared_and_own(logs, [e.name for e in estimators])
+    shared, own = _shared_and_own(logs, names)
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
-    for name in (e.name for e in estimators):
-        wanted = f"a log of {name}, since {', '.join(own)} has its own"
-        require(not own or name in own, "logs", wanted, None, f"write for example {name}=log.csv")
     if own:
-        rounds.append([Log.of(own[e.name], steps) for e in estimators])
+        for name in names:
+            wanted = f"a log of {name}, since {', '.join(own)} has its own"
+            require(name in own, "logs", wanted, None, f"write for example {name}=log.csv")
+        rounds.append([Log.of(own[name], steps) for name in names])
     require(bool(rounds), "logs", "at least one log", None, "name a log file")
     results: list[CheckResult] = []
     for records in rounds:
@@ -173,22 +171,6 @@ def _of_folder(folder: str | Path, found: str) -> InputError:
         found=found,
         fix="leave it out",
     )
-
-
-def _build(
-    estimator: Any, config: str, word: int, part: str, params: Any
-) -> tuple[Build, object | None]:
-    """The core of estimators, or of a compiled folder; and the choice of its depth."""
-    if is_folder(estimator):
-        if (config, word, part, params) != ("small", 32, "xc6slx9", None):
-            raise _of_folder(estimator, "one of them")
-        return build_in(Path(estimator)), None
-    names = options.estimator_names(estimator)
-    estimators = [find_estimator(n) for n in names]
-    make = partial(
-        Build, *estimators, word=word, params=options.params_of_each(names, params), target=part
-    )
-    return build_for(make, config, part)
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:

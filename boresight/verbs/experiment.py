@@ -8,14 +8,19 @@ boresight experiment my_experiment.py:Mine  # your own
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.model.errors import InputError, require_whole
 from boresight.model.tools.files import output_folder
 from boresight.options import ExperimentName, OutputFolder, Progress
-from boresight.sim.experiments.experiment import Experiment, Target, experiment_of, result_of
+from boresight.sim.experiments.experiment import (
+    Experiment,
+    ExperimentResult,
+    experiment_of,
+    result_of,
+)
 from boresight.sim.experiments.targets import target_rows
 from boresight.sim.result import Result, plain
 
@@ -31,28 +36,19 @@ def experiment(
 ) -> Result:
     """Run an experiment and write ``NAME.json``, and the pages that it makes.
 
+    Returns ``figures``; ``targets``, each with ``name``, ``source``, ``value``, ``limit`` (least
+    and greatest good value) and ``pass``; ``files``. Raises InputError for an unknown name, a seed
+    out of range, a folder that cannot be written, and an experiment that raises or gives no
+    `ExperimentResult`.
+
     Parameters
     ----------
     name : str, class or Experiment
         A name that `boresight info` lists, FILE.py:CLASS, a class or an object.
-    output : path
-        Folder for the files.
     seed : int
         Seed of the first run.
     runs : int, optional
         Number of runs; by default the experiment's own.
-
-    Returns
-    -------
-    Result
-        ``figures``; ``targets``, each with ``name``, ``source``, ``value``, ``limit`` (least and
-        greatest good value) and ``pass``; ``files``.
-
-    Raises
-    ------
-    InputError
-        Unknown name, seed out of range, folder that cannot be written, an experiment that raises or
-        gives no `ExperimentResult`.
     """
     instance = experiment_of(name)
     require_whole("seed", seed, 0, 2**31)
@@ -61,21 +57,16 @@ def experiment(
     files = (f"{instance.name}.json", *instance.pages)
     with output_folder(output, f"experiment {instance.name}", files=files) as folder:
         result = result_of(instance, seed=seed, runs=runs, say=progress or (lambda text: None))
-        data = {
+        data: dict[str, Any] = {
             "experiment": instance.name,
             "figures": dict(result.figures),
             "targets": plain(result.targets),
             "files": [str(Path(output) / name) for name in files],
         }
-        text = _written(instance, {"good": result.good, **data, "details": result.details})
-        (folder / files[0]).write_text(text + "\n")
+        (folder / files[0]).write_text(_json(instance, result, data) + "\n")
         for name in instance.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")
-    return _told(data, result.targets)
-
-
-def _told(data: Mapping[str, Any], targets: Sequence[Target]) -> Result:
-    """The targets, and which of them are missed."""
+    targets = result.targets
     judged = [target for target in targets if target.judged]
     met = sum(target.good for target in judged)
     reported = sum(not (target.good or target.binding) for target in judged)
@@ -83,13 +74,15 @@ def _told(data: Mapping[str, Any], targets: Sequence[Target]) -> Result:
     missed = [t.to_json()["name"] for t in targets if t.binding and not t.good]
     heads = ("what", "source", "value", "target", "verdict")
     rows = [{head: row[head] for head in heads} for row in target_rows(targets)]
-    summary = "\n".join([*data["files"], f"targets met: {met} of {len(judged)}{besides}"])
+    places = "\n".join(data["files"])
+    summary = f"{places}\ntargets met: {met} of {len(judged)}{besides}"
     return Result(data, {"targets": rows}, summary, failures=missed)
 
 
-def _written(instance: Experiment, data: Mapping[str, Any]) -> str:
+def _json(instance: Experiment, result: ExperimentResult, data: Mapping[str, Any]) -> str:
+    whole = {"good": result.good, **data, "details": result.details}
     try:
-        return json.dumps(data, allow_nan=False)
+        return json.dumps(whole, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise InputError.at(
             f"experiment {instance.name}, figures or details",

@@ -9,44 +9,160 @@ boresight explore mekf log.csv --target xc6slx9,ecp5-25k --synth  # areas of two
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
 from boresight import options
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.declarations import ATTITUDE, EXACT_UNITS
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import OutputFile
+from boresight.model.units import conversion
 from boresight.model.words.fixed import check_word
+from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.explore import table
 from boresight.sim.explore.measure import (
+    ANGLE_NAMES,
     Case,
     Exploration,
+    Plan,
     arguments_of,
     cases_of,
     digest_of,
     measured,
     planned,
 )
-from boresight.sim.pages import Section, Verdict, page_of, section_of
-from boresight.sim.plotting import PALETTE, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import (
+    PALETTE,
+    Section,
+    Verdict,
+    figure_and_axes,
+    legend,
+    page_of,
+    section_of,
+    settings,
+    svg,
+)
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import logs_of
 from boresight.sim.result import Result, Row
 from boresight.sim.worlds.world import is_world
 
-GROUPS = (options.LogRows, options.Profiles, options.Tolerances)
+GROUPS = (options.rows, options.profiles, options.tolerances)
 
 _Words = Annotated[Sequence[int], options.Texts, Parameter(name="--word", metavar="BITS,...")]
 _Configs = Annotated[Sequence[str], options.Texts, Parameter(name="--config", metavar="NAME,...")]
 _Targets = Annotated[Sequence[str], options.Texts, Parameter(name="--target", metavar="NAME,...")]
+
+
+class Quantity(NamedTuple):
+    """A figure: its name, its unit, and whether more of it is better."""
+
+    name: str
+    unit: str = ""
+    more: bool = False
+
+
+#: Figures of any estimator; docs/learn/explore.md explains them.
+FIGURES = (
+    *map(Quantity, ("tolerance", "saturated", "cycles")),
+    Quantity("us", "us"),
+    Quantity("interval"),
+    Quantity("rate", "Hz", more=True),
+    *map(Quantity, ("lut", "ff", "dsp", "ram")),
+    Quantity("clock", "MHz", more=True),
+    Quantity("word", "bits"),
+)
+#: Figures that come from synthesis.
+_OF_AREA = ("lut", "ff", "dsp", "ram", "clock")
+#: What the clocks of rows are.
+_ESTIMATED = "clock: an estimate from the netlist, not by ISE (docs/targets.md)"
+_DEMAND = re.compile(
+    r"([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\d.eE+-])\s*(.*)"
+)
+
+
+def quantities(estimator: Estimator) -> list[Quantity]:
+    """All figures that rows can have: errors of the outputs, then `FIGURES`.
+
+    ``NAME`` is the largest error of an output from float64, ``NAME.rms`` its root mean square,
+    ``NAME.truth`` the root mean square from truth.
+    """
+    units = {o.name: "" if o.unit in EXACT_UNITS else o.unit for o in estimator.outputs}
+    angles = ANGLE_NAMES.values() if gives_attitude(estimator) else ()
+    floating = units | ({ATTITUDE: "deg"} if angles else {})
+    true = units | dict.fromkeys(angles, "deg")
+    return [
+        *(Quantity(name + end, unit) for name, unit in floating.items() for end in ("", ".rms")),
+        *(Quantity(f"{name}.truth", unit) for name, unit in true.items()),
+        *(q for q in FIGURES if q.name not in units),
+    ]
+
+
+def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
+    """A figure by name; raises InputError if there is none."""
+    by_name = {quantity.name: quantity for quantity in known}
+    require_choice(where, name, by_name, "choose one; docs/learn/explore.md has them all")
+    return by_name[name]
+
+
+class Demand(NamedTuple):
+    """A limit for a figure, in the figure's unit; ``sign`` is one of ``< <= > >=``."""
+
+    quantity: Quantity
+    sign: str
+    limit: float
+
+    def meets(self, row: Row) -> bool:
+        """Whether a row's figure is known and within the limit."""
+        value = row.get(self.quantity.name)
+        if value is None:
+            return False
+        if value == self.limit:
+            return "=" in self.sign
+        return bool(value < self.limit if "<" in self.sign else value > self.limit)
+
+    def excess(self, row: Row) -> float:
+        """Factor by which a row's figure misses the limit; 1 within it."""
+        value = row.get(self.quantity.name)
+        if self.meets(row):
+            return 1.0
+        if value is None:
+            return math.inf
+        larger, smaller = (value, self.limit) if "<" in self.sign else (self.limit, value)
+        return larger / smaller if smaller > 0.0 else math.inf
+
+    def __str__(self) -> str:
+        return f"{self.quantity.name}{self.sign}{self.limit:.4g}{self.quantity.unit}"
+
+
+def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
+    """Demands from a text such as ``attitude<0.01deg, dsp<=1, us<5``, or InputError."""
+    demands = []
+    for part in filter(None, map(str.strip, text.split(","))):
+        match = _DEMAND.fullmatch(part)
+        if match is None:
+            raise InputError.at(
+                "want",
+                wanted=f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1",
+                found=repr(part),
+                fix="write NAME, one of < <= > >=, and a number",
+            )
+        quantity, limit = quantity_of(match[1], known, "want"), float(match[3])
+        if match[4]:
+            factor, offset = conversion(f"want, {part}", quantity.name, match[4], quantity.unit)
+            limit = factor * limit + offset
+        demands.append(Demand(quantity, match[2], limit))
+    return demands
 
 
 def explore(
@@ -72,12 +188,12 @@ def explore(
 
     Results are stored in ``explore-NAME.jsonl``: later runs read and extend it, and an interrupted
     run continues. The page is ``explore-NAME.html``. A row says why a combination cannot be built,
-    or why `check` would refuse it.
+    or why `check` would refuse it. Returns ``rows``, one for each combination with its figures, and
+    ``choice``. Raises InputError for unknown names, bad logs, and a limit of an unknown figure;
+    ToolMissing without the C compiler, and without yosys if ``synth``.
 
     Parameters
     ----------
-    estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS.
     logs : paths, worlds, or data in memory (`Record.of`)
         Logs, folders of logs, or worlds, whose loop with the float64 form is the log; also
         arguments of the constructor with values to try, for example taps=4,8,16.
@@ -97,10 +213,6 @@ def explore(
         limit.
     clock : float
         Clock in MHz, for the figures us and rate.
-    steps : int, optional
-        Use at most this many samples of each log.
-    params : mapping, optional
-        Parameter values.
     jobs : int, optional
         Number of processes; by default one for each processor. An estimator that is given as an
         object runs in this process.
@@ -108,20 +220,6 @@ def explore(
         Measure everything again, also stored rows.
     scheduler : str, optional
         Address of a Dask cluster that measures; its workers must see the same files.
-    output : path
-        Folder for page and table.
-
-    Returns
-    -------
-    Result
-        ``rows``, one for each combination with its figures, and ``choice``.
-
-    Raises
-    ------
-    InputError
-        Unknown names, bad logs, a limit of an unknown figure.
-    ToolMissing
-        yosys is missing with ``synth``, or the C compiler.
     """
     say = progress or (lambda text: None)
     for word in words:
@@ -137,17 +235,17 @@ def explore(
         require_choice("target", target, TARGETS)
     sources, arguments = arguments_of(logs)
     worlds = tuple(s for s in sources if is_world(s))
-    widths = [*map(int, words)]
-    cases = cases_of(estimator, arguments, words=widths, configs=configs, targets=targets)
+    machines: Any = {"words": [*map(int, words)], "configs": configs, "targets": targets}
+    cases = cases_of(estimator, arguments, **machines)
     found = _first(cases)
     values = options.params_of(found, params)
-    known = table.quantities(found)
-    demands = table.demands_of(want, known)
+    known = quantities(found)
+    demands = demands_of(want, known)
     decides = demands[0].quantity if demands else None
     if least:
-        decides = table.quantity_of(least, known, "least")
+        decides = quantity_of(least, known, "least")
     asked = [demand.quantity.name for demand in demands] + [q.name for q in [decides] if q]
-    for figure in table.OF_AREA:
+    for figure in _OF_AREA:
         good = synth or figure not in asked
         require(good, "want", f"areas and clocks, for {figure}", "no --synth", "add --synth")
     read = logs_of([s for s in sources if not is_world(s)], load=True)
@@ -172,9 +270,9 @@ def explore(
     shared = all(isinstance(x, str) for x in (estimator, *worlds))
     where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": shared}
     complete(exploration, measured, tasks, journal, say=say, batch=1, **where)
-    of_all = plans, journal.rows, exploration, known, demands
-    result = table.result_of(*of_all, least=decides, clock_mhz=clock)
-    page.write(render_page(found.name, result))
+    rows = [_row(plan, journal.rows, exploration, clock) for plan in plans]
+    result = _result(rows, known, demands, decides)
+    page.write(_page(found.name, result))
     place = f"{folder / of}.html, {journal.path}"
     return replace(result, summary=f"{result.summary}\n{place}".strip())
 
@@ -190,8 +288,90 @@ def _first(cases: Sequence[Case]) -> Estimator:
     raise refusals[0]
 
 
-def render_page(title: str, result: Result) -> str:
-    """The page's text, which needs no other file."""
+def _row(
+    plan: Plan, rows: Mapping[str, Row], exploration: Exploration, clock_mhz: float
+) -> dict[str, Any]:
+    """A combination and its figures; ``reason`` says why check would refuse it."""
+    case, of, data = plan.case, plan.case.named, dict[str, Any]()
+    for key in plan.keys:
+        data |= rows.get(key, {})
+    refused = plan.refused or data.pop("refused", "")
+    cycles, interval = data.get("cycles"), data.get("interval")
+    if cycles is not None and interval is not None:
+        data |= {"us": cycles / clock_mhz, "rate": 1e6 * clock_mhz / interval}
+    return {
+        "combination": case.name,
+        "estimator": of if isinstance(of, str) else getattr(of, "__name__", "") or of.name,
+        "word": case.word,
+        "config": case.config,
+        "target": case.target,
+        **data,
+        "good": bool(data.get("good")) and not refused,
+        "reason": refused or data.get("reason", ""),
+        "commands": () if plan.refused else case.commands(exploration),
+    }
+
+
+def _choice(table: Sequence[Row], demands: Sequence[Demand], least: Quantity) -> dict[str, Any]:
+    """The row that check accepts, that meets all demands, and has least of a figure.
+
+    If there is none, ``nearest`` is the accepted row that misses its worst limit by the smallest
+    factor, and ``missed`` the demands that it misses.
+    """
+    accepted = [row for row in table if row["good"] and row.get(least.name) is not None]
+
+    def cost(row: Row) -> tuple[float, ...]:
+        value = row[least.name]
+        return (-value if least.more else value, row.get("cycles", 0.0), row["word"])
+
+    passing = [row for row in accepted if all(demand.meets(row) for demand in demands)]
+    if passing or not accepted:
+        best = min(passing, key=cost)["combination"] if passing else None
+        return {"row": best, "nearest": None, "missed": []}
+    nearest = min(accepted, key=lambda row: (max(d.excess(row) for d in demands), cost(row)))
+    missed = [str(demand) for demand in demands if not demand.meets(nearest)]
+    return {"row": None, "nearest": nearest["combination"], "missed": missed}
+
+
+def _result(
+    table: Sequence[Row],
+    known: Sequence[Quantity],
+    demands: Sequence[Demand],
+    least: Quantity | None,
+) -> Result:
+    """The rows as a table, and the choice: ``least`` decides among those that meet the demands."""
+    choice = None if least is None else _choice(table, demands, least)
+    names = [q.name for q in known if any(row.get(q.name) is not None for row in table)]
+    error = next((n for n in (ATTITUDE, "tolerance") if n in names), names[0] if names else "")
+    columns = [error, "saturated", "cycles", "interval", "lut", "dsp", "ram", "clock"]
+    columns += [d.quantity.name for d in demands] + ([] if least is None else [least.name])
+    shown = [
+        {"combination": row["combination"]}
+        | {name: row.get(name) for name in columns}
+        | {"good": row["good"], "reason": row["reason"] or None}
+        for row in table
+    ]
+    lines, failures = list[str](), list[str]()
+    by_name = {row["combination"]: row for row in table}
+    if choice is None or least is None:
+        failures += [] if any(row["good"] for row in table) else ["check accepts no combination"]
+    elif choice["row"] is not None:
+        figure = f"{by_name[choice['row']][least.name]:.4g} {least.unit}".rstrip()
+        lines.append(f"choice, {least.name} {figure}: {choice['row']}")
+    elif choice["nearest"] is not None:
+        names = [re.split("[<>]", text)[0] for text in choice["missed"]]
+        found = ", ".join(f"{n} is {by_name[choice['nearest']].get(n)}" for n in names)
+        missed = ", ".join(choice["missed"])
+        failures.append(f"no combination meets {missed}; nearest: {choice['nearest']}: {found}")
+    else:
+        failures.append("check accepts no combination that has these figures")
+    if any(row.get("clock") for row in table):
+        lines.append(_ESTIMATED)
+    data = {"rows": table, "choice": choice}
+    return Result(data, {"combinations": shown}, "\n".join(lines), failures=failures)
+
+
+def _page(title: str, result: Result) -> str:
     rows = result["rows"]
     (name, shown), *_ = result.tables.items()
     error = list(shown[0])[1]
@@ -200,7 +380,7 @@ def render_page(title: str, result: Result) -> str:
     commands = [
         (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
     ]
-    summary = [text for text in result.summary.splitlines() if text != table.ESTIMATED]
+    summary = [text for text in result.summary.splitlines() if text != _ESTIMATED]
     return page_of(
         f"Exploration of {title}",
         [*summary, *(Verdict(text, good=False) for text in result.failures)],
@@ -208,7 +388,7 @@ def render_page(title: str, result: Result) -> str:
             replace(section_of(name, shown), figures=figures),
             Section(title="Commands", columns=("combination", "command"), rows=commands),
         ],
-        note=table.ESTIMATED if table.ESTIMATED in result.summary else "",
+        note=_ESTIMATED if _ESTIMATED in result.summary else "",
     )
 
 

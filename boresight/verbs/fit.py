@@ -40,7 +40,7 @@ from boresight.sim.result import Result
 from boresight.sim.worlds.loop import recorded
 from boresight.sim.worlds.world import is_world
 
-GROUPS = (options.LogRows, options.Tolerances)
+GROUPS = (options.rows, options.tolerances)
 
 
 def fit(
@@ -63,32 +63,20 @@ def fit(
     (`sim.fit.fitting.select_ranges`). Nothing is written if a word saturates on the sources, or if
     more variances are negative than without the profile.
 
+    Of board, with settings, the calibration registers of the complete system are fitted to records
+    of raw counts, and written as a file of parameters (docs/systems/ma2014.md).
+
+    Returns ``errors`` before and after, by output; ``limits``, ``wasted``. Raises InputError for
+    unknown names, bad logs, no source, and a divisor that has both signs.
+
     Parameters
     ----------
-    estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS. Or board, with settings: the calibration registers of the
-        complete system are fitted to records of raw counts, and written as a file of parameters
-        (docs/systems/ma2014.md).
     sources : paths, data in memory (`Record.of`), worlds
         Logs, folders of logs, or worlds as FILE.py:CLASS; the estimator runs on them in float64.
-    params : mapping, optional
-        Parameter values.
     word : int
         Word width for the comparison; the profile serves every width.
-    steps : int, optional
-        Use at most this many samples of each source.
     output : path, optional
         File of the profile; by default beside the estimator, where every verb finds it.
-
-    Returns
-    -------
-    Result
-        ``errors`` before and after, by output; ``limits``, ``wasted``.
-
-    Raises
-    ------
-    InputError
-        Unknown names, bad logs, no source, a divisor that has both signs.
     """
     if isinstance(estimator, str) and estimator.partition("(")[0] == "board":
         accepted = CURRENT.get().tolerances or None
@@ -121,20 +109,32 @@ def fit(
     )
     say("fixed point, by intervals and with the profile")
     choice = select_ranges(fit_result, records, params=values, word=word)
-    before, after = choice.before, choice.after
-    fit_result = replace(fit_result, profile=choice.profile)
-    negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
-    failures = _failures(after.saturated_updates, *negative)
-    if not failures:
+    before, after, profile = choice.before, choice.after, choice.profile
+    fit_result = replace(fit_result, profile=profile)
+    expressions = fit_result.trace.tracer.expressions
+    had = None if isinstance(before, str) else before.negative_updates
+    failures = []
+    if after.saturated_updates:
+        failures.append(
+            f"not written: {after.saturated_updates} updates SATURATED in the records; "
+            "boresight check names the first value"
+        )
+    elif after.negative_updates > (had or 0):
+        without = "" if had is None else f", {had} without it"
+        failures.append(
+            f"not written: a variance is NEGATIVE after {after.negative_updates} stress-test "
+            f"updates{without}: declare the ranges of the covariance's values with ops.bounded"
+        )
+    else:
         target.write(_text(fit_result))
     errors = _errors(before, after)
     dropped = _errors(before, choice.full) if choice.full is not after else []
     limits = [
-        {"line": _line(fit_result, number), "low": low, "high": high}
-        for number, (low, high) in fit_result.profile.limits.items()
+        {"line": expressions[number].line, "low": low, "high": high}
+        for number, (low, high) in profile.limits.items()
     ]
     wasted = wasted_ranges(fit_result, word)
-    formats, updates = len(fit_result.profile.ranges), fit_result.updates
+    formats, updates = len(profile.ranges), fit_result.updates
     count = sum(1 for e in fit_result.trace.needed if e.args)
     runs = ", ".join(f"{name} ({n} updates)" for name, n in updates.items())
     lines = [
@@ -164,29 +164,14 @@ def fit(
         "errors": errors,
         "dropped": dropped,
         "saturated_updates": after.saturated_updates,
-        "negative_updates": negative,
+        "negative_updates": (had, after.negative_updates),
         "word": word,
         "wasted": wasted,
     }
-    beyond = [e["output"] for e in errors if "BEYOND" in e["verdict"]]
-    warnings = [f"{', '.join(beyond)}: BEYOND the tolerance at {word} bits with the profile"]
-    warnings = [f"{w}; boresight check says why" for w in warnings if beyond]
-    return Result(
-        data, {"fixed point against float64": errors}, "\n".join(lines), warnings, failures
-    )
-
-
-def _failures(saturated: int, before: int | None, after: int) -> list[str]:
-    """Why the profile is not written; empty where it is."""
-    without = "" if before is None else f", {before} without it"
-    if saturated:
-        why = f"{saturated} updates SATURATED in the records; boresight check names the first value"
-    elif after > (before or 0):
-        why = f"a variance is NEGATIVE after {after} stress-test updates{without}: declare "
-        why += "the ranges of the covariance's values with ops.bounded"
-    else:
-        return []
-    return [f"not written: {why}"]
+    beyond = ", ".join(e["output"] for e in errors if "BEYOND" in e["verdict"])
+    warning = f"BEYOND the tolerance at {word} bits with the profile; boresight check says why"
+    notes = [f"{beyond}: {warning}"] if beyond else []
+    return Result(data, {"fixed point against float64": errors}, "\n".join(lines), notes, failures)
 
 
 def _inputs(estimator: Estimator, log: Log) -> Iterator[tuple[FloatArray, bool]]:
@@ -195,16 +180,13 @@ def _inputs(estimator: Estimator, log: Log) -> Iterator[tuple[FloatArray, bool]]
         yield from part.spans(not k)
 
 
-def _line(fit_result: Fitted, number: int) -> str:
-    return fit_result.trace.tracer.expressions[number].line
-
-
 def _errors(before: Effect | str, after: Effect) -> list[dict[str, Any]]:
     """Largest difference of each output from float64, without the profile and with it."""
     earlier = {} if isinstance(before, str) else {d.output: d.largest for d in before.differences}
     rows = []
     for d in after.differences:
-        old, new = _finite(earlier.get(d.output, math.nan)), _finite(d.largest)
+        ends = (earlier.get(d.output, math.nan), d.largest)
+        old, new = (float(x) if math.isfinite(x) else None for x in ends)
         beyond = new is not None and d.tolerance is not None and new > d.tolerance
         worse = new is not None and old is not None and new > WORSE * old
         rows.append(
@@ -222,25 +204,23 @@ def _errors(before: Effect | str, after: Effect) -> list[dict[str, Any]]:
 
 def _text(fit_result: Fitted) -> str:
     """The profile as JSON, a line for each value."""
-    profile = fit_result.profile
-
-    def row(number: int, chosen: tuple[float, float]) -> str:
-        seen = fit_result.seen.get(number)
-        said = {"number": number, "line": _line(fit_result, number), "records": seen}
-        return json.dumps({**said, "chosen": chosen})
-
+    profile, expressions = fit_result.profile, fit_result.trace.tracer.expressions
     head = {
         "estimator": profile.estimator,
         "record": profile.record,
         "made_from": [{"log": name, "updates": n} for name, n in fit_result.updates.items()],
         "hostile_updates": fit_result.hostile_updates,
     }
-    tables = [
-        f'"{name}": [\n' + ",\n".join(row(*item) for item in rows.items()) + "\n]"
-        for name, rows in (("values", profile.ranges), ("limits", profile.limits))
-    ]
-    return "{" + json.dumps(head)[1:-1] + ",\n" + ",\n".join(tables) + "}\n"
-
-
-def _finite(x: float) -> float | None:
-    return float(x) if math.isfinite(x) else None
+    parts = [json.dumps(head)[1:-1]]
+    for name, ranges in (("values", profile.ranges), ("limits", profile.limits)):
+        rows = (
+            {
+                "number": number,
+                "line": expressions[number].line,
+                "records": fit_result.seen.get(number),
+                "chosen": chosen,
+            }
+            for number, chosen in ranges.items()
+        )
+        parts.append(f'"{name}": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]")
+    return "{" + ",\n".join(parts) + "}\n"

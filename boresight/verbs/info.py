@@ -41,23 +41,10 @@ _WHAT = Parameter(help="Estimator (name, FILE.py or FILE.py:CLASS), or a log; by
 def info(what: Annotated[EstimatorName | None, _WHAT] = None, /) -> Result:
     """Show what is installed, what an estimator declares, or what a log holds.
 
-    Parameters
-    ----------
-    what : str, class or Estimator, optional
-        An estimator, or a log: a table, a flight log (.ulg) or a bag (.bag, .mcap, .db3, or the
-        folder of a bag of ROS 2). By default tools, and names of estimators, worlds, experiments.
-
-    Returns
-    -------
-    Result
-        ``tools`` and names; or the declarations of an estimator; or ``topics`` or ``columns``.
-
-    Raises
-    ------
-    InputError
-        An unknown name, a damaged file.
-    ToolMissing
-        The package that reads the log is not installed.
+    A log is a table, a flight log (.ulg) or a bag (.bag, .mcap, .db3, or the folder of a bag of ROS
+    2). Returns ``tools`` and names of estimators, worlds and experiments; or the declarations of an
+    estimator; or ``topics`` or ``columns``. Raises InputError for an unknown name and a damaged
+    file, ToolMissing without the package that reads the log.
     """
     if what is None:
         return _installed()
@@ -72,17 +59,15 @@ def _declarations(name: Named) -> Result:
     """What an estimator declares."""
     made = estimator_of(name)
 
-    def table(head: str, declared: Iterable[Any], names: str) -> list[Row]:
-        titles = {"tolerance": "accepted error"}
-        return [
-            {head: d.name} | {titles.get(n, n): getattr(d, n) for n in names.split()}
-            for d in declared
-        ]
+    def table(head: str, declared: Iterable[Any], *names: str) -> list[Row]:
+        return [{head: d.name} | {n: getattr(d, n) for n in names} for d in declared]
 
-    tables = {
-        "inputs": table("input", made.inputs, "low high unit"),
-        "parameters": table("parameter", made.params, "default low high unit meaning"),
-        "outputs": table("output", made.outputs, "unit tolerance"),
+    tables: dict[str, list[Row]] = {
+        "inputs": table("input", made.inputs, "low", "high", "unit"),
+        "parameters": table("parameter", made.params, "default", "low", "high", "unit", "meaning"),
+        "outputs": [
+            {"output": o.name, "unit": o.unit, "accepted error": o.tolerance} for o in made.outputs
+        ],
     }
     data = {"estimator": made.name, "summary": made.summary, **tables}
     return Result(data, tables, f"{made.name}: {made.summary}")
@@ -112,17 +97,16 @@ def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
     start = min((int(t.stamps.min()) for t in held.topics if len(t.stamps)), default=0)
     rows, fields = list[dict[str, Any]](), list[dict[str, Any]]()
     for topic in sorted(held.topics, key=lambda t: t.name):
-        clock = clock_of(topic.stamps)
-        ends = (topic.stamps.min(), topic.stamps.max()) if len(topic.stamps) else (None, None)
-        first, last = (None if end is None else (int(end) - start) / NS for end in ends)
+        clock, stamps = clock_of(topic.stamps), topic.stamps
+        ends = [(int(end()) - start) / NS for end in (stamps.min, stamps.max) if len(stamps)]
         rows.append(
             {
                 "topic": topic.name,
                 "messages": clock.samples,
                 "rate, Hz": clock.rate_hz,
                 "jitter, ms": 1e3 * clock.jitter_s,
-                "first, s": first,
-                "last, s": last,
+                "first, s": min(ends, default=None),
+                "last, s": max(ends, default=None),
                 "gaps": clock.gaps,
                 "longest, s": clock.longest_s,
                 "twice": clock.repeated,
@@ -130,8 +114,7 @@ def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
             }
         )
         units = _units(topic, ready_map(ready))
-        for name in _shortened(topic.fields):
-            fields.append({"topic": topic.name, "field": name, "unit": units.get(name)})
+        fields += [{"topic": topic.name, "field": n, "unit": units.get(n)} for n in _fields(topic)]
     data = {"file": str(path), "topics": rows, "fields": fields}
     return Result(data, {"topics": rows, "fields": fields}, notes=held.notes)
 
@@ -142,16 +125,16 @@ def _units(topic: Topic, sources: Iterable[Source]) -> dict[str, str]:
     for s in sources:
         if s.label in (topic.name, topic.kind) and s.frame != "geodetic":
             text = " ".join(filter(None, (s.unit, s.frame and f"({s.frame})")))
-            for name in _shortened(topic.fields):
+            for name in _fields(topic):
                 if re.split(r"\[|\.[wxyz]$", name)[0] in s.fields or name in s.fields:
                     units[name] = text
     return units
 
 
-def _shortened(names: Iterable[str]) -> list[str]:
-    """Fields with the elements of an array as one: ``q[0..3]``."""
+def _fields(topic: Topic) -> list[str]:
+    """Fields of a topic, with the elements of an array as one: ``q[0..3]``."""
     last: dict[str, str] = {}
-    for name in names:
+    for name in topic.fields:
         path, bracket, index = name.partition("[")
         last[path] = f"{path}[0..{index}" if bracket and index != "0]" else name
     return list(last.values())

@@ -44,7 +44,9 @@ def monitor(
     """Listen to a board; first write, then read registers.
 
     With ``reads`` or ``writes`` and without ``steps``, ``output`` and ``log`` it then ends.
-    Otherwise it ends after ``steps`` attitudes, or at Ctrl-C.
+    Otherwise it ends after ``steps`` attitudes, or at Ctrl-C. Returns attitudes, missing and
+    damaged frames, registers by name. Raises InputError for a wrong argument, an unknown register,
+    and a port that cannot be read.
 
     Parameters
     ----------
@@ -69,30 +71,18 @@ def monitor(
         Longest silence of a port, s.
     each : callable, optional
         Called with each attitude as a line of text.
-
-    Returns
-    -------
-    MonitorResult
-        Attitudes, missing and damaged frames, registers by name.
-
-    Raises
-    ------
-    InputError
-        Wrong argument, unknown register, or a port that cannot be read.
     """
     output = [output] if isinstance(output, str | Path) else output
-    tables = [path for path in output if str(path).endswith(".csv")]
-    plots = [path for path in output if path not in tables]
+    kinds = {"csv" if str(path).endswith(".csv") else "plot": path for path in output}
     wanted, found = "at most one table, FILE.csv, and one picture", ", ".join(map(str, output))
-    good = len(tables) <= 1 and len(plots) <= 1
-    require(good, "--output", wanted, found, "leave the others out")
+    require(len(kinds) == len(output), "--output", wanted, found, "leave the others out")
     return board_system().monitor(
         source,
         baud=baud,
         count=steps,
-        csv=tables[0] if tables else None,
+        csv=kinds.get("csv"),
         log=log,
-        plot=plots[0] if plots else None,
+        plot=kinds.get("plot"),
         reads=reads,
         writes=writes,
         register_map=register_map,

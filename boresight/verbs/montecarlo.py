@@ -22,7 +22,7 @@ from boresight.sim.montecarlo.figures import figures, result_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
-GROUPS = (options.Profiles,)
+GROUPS = (options.profiles,)
 
 LEVELS = ("c", "fixed", "float")
 
@@ -47,7 +47,10 @@ def montecarlo(
     """Run an estimator in many draws of a world: errors, NEES, NIS, spread against the bound.
 
     Completed draws are stored in ``montecarlo-WORLD-ESTIMATOR.jsonl``, where a later call with the
-    same files continues. Results do not depend on the number of processes.
+    same files continues. Results do not depend on the number of processes. Returns ``outputs``,
+    ``nees``, ``nis``, ``worst``: see `sim.montecarlo.figures.figures`. Raises InputError for a
+    world without draws or truth, or whose draws are all equal; ToolMissing if a scheduler is given,
+    and dask.distributed is not installed.
 
     Parameters
     ----------
@@ -62,8 +65,6 @@ def montecarlo(
         Seed of the first draw; draw k has seed + k.
     levels : str
         Form that runs: c, fixed or float.
-    steps : int, optional
-        Use at most so many records of a draw.
     jobs : int, optional
         Number of processes; by default one for each processor. Objects run in this process.
     again : bool
@@ -72,18 +73,6 @@ def montecarlo(
         Address of a Dask cluster that runs the draws; its workers must see the same files.
     output : path
         Folder for ``montecarlo-WORLD-ESTIMATOR.json`` and the journal.
-
-    Returns
-    -------
-    Result
-        ``outputs``, ``nees``, ``nis``, ``worst``: see `sim.montecarlo.figures.figures`.
-
-    Raises
-    ------
-    InputError
-        A world without draws or truth, or whose draws are all equal.
-    ToolMissing
-        A scheduler is given, and dask.distributed is not installed.
     """
     require_whole("runs", runs, 2, 1_000_000)
     require_whole("seed", seed, 0, 2**31)

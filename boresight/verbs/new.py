@@ -33,22 +33,13 @@ def new(name: Annotated[str | Path, Parameter(show_default=False)], /) -> Result
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
     ``NAME_baseline.json`` has the results of `boresight check`, with which the test compares. The
-    test passes as it is.
+    test passes as it is. Returns ``files``. Raises InputError for a name that is no module's, or
+    that a file of yours has already.
 
     Parameters
     ----------
     name : str or path
         Name of the module, with or without .py; may begin with a folder.
-
-    Returns
-    -------
-    Result
-        ``files``.
-
-    Raises
-    ------
-    InputError
-        Not a name of a module, or a file of yours has that name already.
     """
     path = Path(name)
     stem = path.name.removesuffix(".py")
@@ -56,9 +47,9 @@ def new(name: Annotated[str | Path, Parameter(show_default=False)], /) -> Result
     words = {"StarterWorld": f"{_class(stem)}World", "Starter": _class(stem), "starter": stem}
     words["STARTER"] = _class(stem).lower()  # the estimator's name
     files = {path.parent / pattern.format(stem): made for pattern, made in _FILES.items()}
-    places = {path: OutputFile(path, option="NAME") for path in files}
-    for path, place in places.items():
-        text = resources.files("boresight.starter").joinpath(files[path]).read_text("utf-8")
+    places = [OutputFile(file, option="NAME") for file in files]
+    for place, made in zip(places, files.values(), strict=True):
+        text = resources.files("boresight.starter").joinpath(made).read_text("utf-8")
         for old, word in words.items():
             text = text.replace(old, word)
         place.write(text)

@@ -56,7 +56,7 @@ from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.worlds.loop import Loop, close_loop, drive, parting
 from boresight.sim.worlds.world import World, drawn, is_world, world_of
 
-GROUPS = (options.LogRows, options.Profiles)
+GROUPS = (options.rows, options.profiles)
 
 #: Levels without words.
 _FLOATS = {"numpy", "float"}
@@ -98,10 +98,14 @@ def run(
 ) -> Result:
     """Run an estimator on a log, in a closed loop with a world, or on the simulated board.
 
+    A log alone is converted to another kind of file. Returns on a log ``outputs`` by name, ``t``,
+    ``truth`` (differences from the log's truths), ``clamped``, ``saturated``; in a loop
+    ``accuracy`` and ``truth``, ``records``, ``parting``. Raises InputError for an unknown
+    estimator, source or form, a bad log, a world that raises or returns no record, and output that
+    cannot be written.
+
     Parameters
     ----------
-    estimator : str, class or Estimator
-        Name, FILE.py or FILE.py:CLASS. A log alone is converted to another kind of file.
     source : path, mapping of arrays, table, Record, World or str
         A log; a world, as FILE.py:CLASS or by its name; or board, the complete system with its
         sensors, with settings: board(seconds=1, source="heading", feed={}, log=FILE, faults=False).
@@ -109,8 +113,6 @@ def run(
         On a log one form: float (compiled float64), numpy (float64 as written), fixed (the integer
         model, the default), c or rtl. In a loop one or several, c by default; each further form is
         compared with the first.
-    steps : int, optional
-        Use at most this many samples of the source.
     seed : int, optional
         Seed of the world's draw, as in montecarlo; by default the world as it is.
     output : path, optional
@@ -120,18 +122,6 @@ def run(
     rows : int, optional
         Read, run and write a file in pieces of so many rows, for a log that is longer than memory;
         the result has no arrays then. By default all at once.
-
-    Returns
-    -------
-    Result
-        On a log ``outputs`` by name, ``t``, ``truth`` (differences from the log's truths),
-        ``clamped``, ``saturated``; in a loop ``accuracy`` and ``truth``, ``records``, ``parting``.
-
-    Raises
-    ------
-    InputError
-        Unknown estimator, source or form, bad log, a world that raises or returns no record, or
-        output that cannot be written.
     """
     given = {"levels": bool(levels), "word": word != 32, "steps": steps is not None}
     given["seed"] = seed is not None

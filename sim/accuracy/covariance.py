@@ -14,7 +14,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.model.words.fixed import IntArray
@@ -99,21 +99,17 @@ def own_covariance(
         return None
     known = {*states, *(o.name for o in estimator.outputs)}
     count = max(map(len, states.values()), default=0)
+    wanted = f"names of states, and covariances of {count} records, each a matrix of them"
+    fix = "return (names, covariances), an array (n, k, k) for k names"
     try:
         given_names, values = given
         names = (given_names,) if isinstance(given_names, str) else tuple(given_names)
         covariances: FloatArray = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         found = str(error) if len(given) == 2 else f"{len(given)} values"
-    else:
-        unknown = [name for name in names if name not in known]
-        if not unknown and covariances.shape == (count, len(names), len(names)):
-            return names, covariances
-        shapes = f"the shape {covariances.shape} of {len(names)} names"
-        found = f"the name {unknown[0]!r}" if unknown else shapes
-    raise InputError.at(
-        where,
-        wanted=f"names of states, and covariances of {count} records, each a matrix of them",
-        found=found,
-        fix="return (names, covariances), an array (n, k, k) for k names",
-    )
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
+    for name in names:
+        require(name in known, where, wanted, f"the name {name!r}", fix)
+    found = f"the shape {covariances.shape} of {len(names)} names"
+    require(covariances.shape == (count, len(names), len(names)), where, wanted, found, fix)
+    return names, covariances

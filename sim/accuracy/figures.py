@@ -104,13 +104,6 @@ def means(scores: Iterable[Mapping[str, float]]) -> dict[str, float]:
     return {n: float(np.mean([of[n] for of in scores if n in of])) for n in names}
 
 
-def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
-    """The figures of attitudes (n, 4)."""
-    angles = Angles()
-    angles.add(q, reference, counts)
-    return angles.result()
-
-
 class Angles:
     """Figures of attitudes, piece by piece."""
 
@@ -136,6 +129,13 @@ class Angles:
         if not self.samples:
             raise InputError("no sample counts: mov and a reference attitude never come together")
         return {name: spread.rms for name, spread in self._spreads.items()}
+
+
+def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
+    """The figures of attitudes (n, 4)."""
+    angles = Angles()
+    angles.add(q, reference, counts)
+    return angles.result()
 
 
 class Alignment:

@@ -1,4 +1,4 @@
-"""Tuning: a deterministic pattern search on the emitted C, and its effect on other logs.
+"""Tuning: a deterministic pattern search, and the figure that falls.
 
 Each parameter moves on an axis of its own: by factors if it is positive, by steps in proportion to
 its range otherwise. No derivatives, no random numbers: the same start gives the same end (R. Hooke,
@@ -7,19 +7,18 @@ doi 10.1145/321062.321069). A descent begins at the start, another one at the be
 points that fill the ranges, so that a local minimum near the start is left; and from the better end
 it begins again with large steps as long as that helps.
 
-The figure that falls is a weighted mean of the errors against truth (`sim.accuracy.figures`), each
-the mean over the logs. One error alone counts in its unit; of several each counts as a share of
-what it was with the given parameters, so that metres and radians weigh the same. By default every
-output with a truth has weight 1, but of an attitude the total angle alone.
+The figure is a weighted mean of the errors against truth (`sim.accuracy.figures`), each the mean
+over the logs. One error alone counts in its unit; of several each counts as a share of what it was
+with the given parameters, so that metres and radians weigh the same. By default every output with a
+truth has weight 1, but of an attitude the total angle alone.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,9 +26,6 @@ from boresight.model.declarations import Param
 from boresight.model.errors import require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import ANGLES, means
-from boresight.sim.accuracy.runs import LogRuns
-from boresight.sim.compare.verdict import saturated_text
-from boresight.sim.result import Result, Row
 
 #: Values are tried with so many significant digits, as they are printed.
 DIGITS = 4
@@ -213,12 +209,6 @@ def folds_of(count: int, folds: int | None) -> list[tuple[int, ...]]:
     return [tuple(range(count)[k::folds]) for k in range(folds)] if folds > 1 else []
 
 
-_SOURCE = (
-    "root mean square error against truth of the emitted C (the core's words), mean over the logs; "
-    "of an attitude the angles, by BROAD's method, in deg"
-)
-
-
 def weights_of(
     figures: Mapping[str, str], chosen: Mapping[str, float] | None = None
 ) -> dict[str, float]:
@@ -237,150 +227,21 @@ def weights_of(
     return weights
 
 
-@dataclass
-class Tuning:
-    """Searches over the same logs, none of which runs twice with the same values.
+def figure_of(
+    weights: Mapping[str, float], before: Mapping[str, float]
+) -> Callable[[Sequence[Mapping[str, float]]], float]:
+    """The figure of some logs' errors; NaN if none of these counts. ``before``: means at the start.
 
-    ``axes`` are of the parameters that move, ``start`` has every parameter, ``weights`` are of the
-    errors; a search has ``rounds`` at most; ``say`` is called with a line of progress.
+    See this module.
     """
+    scales = dict.fromkeys(weights, 1.0)
+    if sum(w > 0.0 for w in weights.values()) > 1:
+        scales |= {n: before[n] for n in weights if 0.0 < before[n] < math.inf}
 
-    runs: LogRuns
-    axes: Sequence[Axis]
-    start: Mapping[str, float]
-    weights: Mapping[str, float]
-    rounds: int
-    say: Callable[[str], None]
-    _known: dict[tuple[tuple[str, float], ...], dict[int, Mapping[str, float]]] = field(
-        default_factory=dict
-    )
-
-    def __post_init__(self) -> None:
-        baseline = means(self.scores({}))
-        self.weights = {n: w for n, w in self.weights.items() if w}
-        one = len(self.weights) == 1
-        self._scales = {
-            n: 1.0 if one or not 0.0 < baseline[n] < math.inf else baseline[n] for n in self.weights
-        }
-
-    def scores(
-        self, values: Mapping[str, float], indices: Sequence[int] | None = None
-    ) -> list[Mapping[str, float]]:
-        """Errors of some logs (all by default) with ``values`` on top of the start."""
-        indices = range(len(self.runs.feeds)) if indices is None else indices
-        parameters = {**self.start, **values}
-        known = self._known.setdefault(tuple(sorted(parameters.items())), {})
-        missing = [k for k in indices if k not in known]
-        found = self.runs.run(parameters, missing)
-        known.update((k, fixed.errors) for k, (fixed, *_) in zip(missing, found, strict=True))
-        return [known[k] for k in indices]
-
-    def figure(self, scores: Sequence[Mapping[str, float]]) -> float:
-        """Weighted mean over errors of their means over the logs; NaN if none has any."""
-        errors = {n: x for n, x in means(scores).items() if n in self.weights}
-        weight = math.fsum(self.weights[n] for n in errors)
-        total = math.fsum(self.weights[n] * x / self._scales[n] for n, x in errors.items())
+    def figure(scores: Sequence[Mapping[str, float]]) -> float:
+        errors = {n: x for n, x in means(scores).items() if weights.get(n)}
+        weight = math.fsum(weights[n] for n in errors)
+        total = math.fsum(weights[n] * x / scales[n] for n, x in errors.items())
         return total / weight if weight else math.nan
 
-    def search(self, indices: Sequence[int], subject: str) -> Tuned:
-        """The best values on some logs."""
-        tuned = pattern_search(
-            lambda values: self.figure(self.scores(values, indices)),
-            self.axes,
-            self.rounds,
-            progress=lambda text: self.say(f"{subject}, {text}"),
-        )
-        self.say(f"{subject}: {tuned.history[0]:.4g} to {tuned.history[-1]:.4g}")
-        return tuned
-
-    def cross_validation(self, tests: Sequence[tuple[int, ...]], names: Sequence[str]) -> Any:
-        """Each fold with parameters tuned on the other folds; None without folds."""
-        folds, every = list[Row](), list[Mapping[str, float]]()
-        for k, test in enumerate(tests):
-            train = [i for i in range(len(names)) if i not in test]
-            tuned = self.search(train, f"fold {k + 1} of {len(tests)}")
-            scores = self.scores(tuned.values, test)
-            every += scores
-            folds.append(
-                {
-                    "test": [names[i] for i in test],
-                    "train_figure": tuned.history[-1],
-                    "test_figure": self.figure(scores),
-                    "test_error": means(scores),
-                    "parameters": tuned.values,
-                }
-            )
-        return {"folds": folds, "mean_test_error": means(every)} if folds else None
-
-    def _at_ends(self, values: Mapping[str, float]) -> list[str]:
-        """Notes about parameters that moved to an end of their ranges."""
-        notes = []
-        for axis in self.axes:
-            p, value = axis.param, values[axis.param.name]
-            if value in (p.low, p.high) and value != axis.start:
-                notes.append(
-                    f"{p.name} ends at the {'lower' if value == p.low else 'upper'} end of its "
-                    f"range, {p.low:g} to {p.high:g}: a wider range may give a smaller error"
-                )
-        return notes
-
-    def result(
-        self, names: Sequence[str], units: Mapping[str, str], tests: Sequence[tuple[int, ...]]
-    ) -> Result:
-        """Tune, and cross-validate on ``tests`` (`folds_of`); units of the errors."""
-        name = self.runs.estimator.name
-        tuned = self.search(range(len(names)), "all logs")
-        cross = self.cross_validation(tests, names)
-        scores = self.scores({}), self.scores(tuned.values)
-        before, after = map(means, scores)
-        parameters = {**self.start, **tuned.values}
-        words = [fixed for fixed, *_ in self.runs.run(parameters)]
-        updates = sum(fixed.saturated or 0 for fixed in words)
-        values = dict(sum((Counter(fixed.saturations) for fixed in words), Counter[str]()))
-        errors: list[Row] = [
-            {
-                "error": error,
-                "before": before[error],
-                "tuned": after[error],
-                "held out": cross["mean_test_error"].get(error) if cross else None,
-                "unit": units.get(error, ""),
-            }
-            for error in before
-        ]
-        moved: list[Row] = [
-            {
-                "parameter": axis.param.name,
-                "before": self.start[axis.param.name],
-                "tuned": tuned.values[axis.param.name],
-                "unit": axis.param.unit,
-            }
-            for axis in self.axes
-        ]
-        data = {
-            "estimator": name,
-            "parameters": parameters,
-            "source": _SOURCE,
-            "units": units,
-            "weights": self.weights,
-            "error": {"default": before, "tuned": after},
-            "trials": [
-                {"trial": name, "default": b, "tuned": a}
-                for name, b, a in zip(names, *scores, strict=True)
-            ],
-            "tuned_parameters": moved,
-            "search": {"evaluations": tuned.evaluations, "history": tuned.history},
-            "cross_validation": cross,
-            "saturated_updates": updates,
-            "saturations": values,
-        }
-        summary = (
-            f"{name}: {tuned.history[0]:.4g} to {tuned.history[-1]:.4g} in "
-            f"{tuned.evaluations} evaluations over {len(names)} logs"
-        )
-        tables = {"error, mean over the logs": errors, "parameters": moved}
-        notes = [f"tuned, {saturated_text(updates, values)}"] if updates else []
-        notes += self._at_ends(tuned.values)
-        if not tests:
-            why = "there is one log" if len(names) == 1 else "there is one fold"
-            notes.append(f"no cross-validation, since {why}: the error on other logs is not known")
-        return Result(data, tables, summary, notes)
+    return figure

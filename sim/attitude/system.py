@@ -29,7 +29,7 @@ from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.boards import BoardSystem
 from boresight.sim.campaign import processes
 from boresight.sim.compare.verdict import saturated_text
-from boresight.sim.pages import page_of, section_of
+from boresight.sim.plotting import page_of, section_of
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result

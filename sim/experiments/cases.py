@@ -18,8 +18,7 @@ from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads
 from boresight.sim.experiments.targets import render, targets_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.pages import Section
-from boresight.sim.plotting import histories
+from boresight.sim.plotting import Section, histories
 from boresight.sim.worlds.loop import Loop, close_loop
 
 

@@ -24,28 +24,14 @@ EXPERIMENT_GROUP = "boresight.experiments"
 class Target:
     """A figure and its accepted band.
 
-    Attributes
-    ----------
-    name, part : str
-        What is measured; which part of it (an axis, a channel), if there are several.
-    source : str
-        Origin of the band: a table, a data sheet, a specification.
-    value : float
-        The measured value; NaN and infinity are never good.
-    low, high : float, optional
-        Smallest and largest good value; None: no limit.
-    unit : str
-        Unit of all of these.
-    binding : bool
-        Whether a miss fails the experiment; otherwise it is reported.
-    beside : mapping of str to float
-        Figures of others for the same quantity, by their source.
-    spread : (float, float), optional
-        Range of the value over the runs.
-    note : str
-        Limits of the measurement.
-    needs : str
-        What the run had too little of, such as "250 runs"; the target is then not judged.
+    ``name`` says what is measured, ``part`` which part of it (an axis, a channel) if there are
+    several, ``source`` where the band is from: a table, a data sheet, a specification. NaN and
+    infinity as ``value`` are never good. ``low`` and ``high`` are the smallest and the largest good
+    value, None without a limit; ``unit`` is that of all of these. A miss fails the experiment if
+    the target is ``binding``; otherwise it is reported. ``beside`` are figures of others for the
+    same quantity, by their source; ``spread`` is the range of the value over the runs; ``note``
+    tells limits of the measurement; ``needs`` what the run had too little of, such as "250 runs":
+    the target is then not judged.
     """
 
     name: str
@@ -109,16 +95,8 @@ class Target:
 class ExperimentResult:
     """Result of a run of an experiment.
 
-    Attributes
-    ----------
-    figures : mapping of str to float
-        Numbers by name, all finite.
-    targets : tuple of Target
-        The judged figures.
-    details : mapping
-        Further plain data: curves, tables.
-    pages : mapping of str to str
-        Contents of the experiment's `Experiment.pages`.
+    ``figures`` are numbers by name, all finite; ``targets`` the judged ones; ``details`` further
+    plain data: curves, tables; ``pages`` the contents of the experiment's `Experiment.pages`.
     """
 
     figures: Mapping[str, float]
@@ -135,21 +113,13 @@ class ExperimentResult:
 class Experiment:
     """Base class of an experiment.
 
-    Attributes
-    ----------
-    name, summary : str
-        By default the class's name in lower case, and the first line of its docstring.
-    runs : int
-        Default number of runs, from which the spread comes.
-    pages : tuple of str
-        Names of the files that it makes besides ``NAME.json``.
-    jobs : int, optional
-        Number of processes (`seeds.run_cases`); by default one for each processor. Figures do not
-        depend on it.
+    ``name`` is by default the class's name in lower case; ``runs`` is the default number of runs,
+    from which the spread comes; ``pages`` are names of the files that it makes besides
+    ``NAME.json``; ``jobs`` is the number of processes (`seeds.run_cases`), by default one for each
+    processor. Figures do not depend on it.
     """
 
     name: ClassVar[str]
-    summary: ClassVar[str]
     runs: ClassVar[int] = 100
     pages: ClassVar[tuple[str, ...]] = ()
 
@@ -160,21 +130,9 @@ class Experiment:
         super().__init_subclass__(**options)
         if "name" not in vars(cls):
             cls.name = cls.__name__.lower()
-        if "summary" not in vars(cls):
-            cls.summary = (cls.__doc__ or "").strip().partition("\n")[0]
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> ExperimentResult:
-        """Run it.
-
-        Parameters
-        ----------
-        seed : int, 0 or more
-            Of the first run; run k has ``seed + k``.
-        runs : int, 2 or more
-            Number of runs.
-        say : callable
-            Called with a line of progress.
-        """
+        """Run it ``runs`` times (2 or more), run k with ``seed + k``; ``say`` takes progress."""
         raise NotImplementedError
 
 
@@ -188,33 +146,19 @@ def result_of(
 ) -> ExperimentResult:
     """Run an experiment (`Experiment.run`) and check its result.
 
-    Raises
-    ------
-    InputError
-        The method raises, or gives anything but an `ExperimentResult` with targets and all pages.
+    InputError: it raises, or gives anything but an `ExperimentResult` with targets and all pages.
     """
     where, wanted = f"experiment {experiment.name}", "a run that gives an ExperimentResult"
     fix = "write it: it returns ExperimentResult(figures={...}, targets=(...))"
     require(type(experiment).run is not Experiment.run, where, "a method run", None, fix)
     fix = "return ExperimentResult(figures={NAME: NUMBER}, targets=(Target(...), ...))"
-    result = called(
-        experiment.run,
-        where=where,
-        wanted=wanted,
-        kind=ExperimentResult,
-        answer=fix,
-        seed=seed,
-        runs=runs,
-        say=say,
-    )
-    targets, found = result.targets, ""
-    if not isinstance(result.figures, Mapping):
-        found = f"figures of type {type(result.figures).__name__}"
-    elif not isinstance(targets, Sequence) or not all(isinstance(t, Target) for t in targets):
-        found = f"targets of type {type(targets).__name__}"
+    options: Any = {"seed": seed, "runs": runs, "say": say, "kind": ExperimentResult, "answer": fix}
+    result = called(experiment.run, where=where, wanted=wanted, **options)
+    targets, found = result.targets, f"figures of type {type(result.figures).__name__}"
+    require(isinstance(result.figures, Mapping), where, wanted, found, fix)
+    good = isinstance(targets, Sequence) and all(isinstance(t, Target) for t in targets)
+    require(good, where, wanted, f"targets of type {type(targets).__name__}", fix)
     for name in experiment.pages:
-        if not isinstance(result.pages.get(name), str):
-            wanted, found, fix = f"the page {name}", "none", "return it in ExperimentResult.pages"
-    if found:
-        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
+        fix = "return it in ExperimentResult.pages"
+        require(isinstance(result.pages.get(name), str), where, f"the page {name}", None, fix)
     return result

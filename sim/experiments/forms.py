@@ -24,12 +24,8 @@ def run_forms(
 ) -> list[list[Run]]:
     """For each level its runs on each of the records, every run from a reset on.
 
-    Parameters
-    ----------
-    records : iterable of float64 (n, n_inputs)
-        Inputs of each run, in their units.
-    levels : sequence of str
-        By default the integer C and float64.
+    ``records`` are inputs (n, n_inputs) of each run, in their units; the levels are by default the
+    integer C and float64.
     """
     build, rows = Build(estimator, params=[params]), list(map(np.ascontiguousarray, records))
     runs = []

@@ -100,5 +100,4 @@ def run_cases(
 def _joined(parts: Sequence[Runs]) -> Runs:
     names = parts[0].figures
     figures = {name: np.concatenate([part.figures[name] for part in parts]) for name in names}
-    each = [result for part in parts for result in part.each]
-    return Runs(figures, parts[0].shown, each)
+    return Runs(figures, parts[0].shown, [result for part in parts for result in part.each])

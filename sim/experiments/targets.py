@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from boresight.sim.experiments.experiment import Target
-from boresight.sim.pages import Section, Verdict, number, page_of, section_of, unit
+from boresight.sim.plotting import Section, Verdict, number, page_of, section_of, unit
 
 
 def targets_of(

@@ -16,6 +16,7 @@ import hashlib
 import itertools
 import math
 import re
+import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -37,7 +38,6 @@ from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import ANGLES, errors, means
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.check import Check
-from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import record_of
@@ -92,6 +92,20 @@ class Case:
         params = [dict(exploration.params)]
         return Build(estimator_of(self.named), config=self.config, word=self.word, params=params)
 
+    def commands(self, exploration: Exploration) -> tuple[str, ...]:
+        """Command lines that make and check it; none for an object."""
+        if not isinstance(self.named, str):
+            return ()
+        name = shlex.quote(self.named)
+        options = f"--word {self.word} --config {self.config}"
+        options += "".join(f" --param {n}={value!r}" for n, value in exploration.params)
+        options += CURRENT.get().options
+        texts = [x for x in (*exploration.logs, *exploration.worlds) if isinstance(x, str)]
+        rows = selection().options + (f" --steps {exploration.steps}" if exploration.steps else "")
+        check = f"boresight check {name} {shlex.join(texts)} {options}{rows}"
+        compile_ = f"boresight compile {name} {options} --target {self.target} -o build"
+        return (compile_, check) if texts else (compile_,)
+
 
 @dataclass(frozen=True)
 class Exploration:
@@ -145,10 +159,8 @@ def cases_of(
     """Every combination, once."""
     values = itertools.product(*arguments.values())
     argument_sets = [tuple(zip(arguments, map(repr, v), strict=True)) for v in values]
-    product = itertools.product(argument_sets, targets, configs, words)
-    return [
-        *dict.fromkeys(Case(name, a, word, config, target) for a, target, config, word in product)
-    ]
+    product = dict.fromkeys(itertools.product(argument_sets, targets, configs, words))
+    return [Case(name, a, word, config, target) for a, target, config, word in product]
 
 
 #: Names of the angles between attitudes, distinct from the names of outputs.
@@ -213,41 +225,37 @@ def planned(
 
 def measured(exploration: Exploration, tasks: Sequence[Task]) -> list[dict[str, Any]]:
     """Rows of some tasks: figures, or why there are none (``refused``; ``again``: by a tool)."""
-
-    def row(task: Task) -> dict[str, Any]:
+    rows = list[dict[str, Any]]()
+    for kind, case in tasks:
         try:
-            return KINDS[task.kind](exploration, task.case)
+            rows.append(KINDS[kind](exploration, case))
         except (InputError, ScheduleError) as error:
-            return {"refused": _line(error)}
+            rows.append({"refused": _line(error)})
         except (SynthesisError, ToolFailed) as error:
-            return {"refused": _line(error), "again": True}
-
-    return [row(task) for task in tasks]
+            rows.append({"refused": _line(error), "again": True})
+    return rows
 
 
 def _line(error: Exception) -> str:
     return str(error).strip().splitlines()[0]
 
 
-def _records(exploration: Exploration) -> list[Record]:
+@lru_cache(maxsize=1)
+def _records(logs: tuple[str | Record, ...], rows: Selection, expected: str) -> list[Record]:
     """The logs, read once in each process; InputError if a file has changed since the beginning."""
-    records = _read(exploration.logs, selection(), exploration.digest)
-    same, wanted = digest_of(records) == exploration.digest, "the logs as they were at the start"
+    with using(rows=rows):
+        records = [record_of(log) for log in logs]
+    same, wanted = digest_of(records) == expected, "the logs as they were at the start"
     require(same, "logs", wanted, "other values", "explore again")
     return records
-
-
-@lru_cache(maxsize=1)
-def _read(logs: tuple[str | Record, ...], rows: Selection, _: str) -> list[Record]:
-    with using(rows=rows):
-        return [record_of(log) for log in logs]
 
 
 def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Errors from float64 and from truth, saturated updates, and the verdict of `check`."""
     build = case.build(exploration)
     check = Check(build, levels=("c",), search=False)
-    logs = [record.head(exploration.steps) for record in _records(exploration)]
+    read = _records(exploration.logs, selection(), exploration.digest)
+    logs = [record.head(exploration.steps) for record in read]
     logs += [recorded(world, build, exploration.steps) for world in exploration.worlds]
     results = [check.run(log)[0] for log in logs]
     figures: dict[str, float | None] = {}
@@ -266,9 +274,13 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     reasons = failures[:1]
     reasons += [r.accuracy.culprit for r in results if r.failures and r.accuracy.culprit][:1]
     reasons += [saturated_text(saturated, values)] if saturated else []
+    # Of an attitude the angles of `boresight accuracy`, named as in `ANGLE_NAMES`.
+    found = [errors(build.estimators[0], r.given, r.fixed.outputs) for r in results]
+    angles = ANGLE_NAMES if any(ANGLES[0] in of for of in found) else {}
+    truth = {f"{angles.get(n, n)}.truth": _number(value) for n, value in means(found).items()}
     return {
         **figures,
-        **_truth(results),
+        **truth,
         "saturated": saturated,
         "saturations": dict(values),
         "good": not failures,
@@ -278,16 +290,6 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
-
-
-def _truth(results: Sequence[CheckResult]) -> dict[str, float | None]:
-    """Root mean square error from truth by output: the mean over the logs that have a truth.
-
-    Of an attitude these are the angles of `boresight accuracy`, named as in `ANGLE_NAMES`.
-    """
-    found = [errors(r.build.estimators[0], r.given, r.fixed.outputs) for r in results]
-    angles = ANGLE_NAMES if any(ANGLES[0] in of for of in found) else {}
-    return {f"{angles.get(n, n)}.truth": _number(value) for n, value in means(found).items()}
 
 
 def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:

@@ -15,18 +15,15 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
-from boresight.sim.accuracy.figures import Angles
 from boresight.sim.compare.claims import claim_lines
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.results import CheckResult, Part
 from boresight.sim.records.feed import Feed
-from boresight.sim.rotations.accuracy import attitude_error, attitude_of
+from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_to_euler
 
 #: Outputs that are Euler angles, with their columns in `quaternion_to_euler`.
 ANGLES = {"heading": 2, "pitch": 0, "roll": 1}
-#: Parts of an attitude's error whose curves are shown.
-_ANGLE_CURVES = ("heading", "inclination")
 #: Points of a curve, at most.
 BINS = 1000
 
@@ -86,11 +83,10 @@ def accuracy_section(checks: Sequence[CheckResult], warn: Callable[[str], None])
     """Figures of each check's record in ``logs``, with its curves; above them the worst of all.
 
     ``verdict`` has the differences to float64 by output, above all the largest of any record,
-    which is on ``dataset`` for the worst output; ``truth`` those of both to the record's truths.
-    ``rmse_deg`` is taken against the record's attitude, which is the truth or a comparison
-    (``reference``): null for what is no attitude.
+    which is on ``dataset`` for the worst output; ``truth`` those of both to the record's truths,
+    which may be a comparison (``reference``).
     """
-    logs = [_log(check, warn, several=len(checks) > 1) for check in checks]
+    logs = [_log(check, warn) for check in checks]
     verdicts = [log["verdict"] for log in logs]
     worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
     return {
@@ -121,16 +117,14 @@ def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> dict[str, Any]:
-    """Figures and curves of one record; ``several``: warnings name it."""
+def _log(check: CheckResult, warn: Callable[[str], None]) -> dict[str, Any]:
+    """Figures and curves of one record."""
     columns, rows = check.given, _Rows(check)
     name = columns.record.name
     for part in check.parts():
         rows.add(part)
     if QUATERNION[0] in check.fixed.outputs and not rows.references:
         warn(f"accuracy: {name} has no attitude to compare with")
-    for line in check.accuracy.faults():
-        warn(f"accuracy{f', {name}' * several}: {line}")
     for line in columns.warnings:
         warn(line)
     return {
@@ -142,7 +136,6 @@ def _log(check: CheckResult, warn: Callable[[str], None], *, several: bool) -> d
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
         "stated_ranges": claim_lines(check.claims),
-        **rows.rmse(),
         "series": rows.series(),
     }
 
@@ -163,7 +156,6 @@ class _Rows:
         )
         self._outputs = check.build.estimators[check.number].outputs
         self._truths = [Differences(self._outputs, self.references, judged=False) for _ in range(2)]
-        self._angles = [Angles(), Angles()]
         self._bins: dict[tuple[str, str], _Bins] = defaultdict(lambda: _Bins(check.rows))
         self._origin = 0.0
 
@@ -182,13 +174,6 @@ class _Rows:
         truths = _truths(self.check, columns)
         for differences, run in zip(self._truths, part[1:], strict=True):
             differences.add(run.outputs, truths)
-        if all(name in columns.truth for name in QUATERNION):
-            reference = attitude_of(columns.truth)
-            for angles, run in zip(self._angles, part[1:], strict=True):
-                angles.add(attitude_of(run.outputs), reference, columns.counts)
-            error = attitude_error(attitude_of(part.fixed.outputs), reference)
-            for name in _ANGLE_CURVES:
-                self._bins["log", name].add(getattr(error, name))
         for d, delta in zip(self.check.accuracy.differences, self._deviations(part), strict=True):
             scale = 180.0 if d.unit == "ht" else 1.0
             curves = {"fixed": part.fixed.outputs, "truth": truths, "error": {d.output: delta}}
@@ -213,17 +198,8 @@ class _Rows:
             for fixed, floating in zip(*(x.result() for x in self._truths), strict=True)
         ]
 
-    def rmse(self) -> dict[str, Any]:
-        """Root mean square angles of both against the record's attitude; None without any."""
-        return {
-            key: {name: _number(x) for name, x in angles.result().items()}
-            if angles.samples
-            else None
-            for key, angles in zip(("rmse_deg", "float_rmse_deg"), self._angles, strict=True)
-        }
-
     def series(self) -> dict[str, Any]:
-        """Every output, and the attitude: values, truth, error against float64, tolerance.
+        """Every output: values, truth, error against float64, tolerance.
 
         Where a point stands for several samples ``fixed`` and ``truth`` are means, and ``low`` and
         ``high`` the least and the greatest of fixed point. ``beyond_from`` is when the error first
@@ -247,12 +223,10 @@ class _Rows:
                 "beyond_from": None if first is None else _number(self.times[first]),
             }
 
-        known = [name for name in _ANGLE_CURVES if ("log", name) in bins]
         return {
             "samples_per_point": size,
             "t": _numbers(bins["t", ""].first),
             "outputs": {d.output: curve(d) for d in self.check.accuracy.differences},
-            "vs_log_deg": {name: _numbers(bins["log", name].high) for name in known} or None,
         }
 
 

@@ -1,6 +1,7 @@
 """The report as data: everything known about one core.
 
-What is not known is null and named in ``warnings``; nothing is filled in.
+What is not known is null and named in ``warnings``; nothing is filled in. What failed is in
+``verdict``.
 """
 
 from __future__ import annotations
@@ -17,11 +18,10 @@ from boresight.gateware.synthesis.family import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.words.program import Kind
-from boresight.sim.baseline import Figure
 from boresight.sim.compare.results import CheckResult, LevelResult
-from boresight.sim.compare.twin import authors_name
 from boresight.sim.report.accuracy import accuracy_section
 from boresight.sim.report.numerics import Observed, numerics_section
+from boresight.sim.result import Figure
 
 #: Clock of the target, MHz.
 CLOCK_MHZ = 100.0
@@ -94,18 +94,11 @@ def report_data(core: Core, *checks: CheckResult, **given: Any) -> dict[str, Any
     There is one of that program for each log, with its verdict and errors; on all of them ranges
     are observed. ``given`` are area, grade and device.
     """
-    program, observed = core.program, Observed(core.program, checks)
+    observed = Observed(core.program, checks)
     levels = [(check.given.record.name, level) for check in checks for level in check.levels]
     steps = [float(np.median(np.diff(c.given.t))) for c in checks if c.given.t is not None]
     rate_hz = max((1.0 / step for step in steps if step > 0.0), default=None)
     data = core_data(core, levels=[level for _, level in levels], rate_hz=rate_hz, **given)
-    warn = data["warnings"].append
-    if (count := observed.saturations).any():
-        named = (authors_name(program, observed.nodes, int(n)) for n in np.flatnonzero(count))
-        warn(f"numerics: {count.sum()} saturations, in {', '.join(dict.fromkeys(named))}")
-    for _, x in levels:
-        if not x.good:
-            warn(f"verification: {x.level} ({x.simulator}) failed: {x.failure}")
     profile = checks[0].profile
     return {
         **data,
@@ -122,7 +115,7 @@ def report_data(core: Core, *checks: CheckResult, **given: Any) -> dict[str, Any
         "numerics": numerics_section(observed),
         "profile": profile
         and {"file": profile.place, "logs": [*profile.logs], "formats": len(profile.ranges)},
-        "accuracy": accuracy_section(checks, warn),
+        "accuracy": accuracy_section(checks, data["warnings"].append),
         "observed": ", ".join(f"{c.rows} updates of {c.given.record.name}" for c in checks),
     }
 

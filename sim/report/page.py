@@ -18,9 +18,19 @@ from boresight.model.tools.files import output_folder
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.explore.measure import map_core
 from boresight.sim.levels.build import Build
-from boresight.sim.pages import UNKNOWN, page
-from boresight.sim.pages import unit as shown_unit
-from boresight.sim.plotting import COLOUR, INK, PALETTE, RED, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import (
+    COLOUR,
+    INK,
+    PALETTE,
+    RED,
+    UNKNOWN,
+    figure_and_axes,
+    legend,
+    page,
+    settings,
+    svg,
+)
+from boresight.sim.plotting import unit as shown_unit
 from boresight.sim.report.accuracy import worst_output
 from boresight.sim.report.data import report_data
 
@@ -47,46 +57,26 @@ Outputs = Mapping[str, Mapping[str, Any]]
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
 
 
-def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
+def _range_bar(row: Mapping[str, Any]) -> dict[str, float]:
     """Where the observed range lies within the format, both ends in percent of the bar."""
-    low, high = row["observed_min"], row["observed_max"]
-    if low is None or high is None:
-        return None
     bottom, top = row["format_min"], row["format_max"]
-    left, right = (100.0 * (x["value"] - bottom) / (top - bottom) for x in (low, high))
+    ends = (row[end]["value"] for end in ("observed_min", "observed_max"))
+    left, right = (100.0 * (x - bottom) / (top - bottom) for x in ends)
     left, right = max(0.0, left), min(100.0, right)
     return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}
 
 
 def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
-    """The plots of a log: its outputs; differences from float64; and from the log's attitude."""
+    """The plots of a log: its outputs, and their differences from float64."""
     series, truth = log["series"], log["reference"] or "comparison"
     time_label = "sample" if log["seconds"] is None else "time from the first sample, s"
     t = np.array(series["t"], dtype=np.float64), time_label
     outputs = _by_unit({n: o for n, o in series["outputs"].items() if o["fixed"] is not None})
     errors = _by_unit({n: o for n, o in series["outputs"].items() if o["unit"] not in EXACT_UNITS})
-    named = {f"|fixed - float64|{', ' * bool(u)}{shown_unit(u)}": of for u, of in errors.items()}
-    attitude = {
-        name: {"error": curve, "tolerance": None, "beyond_from": None}
-        for name, curve in (series["vs_log_deg"] or {}).items()
-    }
-    from_log = {f"difference to the {truth}, deg": attitude}
     return {
         "outputs": output_plot(*t, outputs, truth, salt=f"outputs{k}"),
-        "errors": error_plot(*t, named, salt=f"errors{k}") if named else None,
-        "vs_log": error_plot(*t, from_log, salt=f"log{k}") if attitude else None,
+        "errors": error_plot(*t, errors, salt=f"errors{k}") if errors else None,
     }
-
-
-def _warnings(data: Mapping[str, Any]) -> list[str]:
-    """Warnings that restrict the numbers, without the failures, which the page has above."""
-    failures = data["verdict"]["failures"]
-    messages = [w.partition(": ")[2] for w in data["warnings"]]
-    return [
-        w
-        for w, text in zip(data["warnings"], messages, strict=True)
-        if not any(text and (text in f or f.partition(": ")[2] in w) for f in failures)
-    ]
 
 
 def render_html(data: Mapping[str, Any]) -> str:
@@ -105,7 +95,6 @@ def render_html(data: Mapping[str, Any]) -> str:
         "boresight.sim.report",
         "report.html",
         d=data,
-        warnings=_warnings(data),
         most_cycles=_MAX_CYCLES,
         worst=worst_output,
         advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
@@ -195,10 +184,10 @@ def output_plot(
 
 
 def error_plot(t: FloatArray, time_label: str, panels: Mapping[str, Outputs], *, salt: str) -> str:
-    """Errors by the label of their panel, logarithmic, with each output's tolerance."""
+    """Fixed point against float64 by unit, logarithmic, with each output's tolerance."""
     with settings():
         figure, plots = _panels(panels, time_label)
-        for axes, label, outputs in plots:
+        for axes, unit, outputs in plots:
             for name, colour in _colours(outputs).items():
                 _draw_log(axes, t, np.array(outputs[name]["error"], dtype=np.float64), colour, name)
             for limit in dict.fromkeys(filter(None, (o["tolerance"] for o in outputs.values()))):
@@ -206,7 +195,7 @@ def error_plot(t: FloatArray, time_label: str, panels: Mapping[str, Outputs], *,
                 axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
             _mark_first_beyond(axes, outputs)
             axes.set_yscale("log")
-            axes.set_ylabel(label)
+            axes.set_ylabel("|fixed - float64|" + (f", {shown_unit(unit)}" if unit else ""))
             legend(axes, 6)
         return svg(figure, salt)
 

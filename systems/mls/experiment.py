@@ -12,8 +12,7 @@ from boresight.model.arrays import FloatArray
 from boresight.sim.experiments.cases import Case, CasesExperiment
 from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.pages import Section
-from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, Section, figure_and_axes, legend, settings, svg
 from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
 from boresight.sim.rotations.zyx import angles_of, wrapped

@@ -10,8 +10,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.sim.experiments.forms import run_forms
-from boresight.sim.pages import Section
-from boresight.sim.plotting import COLOUR, figure_and_axes, settings, svg
+from boresight.sim.plotting import COLOUR, Section, figure_and_axes, settings, svg
 from boresight.systems.mls.linear_array import Array, direction, lobe
 from boresight.systems.mls.phases import AXES, ArrayPhases
 from boresight.systems.mls.world import SCANS

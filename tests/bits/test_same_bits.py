@@ -132,8 +132,8 @@ def test_another_machine(tmp_path: Path) -> None:
 def test_text_is_utf_8_whatever_the_locale(tmp_path: Path) -> None:
     """Units and meanings of a user's own parameters may hold any letter."""
     code = (
-        "import sys; from pathlib import Path; from boresight import core_files;"
-        "core_files.write_text(Path(sys.argv[1]), '\\u00b5T\\n')"
+        "import sys; from pathlib import Path; from boresight.verbs import compile as verb;"
+        "verb.write_text(Path(sys.argv[1]), '\\u00b5T\\n')"
     )
     subprocess.run(
         [sys.executable, "-c", code, tmp_path / "text"],

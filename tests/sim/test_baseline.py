@@ -1,4 +1,4 @@
-"""`sim.baseline`: what is worse than in an earlier result, and what only differs."""
+"""`sim.result.baseline`: what is worse than in an earlier result, and what only differs."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.baseline import Figure, baseline, compared
-from boresight.sim.result import Result
+from boresight.sim.result import Figure, Result, baseline, compared
 
 JUDGED = {
     "word": Figure("word", "same"),

@@ -38,7 +38,7 @@ from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import render, targets_of
 from boresight.sim.levels.level import Run
-from boresight.sim.pages import Section
+from boresight.sim.plotting import Section
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record

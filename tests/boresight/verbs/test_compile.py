@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 import boresight
-from boresight.core_files import core_files, project_files
 from boresight.gateware.synthesis.nextpnr import Run
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
 from boresight.verbs import compile as module
+from boresight.verbs.compile import core_files, project_files
 
 BOTH = ["ekf_quaternion", "ekf_bias"]
 

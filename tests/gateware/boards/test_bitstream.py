@@ -10,7 +10,6 @@ from amaranth.hdl import ClockDomain, ClockSignal, Const, Module, Signal
 from amaranth.lib import io
 from amaranth.sim import Simulator
 
-from boresight.core_files import project_files
 from boresight.gateware.attitude.system.attitude_system import system_design
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards import clock
@@ -20,6 +19,7 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
 from boresight.model.errors import InputError
+from boresight.verbs.compile import project_files
 from tests.support.router import stand_in
 
 #: Sites of the complete system on the ULX3S: its schematic, version 3.0.8.

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from boresight.core_files import SYSTEM_CLOCK_HZ, write_system
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.clock import Spartan6Clock
 from boresight.gateware.boards.project import write_project
@@ -17,6 +16,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import yosys_environment
+from boresight.verbs.compile import SYSTEM_CLOCK_HZ, write_system
 
 # --------------------------------------------------------------------------------------------------
 # ISE projects: complete, the same every time, with the boards' pins; the Verilog elaborates

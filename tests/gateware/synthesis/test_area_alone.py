@@ -2,10 +2,10 @@
 
 import pytest
 
-from boresight.core_files import check_routable
 from boresight.gateware.synthesis.routed import netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
+from boresight.verbs.compile import check_routable
 
 DESIGN = """
 module top(input clk, input go, input signed [17:0] a, input signed [17:0] b,

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from boresight.core_files import core_texts, write_core
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.levels import vectors
 from boresight.sim.levels.build import Build
+from boresight.verbs.compile import core_texts, write_core
 from tests.support.track import Track
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from boresight.core_files import core_files
 from boresight.gateware.bus.axi import axi_ports
 from boresight.gateware.description import Word, core_pins, describe
 from boresight.gateware.texts.render import _example
 from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available
+from boresight.verbs.compile import core_files
 
 Design = tuple[Path, Build]
 ICARUS = pytest.mark.skipif(not available("icarus"), reason="Icarus: apt-get install iverilog")

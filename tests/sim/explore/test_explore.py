@@ -20,7 +20,7 @@ from boresight.sim.explore.measure import (
     digest_of,
     measured,
 )
-from boresight.sim.explore.table import FIGURES, Quantity, demands_of
+from boresight.verbs.explore import FIGURES, Quantity, demands_of
 
 SOURCE = """
 from boresight import Estimator, Input, Output, State, World
