@@ -26,8 +26,6 @@ _ALONE = ("rsqrt", "reciprocal", "normalised")
 
 
 class Fusion:
-    """Turns nodes into words: each node at most once."""
-
     def __init__(self, graph: Graph, arith: Arithmetic) -> None:
         self.graph = graph
         self.groups = Groups(graph.name, arith)
@@ -50,21 +48,12 @@ class Fusion:
         fmt = Format.declared(word, node.low, node.high, node.unit)
         if frac is not None:
             fmt = Format(word, frac)
-        number = self.groups.value(
-            Value(
-                node.label,
-                Kind(node.kind),
-                fmt.frac,
-                node.low,
-                node.high,
-                node.source,
-                node.unit,
-                int(fmt.quantise(default)),
-                meaning,
-            )
+        span = node.low, node.high, node.source, node.unit
+        value = Value(
+            node.label, Kind(node.kind), fmt.frac, *span, int(fmt.quantise(default)), meaning
         )
-        self._of_node[node.number] = number
-        return number
+        self._of_node[node.number] = self.groups.value(value)
+        return self._of_node[node.number]
 
     def limit(self, node: Node, state: int) -> None:
         """Hold ``node``, which replaces a state, in that state's range and format.
@@ -117,8 +106,7 @@ class Fusion:
             return self.groups.constant(node.value, fmt.frac)
         number = self._of_node.get(node.number)
         if number is None:
-            number = self._create(node, frac, odd)
-            self._of_node[node.number] = number
+            number = self._of_node[node.number] = self._create(node, frac, odd)
         have = self.groups.frac(number)
         want = have if frac is None else frac
         if odd is not None and (want % 2 == 1) != odd:
@@ -129,12 +117,10 @@ class Fusion:
         """The value that holds ``node``, as ``number`` does, with this binary point."""
         if (number, frac) not in self._copies:
             v = self.groups.values[number]
-            self._copies[number, frac] = self.groups.group(
-                Form([Product(number)]),
-                Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit, line=node.line),
-                frac=frac,
-                exact=True,
-            )
+            target = Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit)
+            target = replace(target, line=node.line)
+            form = Form([Product(number)])
+            self._copies[number, frac] = self.groups.group(form, target, frac=frac, exact=True)
         return self._copies[number, frac]
 
     def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
@@ -148,31 +134,19 @@ class Fusion:
                 found=f"{node.description} in {node.range}",
                 fix="declare it with ops.bounded, or limit it with ops.clip",
             )
-        if node.kind == "wrap":
-            kind = "half turns" if node.unit == "ht" else "turns"
-            limits = (low, high, kind, node.unit, Overflow.WRAP, node.line)
-            target = Target(node.label, *limits)
-            frac = word - 1 - binary_exponent(node.high)
-            return self.groups.group(form, target, frac=frac, exact=True)
         target = Target(node.label, low, high, node.source, node.unit, line=node.line)
+        if node.kind in ("wrap", "normalised", "saturated"):
+            wraps = node.kind == "wrap"
+            target = replace(target, overflow=Overflow.WRAP if wraps else Overflow.CLIP)
+            frac = word - 1 - binary_exponent(node.high if wraps else node.value or 1.0)
+            return self.groups.group(form, target, frac=frac, exact=True)
         if (said := self._limits.get(node.number)) is not None:
             low, high = (min(max(edge, said.low), said.high) for edge in (low, high))
             target = replace(target, low=low, high=high)
             return self.groups.group(form, target, frac=said.frac if frac is None else frac)
-        if node.kind == "normalised":
-            clipped = replace(target, overflow=Overflow.CLIP)
-            return self.groups.group(form, clipped, frac=word - 1, exact=True)
-        if node.kind == "saturated":
-            return self.groups.group(
-                form,
-                replace(target, overflow=Overflow.CLIP),
-                frac=word - 1 - binary_exponent(node.value),
-                exact=True,
-            )
         if odd is not None:
             frac = Format.for_range(word, low, high).frac
-            if (frac % 2 == 1) != odd:
-                frac -= 1
+            frac -= (frac % 2 == 1) != odd
         return self.groups.group(form, target, frac=frac)
 
     def form(self, node: Node, *, top: bool = False, wrapped: float = 0.0) -> Form:
@@ -219,11 +193,8 @@ class Fusion:
         exponent, scale, negate = 0, Scale.NONE, Negate.NO
         for arg in args:
             fresh = arg.number not in self._of_node
-            if (
-                fresh
-                and form.norm is None
-                and (arg.kind == "rsqrt" or (arg.kind == "reciprocal" and form.flag is None))
-            ):
+            is_root = arg.kind == "rsqrt" or (arg.kind == "reciprocal" and form.flag is None)
+            if fresh and form.norm is None and is_root:
                 number, more, form.norm = self._mantissa(arg)
                 exponent += more
                 scale = Scale.HALF if arg.kind == "rsqrt" else Scale.FULL
@@ -268,42 +239,31 @@ class Fusion:
 
     def _form_select(self, node: Node, wrapped: float) -> Form:
         condition, yes, no = node.args
-        flag = (self.word(condition), False)
-        total = Form(flag=flag)
+        total = Form(flag=(self.word(condition), False))
         for arg, when in ((yes, When.IF), (no, When.UNLESS)):
-            form = self.form(arg, wrapped=wrapped)
-            if form.flag is not None or form.norm is not None:
-                form = Form([Product(self.word(arg))])
-            if form.constant != 0.0:
-                form.products.append(self._constant(form.constant, node))
-            total.products += [replace(p, when=when) for p in form.products]
+            total.products += [replace(p, when=when) for p in self._flagged(arg, node, wrapped)]
         return total
-
-    def _constant(self, c: float, node: Node) -> Product:
-        """A constant under the flag of ``node``'s group, as fine as the accumulator can use."""
-        arith = self.groups.arith
-        bound = max(*map(abs, node.span), abs(c))
-        return Product(
-            self.groups.constant(
-                c,
-                min(
-                    Format.for_range(arith.word, c, c).frac,
-                    Format.for_range(arith.word, -bound, bound).frac + arith.guard,
-                ),
-            )
-        )
 
     def _form_flip(self, node: Node, wrapped: float) -> Form:
         condition, arg = node.args
+        products = self._flagged(arg, node, wrapped)
+        negated = [replace(p, negate=CONDITIONAL[p.negate]) for p in products]
+        return Form(negated, flag=(self.word(condition), False))
+
+    def _flagged(self, arg: Node, node: Node, wrapped: float) -> list[Product]:
+        """Terms of ``arg`` under the flag of ``node``'s group.
+
+        A constant is as fine as the accumulator can use.
+        """
         form = self.form(arg, wrapped=wrapped)
         if form.flag is not None or form.norm is not None:
-            form = Form([Product(self.word(arg))])
-        if form.constant != 0.0:
-            form.products.append(self._constant(form.constant, node))
-            form.constant = 0.0
-        form.flag = (self.word(condition), False)
-        form.products = [replace(p, negate=CONDITIONAL[p.negate]) for p in form.products]
-        return form
+            return [Product(self.word(arg))]
+        if (c := form.constant) != 0.0:
+            arith, bound = self.groups.arith, max(*map(abs, node.span), abs(c))
+            largest = Format.for_range(arith.word, -bound, bound).frac + arith.guard
+            frac = min(Format.for_range(arith.word, c, c).frac, largest)
+            form.products.append(Product(self.groups.constant(c, frac)))
+        return form.products
 
     def _form_normalised(self, node: Node, wrapped: float) -> Form:
         """a 2^n of the count n of leading sign bits that the second word has."""
@@ -317,12 +277,8 @@ class Fusion:
 
     def _form_bounded(self, node: Node, wrapped: float) -> Form:
         arg = node.args[0]
-        return self.form(
-            arg,
-            top=arg.uses == 1
-            and arg.name is None
-            and arg.kind not in ("wrap", "saturated", *LEAVES),
-        )
+        joins = arg.uses == 1 and arg.name is None
+        return self.form(arg, top=joins and arg.kind not in ("wrap", "saturated", *LEAVES))
 
     _form_saturated = _form_bounded
 
@@ -397,30 +353,21 @@ class Functions:
         groups, arith = self._groups, self._groups.arith
         label = f"{'cos' if quarter else table.name}_{groups.values[x].name}"
         if x not in self._squares:
-            self._squares[x] = groups.group(
-                Form([Product(x, x, fraction_a=True, fraction_b=True)], index=(x, quarter)),
-                Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP),
-                frac=arith.word - 1,
-            )
+            square = Product(x, x, fraction_a=True, fraction_b=True)
+            form = Form([square], index=(x, quarter))
+            target = Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP)
+            self._squares[x] = groups.group(form, target, frac=arith.word - 1)
         c = table.coefficients
         parts = {}
         for first, part in ((2, "t"), (0, "w")):
             low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())
             high = float((c[:, first] + c[:, first + 1].clip(min=0.0)).max())
             frac = tables.part_format(table, arith, low, high).frac
-            unit = groups.unit(arith.word - 2)
-            parts[part] = groups.group(
-                Form(
-                    [
-                        Product(unit, coefficient=first),
-                        Product(x, coefficient=first + 1, fraction_a=True),
-                    ],
-                    index=(x, quarter),
-                    table=table,
-                ),
-                Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP),
-                frac=frac,
-            )
+            constant = Product(groups.unit(arith.word - 2), coefficient=first)
+            slope = Product(x, coefficient=first + 1, fraction_a=True)
+            form = Form([constant, slope], index=(x, quarter), table=table)
+            target = Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP)
+            parts[part] = groups.group(form, target, frac=frac)
         return parts["w"], parts["t"]
 
     def mantissa(self, kind: str, x: int) -> tuple[int, int]:
@@ -438,29 +385,16 @@ class Functions:
         if (kind, x) not in self._mantissas:
             name = groups.values[x].name
             negative = groups.values[x].low < 0.0 and not root
-            m = groups.group(
-                Form(
-                    [
-                        Product(
-                            x,
-                            scale=Scale.EVEN if root else Scale.FULL,
-                            exponent=exponent,
-                            negate=Negate.IF if negative else Negate.NO,
-                        )
-                    ],
-                    norm=x,
-                    flag=(x, False) if negative else None,
-                ),
-                Target(f"{name}_m", 0.0, 1.0, "normalised", overflow=Overflow.CLIP),
-                frac=arith.word - 1,
-                exact=True,
-            )
-            self._mantissas[kind, x] = groups.group(
-                Form(self.cubic(table, m, False)),
-                Target(f"{kind}_{name}", table.low, table.high, "table", overflow=Overflow.CLIP),
-                frac=table.result_format(arith).frac,
-                exact=True,
-            )
+            scale, negate = Scale.EVEN if root else Scale.FULL, Negate.IF if negative else Negate.NO
+            product = Product(x, scale=scale, exponent=exponent, negate=negate)
+            form = Form([product], norm=x, flag=(x, False) if negative else None)
+            target = Target(f"{name}_m", 0.0, 1.0, "normalised", overflow=Overflow.CLIP)
+            m = groups.group(form, target, frac=arith.word - 1, exact=True)
+            form = Form(self.cubic(table, m, False))
+            limits = table.low, table.high, "table"
+            target = Target(f"{kind}_{name}", *limits, overflow=Overflow.CLIP)
+            frac = table.result_format(arith).frac
+            self._mantissas[kind, x] = groups.group(form, target, frac=frac, exact=True)
         return self._mantissas[kind, x], exponent // 2 if root else exponent
 
 

@@ -25,8 +25,6 @@ from boresight.model.words.program import Program
 
 #: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
-
-
 #: Kinds of nodes in words.
 _KINDS = {
     "sum": "this sum",
@@ -82,7 +80,6 @@ class Node:
 
     @property
     def label(self) -> str:
-        """The name, or the kind with the number."""
         return self.name or self.title or f"{self.kind}_{self.number}"
 
     @property
@@ -102,14 +99,6 @@ def declared_name(program: Program, nodes: Mapping[int, Node], value: int) -> st
     return (node is not None and node.kind in LEAVES and node.name) or program.values[value].name
 
 
-@dataclass(frozen=True, eq=False)
-class Flag:
-    """True where ``node`` is negative (or, inverted, where it is not)."""
-
-    node: Node
-    inverted: bool = False
-
-
 #: Largest sine that the table of the arc sine holds, a little above sqrt(1/2).
 ASIN_LIMIT = 0.7188
 #: Largest argument of the exponential; 2^64 is a little more.
@@ -124,6 +113,14 @@ _LENGTHS = 32.0
 _ARGUMENT = "its argument leaves its range"
 #: Words whose functions take the widest ranges.
 _WIDEST = Arithmetic()
+
+
+@dataclass(frozen=True, eq=False)
+class Flag:
+    """True where ``node`` is negative (or, inverted, where it is not)."""
+
+    node: Node
+    inverted: bool = False
 
 
 def expand(
@@ -165,12 +162,10 @@ class Graph:
         return self._unique[key]
 
     def leaf(self, kind: str, name: str, low: float, high: float, unit: str) -> Node:
-        """An input, parameter or state with its declared range."""
         declared = {"name": name, "low": low, "high": high, "unit": unit}
         return self._new(kind, key=name, source="declared", **declared)
 
     def const(self, value: float) -> Node:
-        """A constant."""
         value = finite(value, lambda: self.line or self.name)
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
 
@@ -193,15 +188,12 @@ class Graph:
     # -- arithmetic -----------------------------------------------------------------------------
 
     def add(self, a: Node, b: Node) -> Node:
-        """a + b."""
         return self._sum(a, 1, b, 1)
 
     def sub(self, a: Node, b: Node) -> Node:
-        """a - b."""
         return self._sum(a, 1, b, -1)
 
     def neg(self, a: Node) -> Node:
-        """-a."""
         return self._sum(self.const(0.0), 1, a, -1)
 
     def _sum(self, a: Node, sign_a: int, b: Node, sign_b: int) -> Node:
@@ -209,11 +201,7 @@ class Graph:
             return self.const(sign_a * a.value + sign_b * b.value)
         if a is b:
             return self.mul(a, self.const(sign_a + sign_b))
-        terms = [
-            (n, s)
-            for n, s in ((a, sign_a), (b, sign_b))
-            if not (n.kind == "const" and n.value == 0.0)
-        ]
+        terms = [(n, s) for n, s in ((a, sign_a), (b, sign_b)) if n.kind != "const" or n.value]
         if len(terms) == 1:
             node, sign = terms[0]
             if sign == 1:
@@ -253,7 +241,6 @@ class Graph:
         return self._new("mul", a, b, low=min(corners), high=max(corners))
 
     def div(self, a: Node, b: Node) -> Node:
-        """a / b."""
         if b.low <= 0.0 <= b.high:
             floor = "ops.maximum(x, SMALLEST) or " * (max(-b.low, b.high) < _SPAN)
             fix = f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)"
@@ -268,11 +255,9 @@ class Graph:
     # -- conditions -----------------------------------------------------------------------------
 
     def less(self, a: Node, b: Node) -> Flag:
-        """a < b."""
         return Flag(self.sub(a, b))
 
     def invert(self, flag: Flag) -> Flag:
-        """Not."""
         return Flag(flag.node, not flag.inverted)
 
     def both(self, a: Flag, b: Flag) -> Flag:
@@ -308,9 +293,8 @@ class Graph:
     def flip(self, condition: Flag, a: Node) -> Node:
         """-a where the condition holds, else a."""
         c = condition.node
-        certain = True if c.high < 0.0 else False if c.low >= 0.0 else None
-        if certain is not None:
-            return self.neg(a) if certain != condition.inverted else a
+        if c.high < 0.0 or c.low >= 0.0:
+            return self.neg(a) if (c.high < 0.0) != condition.inverted else a
         if condition.inverted:
             return self.neg(self.flip(self.invert(condition), a))
         bound = max(abs(a.low), abs(a.high))
@@ -319,7 +303,6 @@ class Graph:
     # -- limits ---------------------------------------------------------------------------------
 
     def absolute(self, a: Node) -> Node:
-        """|a|."""
         if a.low >= 0.0:
             return a
         if a.high <= 0.0:
@@ -327,27 +310,22 @@ class Graph:
         return self._new("abs", a, low=0.0, high=max(-a.low, a.high))
 
     def larger(self, a: Node, b: Node) -> Node:
-        """max(a, b)."""
         return self.select(self.less(a, b), b, a, low=max(a.low, b.low))
 
     def smaller(self, a: Node, b: Node) -> Node:
-        """min(a, b)."""
         return self.select(self.less(a, b), a, b, high=min(a.high, b.high))
 
-    def wrap(self, a: Node) -> Node:
-        """``a`` half turns wrapped to [-1, 1): the word's own overflow."""
-        return self._wrap(a, 2.0, "ht")
-
-    def wrap_turns(self, a: Node) -> Node:
-        """``a`` turns wrapped to [-1/2, 1/2), likewise."""
-        return self._wrap(a, 1.0, "turn")
-
-    def _wrap(self, a: Node, period: float, unit: str) -> Node:
+    def wrap(self, a: Node, period: float = 2.0, unit: str = "ht") -> Node:
+        """``a`` modulo a period, about 0: the word's own overflow."""
         half = 0.5 * period
         if a.kind == "const":
             return self.const((a.value + half) % period - half)
         limits = {"low": -half, "high": half, "unit": unit, "value": period}
+        limits["source"] = "half turns" if unit == "ht" else "turns"
         return self._new("wrap", a, key=period, **limits)
+
+    def wrap_turns(self, a: Node) -> Node:
+        return self.wrap(a, 1.0, "turn")
 
     def bounded(self, a: Node, low: float, high: float, reason: str, unless: str = "") -> Node:
         """``a`` in [low, high], as declared; a word outside saturates."""
@@ -428,7 +406,6 @@ class Graph:
         return self._new("sin", a, key=quarter, quarter=quarter, low=-1.0, high=1.0)
 
     def cos(self, a: Node) -> Node:
-        """cos(pi a)."""
         return self.sin(a, quarter=True)
 
     def asin(self, a: Node) -> Node:
@@ -444,7 +421,6 @@ class Graph:
         return self._new("asin", a, low=0.0, high=0.26, unit="ht")
 
     def rsqrt(self, a: Node) -> Node:
-        """1 / sqrt(a)."""
         if a.kind == "const" and a.value > 0.0:
             return self.const(ops.rsqrt(a.value))
         if a.low < 0.0:
@@ -542,11 +518,11 @@ class Graph:
         span = min(k - a.low * rounded.LOG2_E, _BINADES)
         x = self.larger(a, self.const(least)) if a.low < least else a
         turns = self._scaled(x, rounded.LOG2_E)
-        g = self._wrap(self.add(turns, self.const(0.5)), 1.0, "turn")
+        g = self.wrap_turns(self.add(turns, self.const(0.5)))
         above = self.add(self.sub(g, turns), self.const(float(k)))  # m + 1/2
         y = self.saturated(self._polynomial(g, rounded.exp2()), 1.0)
         for j in range(math.floor(span).bit_length()):
-            odd = self._wrap(self._scaled(above, 2.0**-j), 2.0, "ht")
+            odd = self.wrap(self._scaled(above, 2.0**-j))
             shifted = self._scaled(y, 2.0 ** -(2**j))
             y = self.select(self.less(odd, self.const(0.0)), shifted, y)
         whole = self._scaled(y, math.ldexp(1.0, k))
