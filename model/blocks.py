@@ -64,10 +64,7 @@ class Cascade:
         The program's bits depend on every bit of these numbers: for the same program on every
         machine, write down the numbers that scipy computed.
 
-        Raises
-        ------
-        InputError
-            A row has not six finite numbers, or a pole is not inside the unit circle.
+        InputError: a row has not six finite numbers, or a pole is not inside the unit circle.
         """
         where, sections = author_line() or "sections", []
         for row in ([float(c) for c in row] for row in sos):
@@ -84,10 +81,7 @@ class Cascade:
     def largest_values(self) -> tuple[float, ...]:
         """Bounds of the input and of each section's output.
 
-        Raises
-        ------
-        InputError
-            The poles are too near the unit circle for a bound.
+        InputError: the poles are too near the unit circle for a bound.
         """
         sums = (_absolute_sum(self.sections[: k + 1]) for k in range(len(self.sections)))
         return (self.largest, *(_MARGIN * self.largest * total for total in sums))
@@ -180,17 +174,14 @@ class MovingSum:
     word that holds the whole sum with the LSB of a sample, and never recovers from an upset. A core
     has room for 128 states (`docs/engine.md`): for longer windows, add sums of groups of samples.
 
+    InputError: the window has fewer than 2 samples.
+
     Parameters
     ----------
     length : int
         Samples in the window, 2 or more.
     low, high : float
         Range of a sample.
-
-    Raises
-    ------
-    InputError
-        The window has fewer than 2 samples.
     """
 
     length: int
@@ -242,6 +233,8 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
     Distances and points have the resolution of x or half of it; one accumulator adds all products
     and rounds once. Each point costs 5 slots.
 
+    InputError: the points do not rise, a number is not finite, or the lengths differ.
+
     Parameters
     ----------
     x : scalar
@@ -249,11 +242,6 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
         Arguments, rising, at least two.
     values : sequence of float (n,)
         Values of the function at the points.
-
-    Raises
-    ------
-    InputError
-        The points do not rise, a number is not finite, or the lengths differ.
     """
     a, y = [[float(v) for v in column] for column in (points, values)]
     fix = "give two or more points with their values"

@@ -66,6 +66,9 @@ class SourceFormat:
 class Input:
     """One word of every input record.
 
+    InputError: the unit is not known, the range is empty or not finite, or ``missing`` lies outside
+    it.
+
     Parameters
     ----------
     name : str
@@ -87,11 +90,6 @@ class Input:
         their sensors.
     meaning : str
         Description, for the texts about a core.
-
-    Raises
-    ------
-    InputError
-        The unit is not known, the range is empty or not finite, or ``missing`` lies outside it.
     """
 
     name: str
@@ -167,10 +165,8 @@ class Param:
 
     ``low``/``high`` are the legal range; ``meaning`` is the effect of small and large values.
 
-    Raises
-    ------
-    InputError
-        The unit is not known, the range is empty or not finite, or the default lies outside it.
+    InputError: the unit is not known, the range is empty or not finite, or the default lies outside
+    it.
     """
 
     name: str
@@ -191,10 +187,8 @@ class Param:
 class State:
     """A value carried from sample to sample, with its range and start value.
 
-    Raises
-    ------
-    InputError
-        The unit is not known, the range is empty or not finite, or the start value lies outside it.
+    InputError: the unit is not known, the range is empty or not finite, or the start value lies
+    outside it.
     """
 
     name: str
@@ -214,6 +208,9 @@ class State:
 class Output:
     """One word of every output record.
 
+    InputError: the unit is not known, the tolerance, ``truth`` or ``longest`` is negative or not a
+    number, or ``share`` is not from 0 to 1.
+
     Parameters
     ----------
     name : str
@@ -232,12 +229,6 @@ class Output:
     truth : float, optional
         Largest accepted root mean square error against a log's true values, in ``unit``: `check`
         fails beyond it. By default the error is shown and not judged.
-
-    Raises
-    ------
-    InputError
-        The unit is not known, the tolerance, ``truth`` or ``longest`` is negative or not a number,
-        or ``share`` is not from 0 to 1.
     """
 
     name: str

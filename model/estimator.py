@@ -20,11 +20,11 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Output, Param, State, check_kind
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower, watched
 from boresight.model.lowering.profile import Profile
-from boresight.model.lowering.trace import Scalar, Trace, Tracer, repeatable
+from boresight.model.lowering.trace import Trace, Tracer, repeatable
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
@@ -53,6 +53,15 @@ class FloatRun:
 #: Kinds of faults of a model that an estimator may waive: a gate that no innovation passes, a held
 #: sample that is fused again, a constant time step that is not the log's.
 WAIVED = ("gate", "hold", "time step")
+#: Angle [deg] of a start that needs no warning.
+FINE_START = 0.02
+#: What is declared: what messages call it, the attribute, its class.
+_KINDS = (
+    ("input", "inputs", Input),
+    ("parameter", "params", Param),
+    ("state", "states", State),
+    ("output", "outputs", Output),
+)
 
 
 @dataclass(frozen=True)
@@ -90,10 +99,6 @@ class SecondForm:
     gates: Sequence[str] = ()
     covariances: FloatArray | None = None
     absent: Callable[[FloatArray], Sequence[str]] | None = None
-
-
-#: Angle [deg] of a start that needs no warning.
-FINE_START = 0.02
 
 
 class Estimator:
@@ -209,15 +214,9 @@ class Estimator:
     # -- parameters -----------------------------------------------------------------------------
 
     def param_values(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Defaults with ``given`` on top.
-
-        Raises
-        ------
-        InputError
-            Unknown name, or a value outside the legal range.
-        """
-        values = {p.name: p.default for p in self.params}
+        """Defaults with ``given`` on top; InputError: unknown name, or a value out of range."""
         legal = {p.name: p for p in self.params}
+        values = {name: p.default for name, p in legal.items()}
         for name, value in (given or {}).items():
             require_choice(f"parameter {name}", name, legal, "correct the name")
             p = legal[name]
@@ -259,12 +258,9 @@ class Estimator:
     def compile(self, *, word: int = 32) -> Program:
         """Trace `step` and lower it to a fixed-point `Program` of ``word`` bits.
 
-        Raises
-        ------
-        InputError
-            Width outside 18 to 32, declarations that contradict each other, a step that raises or
-            returns other than its states and outputs, or a value that fixed point cannot hold
-            (named).
+        InputError: width outside 18 to 32, declarations that contradict each other, a step that
+        raises or returns other than its states and outputs, or a value that fixed point cannot
+        hold (named).
         """
         return self.compile_traced(word=word)[0]
 
@@ -294,9 +290,10 @@ class Estimator:
         raw = (n for n, i in zip(program.inputs, self.inputs, strict=True) if not i.clamp)
         program = watched(program, raw)
         bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
-        meanings = [o.meaning or bits * (o.name == "status") for o in self.outputs]
-        pairs = zip(self.outputs, meanings, strict=True)
-        ports = tuple(Port(o.name, o.unit, o.tolerance, meaning) for o, meaning in pairs)
+        ports = tuple(
+            Port(o.name, o.unit, o.tolerance, o.meaning or bits * (o.name == "status"))
+            for o in self.outputs
+        )
         in_ports = tuple(InPort(i.missing, i.flags, i.explained) for i in self.inputs)
         urgent = len(self.outputs) if self.urgent is None else self.urgent
         return replace(program, ports=ports, urgent=urgent, in_ports=in_ports), nodes
@@ -321,19 +318,11 @@ class Estimator:
         return recorded
 
     def trace(self) -> Trace:
-        """Record one `step`.
-
-        InputError: as `checked_step`.
-        """
+        """Record one `step`; InputError as of `checked_step`."""
         tracer = Tracer(self.name)
-
-        def leaves(kind: str, declared: Sequence[Input | Param | State]) -> dict[str, Scalar]:
-            spans = [d.span if isinstance(d, Input) else (d.low, d.high) for d in declared]
-            pairs = zip(declared, spans, strict=True)
-            return {d.name: tracer.leaf(kind, d.name, *span, d.unit) for d, span in pairs}
-
-        u, p = leaves("input", self.inputs), leaves("param", self.params)
-        x = leaves("state", self.states)
+        u = {i.name: tracer.leaf("input", i.name, *i.span, i.unit) for i in self.inputs}
+        p = {d.name: tracer.leaf("param", d.name, d.low, d.high, d.unit) for d in self.params}
+        x = {s.name: tracer.leaf("state", s.name, s.low, s.high, s.unit) for s in self.states}
         clipped = u | {i.name: ops.clip(u[i.name], i.low, i.high) for i in self.inputs if i.beyond}
         after, out = self.checked_step(
             Values("state", x), Values("input", clipped), Values("parameter", p)
@@ -366,14 +355,6 @@ def check_attributes(estimator: Estimator, cls: type[Estimator]) -> None:
         check_kind(where, name, getattr(estimator, name), annotation)
 
 
-_KINDS = (
-    ("input", "inputs", Input),
-    ("parameter", "params", Param),
-    ("state", "states", State),
-    ("output", "outputs", Output),
-)
-
-
 def _check_interface(estimator: Estimator) -> None:
     """Refuse declarations that contradict each other; see `Estimator.check_declarations`."""
     name = f"estimator {estimator.name}"
@@ -383,13 +364,10 @@ def _check_interface(estimator: Estimator) -> None:
         declared = getattr(estimator, group)
         several = isinstance(declared, tuple | list)
         for d in declared if several else [declared]:
-            if not several or not isinstance(d, kind):
-                raise InputError.at(
-                    f"{where}, {group}",
-                    wanted=f"a tuple of {kind.__name__}",
-                    found=f"{'' if several else 'one '}{type(d).__name__}",
-                    fix=f"write {group} = ({kind.__name__}(...),), also where there is only one",
-                )
+            found = f"{'a' if several else 'one'} {type(d).__name__}"
+            fix = f"write {group} = ({kind.__name__}(...),), also where there is only one"
+            good = several and isinstance(d, kind)
+            require(good, f"{where}, {group}", f"a tuple of {kind.__name__}", found, fix)
         names = set[str]()
         for d in declared:
             place = placed(d.line, name)
@@ -415,13 +393,10 @@ def _check_interface(estimator: Estimator) -> None:
             require(other in sampled, place, "valid_of names of inputs", other, fix)
     known = isinstance(rates, Mapping) and {*rates} <= {"dt", *(i.name for i in inputs)}
     good = known and all(isinstance(r, Real) and 0.0 < float(r) < math.inf for r in rates.values())
-    require(
-        good and (not rates or "dt" in rates),
-        f"{where}, rates_hz",
-        "samples a second, of the log (dt) and of inputs, by name",
-        rates,
-        'write for example rates_hz = {"dt": 100.0}',
-    )
+    good = good and (not rates or "dt" in rates)
+    wanted = "samples a second, of the log (dt) and of inputs, by name"
+    fix = 'write for example rates_hz = {"dt": 100.0}'
+    require(good, f"{where}, rates_hz", wanted, rates, fix)
 
 
 def _check_name(where: str, kind: str, name: Any) -> None:
@@ -450,8 +425,7 @@ def with_params(
     program: Program, estimator: Estimator, params: Mapping[str, float] | None
 ) -> Program:
     """Return the program with these initial values of its parameter registers."""
-    words = param_words(program, estimator.param_values(params))
     values = list(program.values)
-    for number, word in words.items():
+    for number, word in param_words(program, estimator.param_values(params)).items():
         values[number] = replace(values[number], initial=word)
     return replace(program, values=tuple(values))

@@ -71,10 +71,9 @@ def _plain(*numbers: Any) -> bool:
 
 def _each(function: Callable[..., Any], *args: Any) -> Any:
     """A function of the elements of arrays, which may be traced; None: all are numbers."""
-    for x in args:
-        if type(x) is np.ndarray and x.dtype.hasobject:
-            objects = [np.asarray(arg, dtype=object) for arg in args]
-            return np.frompyfunc(function, len(args), 1)(*objects)
+    if any(type(x) is np.ndarray and x.dtype.hasobject for x in args):
+        objects = [np.asarray(arg, dtype=object) for arg in args]
+        return np.frompyfunc(function, len(args), 1)(*objects)
     return None
 
 
@@ -93,7 +92,6 @@ def _call(kind: str, *numbers: Any) -> Any:
 
 #: A bound that is reached exactly, with room for rounding.
 _ABOVE = 1.0 + 2.0**-10
-
 #: Units of angles other than half turns: what makes half turns of them, and a full turn.
 ANGLES = {
     **dict.fromkeys(("rad", "radian", "radians"), ("x / math.pi", 2.0 * math.pi)),
@@ -160,16 +158,13 @@ def bounded(x: Any, low: float, high: float, reason: str, *, unless: str = "") -
     The fixed-point value takes its format from this range, and saturates (with the sticky flag)
     outside it. Floats are returned unchanged.
 
+    InputError: the range is not finite, or not ordered.
+
     Parameters
     ----------
     unless : str
         Situation in which the value may leave the range; its word then saturates and raises the
         flag. It changes no bit of the program.
-
-    Raises
-    ------
-    InputError
-        The range is not finite, or not ordered.
     """
     finite = -math.inf < low <= high < math.inf
     require(finite, author_line, "a range that is finite and ordered", (low, high))
@@ -194,10 +189,7 @@ def where(condition: Any, yes: Any, no: Any) -> Any:
 def saturated(x: Any, limit: float) -> Any:
     """``x`` clamped to [-limit, limit], a power of two: costs nothing in fixed point.
 
-    Raises
-    ------
-    InputError
-        The limit is not a power of two.
+    InputError: the limit is not a power of two.
     """
     power = math.frexp(limit)[0] == 0.5
     require(power, author_line, "a power of two as limit", limit, "use ops.clip for any other")
@@ -220,12 +212,10 @@ def flip(condition: Any, x: Any) -> Any:
 
 
 def absolute(x: Any) -> Any:
-    """|x|."""
     return _call("absolute", x)
 
 
 def minimum(a: Any, b: Any) -> Any:
-    """The smaller of two."""
     return _call("smaller", a, b)
 
 
@@ -238,26 +228,21 @@ def clip(x: Any, low: Any, high: Any) -> Any:
     """``x`` limited to [low, high] (exactly, by comparison).
 
     Limits are numbers, or values that vary: then ``maximum(minimum(x, high), low)``.
-
-    Raises
-    ------
-    InputError
-        The limits are numbers in the wrong order, or not finite.
+    InputError: the limits are numbers in the wrong order, or not finite.
     """
     traced = isinstance(x, Scalar)
-    if any(isinstance(limit, Scalar) for limit in (low, high)):
+    varies = any(isinstance(limit, Scalar) for limit in (low, high))
+    if varies or not (traced or _plain(low, high)):
         return maximum(minimum(x, high), low)
-    if traced or _plain(low, high):
-        require(low <= high, author_line, "limits of ops.clip in order", (low, high))
-        fix = "write ops.maximum or ops.minimum for one limit"
-        finite = -math.inf < low and high < math.inf
-        require(finite, author_line, "finite limits of ops.clip", (low, high), fix)
-        if traced:
-            return x.tracer.new("clip", x, data=(low, high))
-        if (each := _each(lambda element: clip(element, low, high), x)) is not None:
-            return each
-        return min(max(x, low), high) if _plain(x) else np.clip(x, low, high)
-    return maximum(minimum(x, high), low)
+    require(low <= high, author_line, "limits of ops.clip in order", (low, high))
+    fix = "write ops.maximum or ops.minimum for one limit"
+    finite = -math.inf < low and high < math.inf
+    require(finite, author_line, "finite limits of ops.clip", (low, high), fix)
+    if traced:
+        return x.tracer.new("clip", x, data=(low, high))
+    if (each := _each(lambda element: clip(element, low, high), x)) is not None:
+        return each
+    return min(max(x, low), high) if _plain(x) else np.clip(x, low, high)
 
 
 def wrap_ht(x: Any) -> Any:
@@ -352,6 +337,8 @@ def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
     exponents stay free. For S = H P H^T + R, as in K^T = S^-1 H P, no pivot is below the variance
     in R.
 
+    InputError: the matrix is not square, the sizes differ, or no least pivot above 0 is known.
+
     Parameters
     ----------
     matrix : (n, n)
@@ -365,11 +352,6 @@ def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
     -------
     (n,) or (n, m)
         The LSB of a result follows from its largest value, right / least: bound it closer.
-
-    Raises
-    ------
-    InputError
-        The matrix is not square, the sizes differ, or no least pivot above 0 is known.
     """
     s, b = np.asarray(matrix, dtype=object), np.asarray(right, dtype=object)
     square = s.ndim == 2 and s.shape[0] == s.shape[1] == len(b)
@@ -408,7 +390,6 @@ def _interval(x: Any) -> tuple[float, float]:
 
 
 def _wrapped(x: Any) -> Any:
-    """Half turns in [-1, 1)."""
     return (x + 1.0) % 2.0 - 1.0
 
 
@@ -543,8 +524,8 @@ def _sincos(x: Any) -> tuple[Any, Any]:
 def _remainder(x: Any, period: Any) -> Any:
     """``x`` modulo a number above 0: the fraction of a turn, which ends in the middle."""
     number = isinstance(period, int | float | np.number)
-    fix = "give a number"
-    require(number and bool(period > 0.0), author_line, "a number above 0 after %", period, fix)
+    positive = number and bool(period > 0.0)
+    require(positive, author_line, "a number above 0 after %", period, "give a number")
     return period * (wrap_turns(x * (1.0 / period) - 0.5) + 0.5)
 
 

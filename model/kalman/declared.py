@@ -33,6 +33,8 @@ _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compar
 class State(declarations.State):
     """A scalar state of a Kalman filter.
 
+    InputError: as of `boresight.State`; no standard deviation, or ``sd_max`` below it.
+
     Parameters
     ----------
     name, low, high, unit, initial
@@ -42,11 +44,6 @@ class State(declarations.State):
     sd_max : float, optional
         Largest standard deviation, by default 1.2 ``sd``. It determines the formats of P. A
         variance above three quarters of its square is held until a measurement reduces it.
-
-    Raises
-    ------
-    InputError
-        As of `boresight.State`; no standard deviation, or ``sd_max`` below it.
     """
 
     sd: float = math.nan

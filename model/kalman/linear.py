@@ -86,6 +86,9 @@ def linear(
     ``x = A x + B u + w``, ``z = C x + D u + v``; the states are the outputs. Its inputs are those
     of the system, then the measurements.
 
+    InputError: a continuous system, matrices that do not fit together, a missing or unsuitable
+    covariance.
+
     Parameters
     ----------
     system : object, or (A, B, C, D)
@@ -106,11 +109,6 @@ def linear(
         As in `Kalman`.
     name : str
         Of the class.
-
-    Raises
-    ------
-    InputError
-        A continuous system, matrices that do not fit together, a missing or unsuitable covariance.
     """
     where = placed(author_line(), "kalman.linear")
     check_kind(where, "name", name, "str")

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 from boresight.model import places
 from boresight.model.errors import InputError
@@ -23,8 +24,6 @@ from boresight.model.words.rounded import binary_exponent
 
 #: Binary points down to which a group is made coarser before it is refused.
 _COARSEST_FRAC = -200
-
-
 #: Sign of a product that is subtracted instead of added.
 OPPOSITE = {
     Negate.NO: Negate.YES,
@@ -64,17 +63,9 @@ class Product:
 
     def term(self, shift: int, unit: int | None) -> Term:
         """The term with this shift; ``unit`` is the second factor where there is no other."""
-        return Term(
-            self.a,
-            self.b if unit is None else unit,
-            shift,
-            self.coefficient,
-            self.negate,
-            self.when,
-            self.fraction_a,
-            self.fraction_b,
-            self.scale,
-        )
+        b, flags = self.b if unit is None else unit, (self.negate, self.when)
+        fractions = self.fraction_a, self.fraction_b
+        return Term(self.a, b, shift, self.coefficient, *flags, *fractions, self.scale)
 
     def times_power(self, power: float) -> Product:
         """The product times a power of two of either sign."""
@@ -102,11 +93,8 @@ class Form:
 
     def joins(self, other: Form) -> bool:
         """Whether one group can compute the sum of both."""
-
-        def differs(a: object, b: object) -> bool:
-            return a is not None and b is not None and a != b
-
-        return not (differs(self.flag, other.flag) or differs(self.norm, other.norm))
+        pairs = ((self.flag, other.flag), (self.norm, other.norm))
+        return all(a is None or b is None or a == b for a, b in pairs)
 
     def join(self, other: Form, sign: int) -> None:
         """Add (or subtract) a form that `joins`; table look-ups never come here."""
@@ -132,13 +120,8 @@ class Target:
     line: str = ""
 
 
-@dataclass(frozen=True)
-class _Placed:
-    """A product with its shift; ``unit``: it is multiplied by the word 2^unit."""
-
-    product: Product
-    shift: int
-    unit: int | None
+#: A product with its shift; a number at its end: it is multiplied by the word 2^number.
+_Placed: TypeAlias = tuple[Product, int, int | None]
 
 
 class Groups:
@@ -180,9 +163,8 @@ class Groups:
     def _constant(self, name: str, word: int, frac: int) -> int:
         if (word, frac) not in self._constants:
             real = math.ldexp(word, -frac)
-            self._constants[word, frac] = self.value(
-                Value(name, Kind.CONST, frac, real, real, "constant", "", word)
-            )
+            value = Value(name, Kind.CONST, frac, real, real, "constant", "", word)
+            self._constants[word, frac] = self.value(value)
         return self._constants[word, frac]
 
     def frac(self, number: int) -> int:
@@ -224,12 +206,12 @@ class Groups:
                 worst = self._coarsest(form, products)
                 if worst is None:
                     return self._raised(replace(form, products=products), target, frac)
-                scaled = products[worst].scale is not Scale.NONE
-                if scaled and math.isinf(products[worst].limit):
+                p = products[worst]
+                if p.scale is not Scale.NONE and math.isinf(p.limit):
                     fix = "a root or reciprocal in it has no upper bound: declare the product's "
                     fix += "range with ops.bounded"
-                    raise self._too_large(form, products[worst], target, fix)
-                products[worst] = self._separate(form, products[worst], target)
+                    raise self._too_large(form, p, target, fix)
+                products[worst] = self._separate(form, p, target)
             elif frac > _COARSEST_FRAC:
                 frac -= 1
             else:
@@ -273,12 +255,8 @@ class Groups:
         for number, p in self._counted(form, products, frac):
             slack = self._slack(p.scale)
             # shift = (fraction bits of the product) - (those of the accumulator)
-            shift = (
-                (arith.fraction_bits if p.fraction_a else self.frac(p.a))
-                - p.exponent
-                - frac
-                - arith.guard
-            )
+            frac_a = arith.fraction_bits if p.fraction_a else self.frac(p.a)
+            shift = frac_a - p.exponent - frac - arith.guard
             unit = None
             if p.times_one:
                 unit = min(arith.word - 2, arith.shift_max - shift)
@@ -293,8 +271,9 @@ class Groups:
             if slack and (form.norm == p.a or p.within) and unit is not None:
                 total += 1 << (arith.word - 1 + arith.guard)  # normalised: inside the word
             else:
-                total += _ceil_shift(self._bound(p.a, p.fraction_a) * bound_b, shift - slack)
-            placed.append(_Placed(p, shift, unit))
+                # Largest magnitude of floor(x / 2^shift).
+                total += -(-self._bound(p.a, p.fraction_a) * bound_b >> shift - slack)
+            placed.append((p, shift, unit))
         return placed if total < 1 << (arith.acc_width - 1) else None
 
     def _counted(
@@ -326,7 +305,8 @@ class Groups:
 
     def _terms(self, placed: Sequence[_Placed]) -> tuple[Term, ...]:
         return tuple(
-            k.product.term(k.shift, None if k.unit is None else self.unit(k.unit)) for k in placed
+            product.term(shift, None if unit is None else self.unit(unit))
+            for product, shift, unit in placed
         )
 
     def exchanged(self, op: Op, products: list[Product]) -> Op | None:
@@ -345,19 +325,14 @@ class Groups:
             fmt = Format(self.arith.word, frac - 1)
             wide_target = replace(target, low=fmt.min, high=fmt.max)
         else:
-            bound = math.fsum(
-                [abs(form.constant), *(self._magnitude(form, p) for p in form.products)]
-            )
+            sizes = [self._magnitude(form, p) for p in form.products]
+            bound = math.fsum([abs(form.constant), *sizes])
             wide_target = replace(target, low=-bound, high=bound)
-        part = self.group(form, replace(wide_target, name=f"{target.name}_part"))
-        step = min(self.arith.norm_max, self.arith.headroom - 1)
-        while self.frac(part) + step < frac:
-            part = self.group(
-                Form([Product(part)]),
-                replace(target, name=f"{target.name}_part"),
-                frac=self.frac(part) + step,
-                exact=True,
-            )
+        part_name, step = f"{target.name}_part", min(self.arith.norm_max, self.arith.headroom - 1)
+        part = self.group(form, replace(wide_target, name=part_name))
+        part_target = replace(target, name=part_name)
+        while (next_frac := self.frac(part) + step) < frac:
+            part = self.group(Form([Product(part)]), part_target, frac=next_frac, exact=True)
         return self.group(Form([Product(part)]), target, frac=frac, exact=True)
 
     def _separate(self, form: Form, p: Product, target: Target) -> Product:
@@ -366,14 +341,11 @@ class Groups:
         low, high = -bound, bound
         if p.scale is Scale.NONE and p.b is not None:
             a, b = self.values[p.a], self.values[p.b]
-            corners = [
-                math.ldexp(x * y, p.exponent) for x in (a.low, a.high) for y in (b.low, b.high)
-            ]
-            low, high = min(corners), max(corners)
+            corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
+            low, high = (math.ldexp(edge, p.exponent) for edge in (min(corners), max(corners)))
         separate = Form([replace(p, negate=Negate.NO, when=When.ALWAYS)], norm=form.norm)
-        number = self.group(
-            separate, Target(f"{target.name}_part", low, high, "interval", line=target.line)
-        )
+        part = Target(f"{target.name}_part", low, high, "interval", line=target.line)
+        number = self.group(separate, part)
         self.separate_products[number] = p
         return Product(number, negate=p.negate, when=p.when)
 
@@ -400,15 +372,14 @@ class Groups:
         frac = self.frac(number) - bits
         if (number, frac) not in self._coarse:
             v = self.values[number]
-            name = f"{v.name}_coarse"
-            limits = Target(name, v.low, v.high, v.range_source, v.unit, line=line)
-            copy = self.group(Form([Product(number)]), limits, frac=frac, exact=True)
-            self._coarse[number, frac] = copy
+            target = Target(f"{v.name}_coarse", v.low, v.high, v.range_source, v.unit, line=line)
+            form = Form([Product(number)])
+            self._coarse[number, frac] = self.group(form, target, frac=frac, exact=True)
         return self._coarse[number, frac]
 
     def _constant_of(self, p: Product) -> int | None:
         """The constant factor of a product of two words."""
-        factors = [] if p.b is None else [p.b, p.a]
+        factors = () if p.b is None else (p.b, p.a)
         return next((n for n in factors if self.values[n].kind is Kind.CONST), None)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
@@ -425,9 +396,7 @@ class Groups:
     def _slack(self, scale: Scale) -> int:
         """Largest number of bits by which the normalisation count lessens a shift."""
         largest = self.arith.norm_max
-        return {Scale.NONE: 0, Scale.FULL: largest, Scale.EVEN: largest, Scale.HALF: largest // 2}[
-            scale
-        ]
+        return {Scale.NONE: 0, Scale.HALF: largest // 2}.get(scale, largest)
 
     def _bound(self, number: int, is_fraction: bool) -> int:
         """Largest magnitude of the word, whatever its declared range."""
@@ -443,10 +412,8 @@ class Groups:
             fmt = tables.coefficient_formats(form.table, self.arith)[p.coefficient]
             return fmt.frac, 1 << (self.arith.word - 1)
         assert p.b is not None
-        return (
-            self.arith.fraction_bits if p.fraction_b else self.frac(p.b),
-            self._bound(p.b, p.fraction_b),
-        )
+        frac = self.arith.fraction_bits if p.fraction_b else self.frac(p.b)
+        return frac, self._bound(p.b, p.fraction_b)
 
     def _magnitude(self, form: Form, p: Product) -> float:
         """Largest magnitude of a product, from the ranges of its factors."""
@@ -457,8 +424,3 @@ class Groups:
         elif p.b is not None and not p.fraction_b:
             size *= max(abs(self.values[p.b].low), abs(self.values[p.b].high))
         return min(math.ldexp(size, p.exponent + self._slack(p.scale)), p.limit)
-
-
-def _ceil_shift(magnitude: int, shift: int) -> int:
-    """Largest magnitude of floor(x / 2^shift) for |x| <= magnitude."""
-    return -(-magnitude >> shift)

@@ -34,6 +34,18 @@ from boresight.model.words.program import (
 )
 from boresight.model.words.rounded import binary_exponent, sum_of
 
+#: Calls that one node may take while it is lowered.
+_CALLS = 8
+#: Kinds of nodes whose formats are prescribed.
+_PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated")
+#: Bits more than a state's that leave too many words on a tie.
+_TIES = 6
+#: Products that a copy serves at least.
+FEWEST = 4
+#: A product with a value of its own: that, the value of its sum, the product, and the coarser
+#: factors that return it to its sum, each with a number of bits.
+_Separate: TypeAlias = tuple[int, int, Product, list[tuple[int, int]]]
+
 
 def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
     """``program`` without unused operations and constants, and the new numbers of its values."""
@@ -43,9 +55,8 @@ def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
         if op.dest in used:
             ops.append(op)
             used.update(op.operands())
-    keep = [
-        n for n, v in enumerate(program.values) if n in used or v.kind not in (Kind.OP, Kind.CONST)
-    ]
+    made = (Kind.OP, Kind.CONST)
+    keep = [n for n, v in enumerate(program.values) if n in used or v.kind not in made]
     new = {old: number for number, old in enumerate(keep)}
 
     def renumber(op: Op) -> Op:
@@ -62,10 +73,6 @@ def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
         states=tuple((new[a], new[b]) for a, b in program.states),
     )
     return pruned, new
-
-
-#: Calls that one node may take while it is lowered.
-_CALLS = 8
 
 
 @contextmanager
@@ -89,12 +96,6 @@ def _count_uses(roots: Sequence[Node]) -> None:
         if node.number not in visited:
             visited.add(node.number)
             stack += node.args
-
-
-#: Kinds of nodes whose formats are prescribed.
-_PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated")
-#: Bits more than a state's that leave too many words on a tie.
-_TIES = 6
 
 
 def _fit(
@@ -130,15 +131,15 @@ def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[R
         top = math.ldexp(1.0, binary_exponent(_size((state_low, state_high))))
         reached = {root}
         for node in reversed(nodes):  # after all that use it
-            if node in reached and node.kind in ("select", "bounded", "sum"):
-                for arg in node.args[1:] if node.kind == "select" else node.args:
-                    size = _size(arg.span)
-                    if size >= math.ldexp(top, -_TIES):
-                        reached.add(arg)
-                        if arg.fit is not None and size < top:
-                            low, high = arg.fit
-                            low, high = min(low, state_low), max(high, state_high)
-                            arg.fit = max(arg.low, low), min(arg.high, high)
+            if node not in reached or node.kind not in ("select", "bounded", "sum"):
+                continue
+            for arg in node.args[1:] if node.kind == "select" else node.args:
+                size = _size(arg.span)
+                if size >= math.ldexp(top, -_TIES):
+                    reached.add(arg)
+                    if arg.fit is not None and size < top:
+                        low, high = min(arg.fit[0], state_low), max(arg.fit[1], state_high)
+                        arg.fit = max(arg.low, low), min(arg.high, high)
 
 
 def _size(range_: Range) -> float:
@@ -218,15 +219,6 @@ def lower(
     )
     nodes = {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
     return program, nodes
-
-
-#: Products that a copy serves at least.
-FEWEST = 4
-
-
-#: A product with a value of its own: that, the value of its sum, the product, and the coarser
-#: factors that return it to its sum, each with a number of bits.
-_Separate: TypeAlias = tuple[int, int, Product, list[tuple[int, int]]]
 
 
 def share(groups: Groups) -> None:

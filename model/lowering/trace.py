@@ -12,7 +12,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, TypeAlias, TypeVar
+from typing import Any, ClassVar, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -74,9 +74,7 @@ def repeatable(same: bool, line: str = "") -> None:
 
 def _refusing(operation: str, fix: str) -> Callable[..., Any]:
     def refuse(self: Any, *_: Any) -> Any:
-        raise InputError.at(
-            author_line(), wanted="operations that can be recorded", found=operation, fix=fix
-        )
+        require(False, author_line, "operations that can be recorded", operation, fix)
 
     return refuse
 
@@ -208,9 +206,9 @@ class Condition(Refuses, Expression, refused=NO_CONDITION):
         return each(*_objects(inputs))
 
     def __invert__(self) -> Condition:
-        double, new = self.kind == "invert", self.tracer.condition
-        opposite: Condition = self.args[0] if double else new("invert", self)
-        return opposite
+        if self.kind == "invert":
+            return cast(Condition, self.args[0])
+        return self.tracer.condition("invert", self)
 
     def __and__(self, other: Any) -> Any:
         if isinstance(other, bool | np.bool_):
@@ -238,18 +236,12 @@ class Condition(Refuses, Expression, refused=NO_CONDITION):
 
 #: What numpy does with bools, for conditions.
 _OF_CONDITIONS: dict[Any, Callable[..., Any]] = {
-    np.bitwise_and: operator.and_,
-    np.bitwise_or: operator.or_,
-    np.bitwise_xor: operator.xor,
-    np.invert: operator.invert,
+    **dict.fromkeys((np.bitwise_and, np.logical_and), operator.and_),
+    **dict.fromkeys((np.bitwise_or, np.logical_or), operator.or_),
+    **dict.fromkeys((np.bitwise_xor, np.logical_xor), operator.xor),
+    **dict.fromkeys((np.invert, np.logical_not), operator.invert),
     np.equal: operator.eq,
     np.not_equal: operator.ne,
-}
-_OF_CONDITIONS |= {
-    np.logical_and: operator.and_,
-    np.logical_or: operator.or_,
-    np.logical_xor: operator.xor,
-    np.logical_not: operator.invert,
 }
 
 
@@ -274,7 +266,6 @@ class Tracer:
         return self._record(Scalar, kind, args, data)
 
     def condition(self, kind: str, *args: Any) -> Condition:
-        """Conditions combined."""
         return self._record(Condition, kind, tuple(map(_conditional, args)))
 
     def differs(self, a: Condition, b: Any) -> Any:
@@ -289,21 +280,18 @@ class Tracer:
         return ~difference if inverted else difference
 
     def less(self, a: Scalar, b: Scalar) -> Condition:
-        """a < b."""
         return self._record(Condition, "less", (a, b))
 
     def _record(
         self, cls: type[_E], kind: str, args: tuple[Expression, ...], data: tuple[Any, ...] = ()
     ) -> _E:
-        for arg in args:
-            repeatable(arg.tracer is self)
+        repeatable(all(arg.tracer is self for arg in args))
         key = (kind, *(a.number for a in args), *data)
         if key not in self._unique:
             line = (self.place or author_line()) if args else ""
             self._unique[key] = cls(self, len(self.expressions), kind, args, data, line)
             self.expressions.append(self._unique[key])
-        expression: _E = self._unique[key]
-        return expression
+        return cast(_E, self._unique[key])
 
     def leaf(self, kind: str, name: str, low: float, high: float, unit: str = "") -> Scalar:
         """An input, parameter or state with its declared range."""
@@ -314,10 +302,7 @@ class Tracer:
         return self.new("const", data=(finite(number, lambda: author_line() or self.name),))
 
     def lift(self, x: Any) -> Scalar:
-        """A scalar as it is, a number as a constant.
-
-        InputError: it is neither, or of another record.
-        """
+        """A scalar as it is, a number as a constant; InputError of anything else."""
         if isinstance(x, Scalar):
             repeatable(x.tracer is self)
             return x
@@ -333,7 +318,6 @@ class Tracer:
         return self.const(x)
 
     def add(self, a: Scalar, b: Scalar) -> Scalar:
-        """a + b."""
         if a.kind == b.kind == "const":
             return self.const(a.data[0] + b.data[0])
         if _is(b, 0.0):
@@ -341,7 +325,6 @@ class Tracer:
         return b if _is(a, 0.0) else self.new("add", a, b)
 
     def sub(self, a: Scalar, b: Scalar) -> Scalar:
-        """a - b."""
         if a.kind == b.kind == "const":
             return self.const(a.data[0] - b.data[0])
         if _is(b, 0.0):
@@ -349,11 +332,9 @@ class Tracer:
         return self.neg(b) if _is(a, 0.0) else self.new("sub", a, b)
 
     def neg(self, a: Scalar) -> Scalar:
-        """-a."""
         if a.kind == "const":
             return self.const(-a.data[0])
-        opposite: Scalar = a.args[0] if a.kind == "neg" else self.new("neg", a)
-        return opposite
+        return cast(Scalar, a.args[0]) if a.kind == "neg" else self.new("neg", a)
 
     def mul(self, a: Scalar, b: Scalar) -> Scalar:
         """a * b; constants come second."""
@@ -377,7 +358,7 @@ class Tracer:
         return self.new("div", a, b)
 
     def power(self, a: Scalar, n: Any) -> Scalar:
-        """a^n of a whole number n, as products: squares of squares; (1 / a)^-n below zero.
+        """a^n of a whole number n, as products; (1 / a)^-n below zero.
 
         InputError: n is no whole number.
         """
@@ -412,9 +393,8 @@ class Trace:
     @property
     def needed(self) -> list[Expression]:
         """Expressions on which states or outputs depend, in the order of computation."""
-        wanted = {
-            e.number for e in (*self.outputs.values(), *(after for _, _, after in self.states))
-        }
+        after = [next_e for _, _, next_e in self.states]
+        wanted = {e.number for e in (*self.outputs.values(), *after)}
         for e in reversed(self.tracer.expressions):
             if e.number in wanted:
                 wanted.update(arg.number for arg in e.args)
@@ -438,14 +418,10 @@ def _objects(inputs: Sequence[Any]) -> list[Any]:
 
 
 def _conditional(x: Any) -> Condition:
-    if not isinstance(x, Condition):
-        raise InputError.at(
-            author_line(),
-            wanted="conditions such as x < 1.0",
-            found=f"{x!r} in a condition",
-            fix="compare it; brackets around each comparison that & | ^ == or != combines",
-        )
-    return x
+    found, wanted = f"{x!r} in a condition", "conditions such as x < 1.0"
+    fix = "compare it; brackets around each comparison that & | ^ == or != combines"
+    require(isinstance(x, Condition), author_line, wanted, found, fix)
+    return cast(Condition, x)
 
 
 def _is(a: Scalar, number: float) -> bool:
