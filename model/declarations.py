@@ -33,9 +33,9 @@ ATTITUDE_DEG = 4.0 * (180.0 / math.pi)
 EXACT_UNITS = ("flags", "bits")
 #: Units of angles that wrap, and the period.
 PERIODS = {"ht": 2.0, "turn": 1.0}
-#: Source location of a declaration, "file.py, line 41"; no part of its identity.
 #: Shares of a word from which on a range takes all of it, and of the largest of the shortest words.
 _ALL, _BELOW = 0.999, 1.0 - 2.0**-17
+#: Source location of a declaration, "file.py, line 41"; no part of its identity.
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
 #: Kinds of values by their annotations, and what messages call them.
 _KINDS: dict[str, tuple[type | tuple[type, ...], str]] = {
@@ -55,7 +55,7 @@ MICRO_G = float(f"{GRAVITY}e-6")
 
 @dataclass(frozen=True)
 class SourceFormat:
-    """Format of the words of an input's source: fraction bits and range."""
+    """Fraction bits and range of the words of an input's source."""
 
     frac: int
     low: float
@@ -106,11 +106,11 @@ class Input:
     def __post_init__(self) -> None:
         where = _checked(self, "input")
         _check_range(where, self.low, self.high)
-        if isinstance(self.missing, str):
-            wanted, fix = ('missing=NUMBER or missing="hold"', "choose one for missing samples")
-            require(self.missing == "hold", where, wanted, self.missing, fix)
-        elif self.missing is not None:
+        if not isinstance(self.missing, str | None):
             _check_inside(where, "missing", self.missing, self.low, self.high)
+        elif self.missing != "hold":
+            wanted, fix = 'missing=NUMBER or missing="hold"', "choose one for missing samples"
+            require(self.missing is None, where, wanted, self.missing, fix)
 
     @property
     def flags(self) -> tuple[str, ...]:
@@ -137,8 +137,7 @@ class Input:
     @property
     def beyond(self) -> bool:
         """Whether words can lie outside the range; the program clamps them."""
-        low, high = self.span
-        return not (self.low <= low and high <= self.high)
+        return self.span[0] < self.low or self.high < self.span[1]
 
     def with_source(
         self, words: SourceFormat, word: int, *, of: str, unit: str, where: str
@@ -259,8 +258,7 @@ class Named(Protocol):
     """An object with a name."""
 
     @property
-    def name(self) -> str:
-        """Its name."""
+    def name(self) -> str: ...
 
 
 def _checked(declaration: Any, kind: str) -> str:
@@ -285,10 +283,11 @@ def _checked(declaration: Any, kind: str) -> str:
 def check_kind(where: str, subject: str, value: object, annotation: str) -> None:
     """Refuse a value of another kind than its annotation; those not in `_KINDS` allow any."""
     kinds = [_KINDS.get(part.partition("[")[0], (object, "")) for part in annotation.split(" | ")]
-    wanted = f"{subject}: {' or '.join(words for _, words in kinds)}"
-    text = isinstance(value, str) and wanted.endswith("a number")
-    fix = "write it without quotes" if text else "correct it"
-    fix = f"write {subject} = (...,)" if wanted.endswith("a tuple") else fix
+    wanted, fix = f"{subject}: {' or '.join(words for _, words in kinds)}", "correct it"
+    if isinstance(value, str) and wanted.endswith("a number"):
+        fix = "write it without quotes"
+    elif wanted.endswith("a tuple"):
+        fix = f"write {subject} = (...,)"
     require(any(isinstance(value, kind) for kind, _ in kinds), where, wanted, value, fix)
 
 

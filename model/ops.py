@@ -212,10 +212,12 @@ def flip(condition: Any, x: Any) -> Any:
 
 
 def absolute(x: Any) -> Any:
+    """|x|."""
     return _call("absolute", x)
 
 
 def minimum(a: Any, b: Any) -> Any:
+    """The smaller of two."""
     return _call("smaller", a, b)
 
 

@@ -29,7 +29,6 @@ def _place(path: str, line: int | None) -> str:
 
 @lru_cache(maxsize=256)
 def _is_authors(file: str) -> bool:
-    """Whether an author of estimators may have written this file."""
     if file.startswith(_WRITTEN):
         return False
     installed = "site-packages" in file or "dist-packages" in file

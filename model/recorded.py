@@ -70,10 +70,8 @@ def check_recorded(
     explains, and infinite values, count as equal.
     """
     leaves, trace = sample(estimator, inputs, params), estimator.record()
-    results = [
-        *((f"output {name}", e) for name, e in trace.outputs.items()),
-        *((f"state {s.data[1]}", e) for s, _, e in trace.states),
-    ]
+    results = [(f"output {name}", e) for name, e in trace.outputs.items()]
+    results += [(f"state {s.data[1]}", e) for s, _, e in trace.states]
 
     def recorded(leaves: Leaves, noise: Callable[[Any], Any] | None = None) -> FloatArray:
         """Results (results, rows) of the record."""
@@ -84,10 +82,8 @@ def check_recorded(
         """Raise InputError unless rounding explains the difference in a row."""
         of_row, draw = {n: values[row] for n, values in leaves.items()}, np.random.default_rng(row)
         computed, wanted = _stepped(estimator, of_row, ()), expected[:, row]
-        noisy = recorded(
-            {name: np.full(_TIMES, value) for name, value in of_row.items()},
-            lambda x: x * (1.0 + _NOISE * draw.uniform(-1.0, 1.0, _TIMES)),
-        )
+        repeated = {name: np.full(_TIMES, value) for name, value in of_row.items()}
+        noisy = recorded(repeated, lambda x: x * (1.0 + _NOISE * draw.uniform(-1.0, 1.0, _TIMES)))
         spread = 2.0 * np.max(np.abs(noisy - wanted[:, None]), axis=1)
         far = (_difference(computed, wanted) > _EQUAL) & (np.abs(computed - wanted) > spread)
         for k in np.flatnonzero(far).tolist():
@@ -107,11 +103,8 @@ def check_recorded(
         except (InputError, ValueError, TypeError):  # the step takes none
             arrays = []
         count = _EXPRESSIONS * (1 if arrays else 4) // len(trace.needed)
-        rows = [
-            {name: values[row] for name, values in leaves.items()}
-            for row in range(min(expected.shape[1], max(_FEWEST, min(count, _MOST))))
-        ]
-        scalars = [_stepped(estimator, row, ()) for row in rows]
+        rows = range(min(expected.shape[1], max(_FEWEST, min(count, _MOST))))
+        scalars = [_stepped(estimator, {n: v[k] for n, v in leaves.items()}, ()) for k in rows]
         for computed in (np.stack(scalars, axis=1), *arrays):
             error = _difference(computed, expected[:, : computed.shape[1]]).max(axis=0)
             for row in np.argsort(-error, kind="stable")[:_SUSPECTS]:
@@ -146,10 +139,8 @@ def sample(
     Rows of ``inputs`` are taken at even distances; without, they are drawn, as states always are,
     and parameters where ``params`` is None.
     """
-    if inputs is None or not len(inputs):
-        inputs, rows = None, _ROWS
-    else:
-        rows = min(len(inputs), _ROWS)
+    inputs = None if inputs is None or not len(inputs) else inputs
+    rows = _ROWS if inputs is None else min(len(inputs), _ROWS)
     draw = np.random.default_rng(rows)
     leaves = {("state", s.name): drawn(draw, s, s.initial, rows) for s in estimator.states}
     for k, i in enumerate(estimator.inputs):
@@ -157,10 +148,10 @@ def sample(
             leaves["input", i.name] = drawn(draw, i, 0.0, rows)
         else:
             leaves["input", i.name] = inputs[np.arange(rows) * len(inputs) // rows, k]
-    chosen = None if params is None else estimator.param_values(params)
-    for p in estimator.params:
-        values = drawn(draw, p, p.default, rows)
-        leaves["param", p.name] = values if chosen is None else np.full(rows, chosen[p.name])
+    leaves |= {("param", p.name): drawn(draw, p, p.default, rows) for p in estimator.params}
+    if params is not None:
+        chosen = estimator.param_values(params)
+        leaves |= {("param", name): np.full(rows, value) for name, value in chosen.items()}
     return leaves
 
 

@@ -48,9 +48,10 @@ def profile_place(source: Named, name: str) -> Path | None:
     ``track.fit.json`` beside ``track.py``, or ``track.NAME.fit.json`` if the estimator has another
     name than its file.
     """
-    if not isinstance(source, str) or not (".py:" in source or source.endswith(".py")):
+    path, _ = _parts(source) if isinstance(source, str) else ("", None)
+    if not path:
         return None
-    file = Path(f"{source.partition('.py:')[0]}.py" if ".py:" in source else source)
+    file = Path(path)
     middle = "" if file.stem == name else f".{name}"
     return file.with_name(f"{file.stem}{middle}.fit.json")
 
@@ -62,10 +63,9 @@ def _profile(source: Named, estimator: Estimator) -> Profile | None:
         return read_profile(place) if place is not None and place.exists() else None
     profiles = [read_profile(file) for file in files]
     matching = [profile for profile in profiles if profile.estimator == estimator.name]
-    for profile in profiles[:1]:
-        wanted = f"a profile of {estimator.name}"
-        fix = "add the one that fits, or leave --profile out"
-        require(bool(matching), profile.place, wanted, profile.estimator, fix)
+    if profiles and not matching:
+        wanted, fix = f"a profile of {estimator.name}", "add one of it, or leave --profile out"
+        require(False, profiles[0].place, wanted, profiles[0].estimator, fix)
     return matching[-1] if matching else None
 
 
@@ -149,27 +149,33 @@ def load(source: Any, base: type[T], kind: str, group: str) -> T:
     wanted = f"a name, file.py:Class, a class or an object of {base.__name__}"
     fix = f"derive the class from boresight.{base.__name__}"
     require(isinstance(source, str), kind, wanted, type(source).__name__, fix)
-    stem, colon, call = source.partition(".py:")
-    path = f"{stem}.py" if colon else source
-    if not colon and not source.endswith(".py"):
+    path, call = _parts(source)
+    if not path:
         name, args, options = call_of(source, source) if source.endswith(")") else (source, (), {})
         return _constructed(_lookup(name, base, kind, group), source, args, options)
     module = _module(Path(path), kind)
-    name, args, options = call_of(call, source) if colon else ("", (), {})
+    name, args, options = ("", (), {}) if call is None else call_of(call, source)
     return _constructed(_class(module, name, base, kind, path), source, args, options)
+
+
+def _parts(source: str) -> tuple[str, str | None]:
+    """Path of the file in ``file.py:Class``, and the class if there is one; no path of a name."""
+    stem, colon, call = source.partition(".py:")
+    if colon:
+        return f"{stem}.py", call
+    return (source if source.endswith(".py") else ""), None
 
 
 def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
     for point in metadata.entry_points(group=group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
-    names = {*names_of_entry_points(group)}
     fix = "boresight info shows them all"
     if os.path.isfile(f"{name}.py"):
         fix = f"write {name}.py, the file that is here"
     elif os.path.exists(name):
         fix = f"the {kind} comes first, logs after it"
-    wanted = f"file.py:Class, or one of {listed(name, sorted(names))}"
+    wanted = f"file.py:Class, or one of {listed(name, names_of_entry_points(group))}"
     raise InputError.at(kind, wanted=wanted, found=repr(name), fix=fix)
 
 
@@ -201,12 +207,9 @@ def _module(path: Path, kind: str) -> ModuleType:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise InputError.at(
-            str(path),
-            wanted=f"a Python file with {_noun(kind)}",
-            found=(error.strerror or type(error).__name__).lower(),
-            fix="check the path",
-        ) from None
+        wanted, found = f"a Python file with {_noun(kind)}", error.strerror or type(error).__name__
+        found = found.lower()
+        raise InputError.at(str(path), wanted=wanted, found=found, fix="check the path") from None
     file = path.resolve()
     packages = [init.parent for init in file.parent.glob("*/__init__.py")]
     found = (*file.parent.glob("*.py"), *(f for place in packages for f in place.rglob("*.py")))
@@ -323,12 +326,9 @@ def _constructed(cls: type[T], source: str, args: tuple[Any, ...], options: dict
     try:
         inspect.signature(cls).bind(*args, **options)
     except TypeError as error:
-        raise InputError.at(
-            source,
-            wanted=f"arguments that {cls.__name__} takes",
-            found=f"TypeError: {error}",
-            fix=f"write {cls.__name__}(NAME=VALUE, ...)",
-        ) from error
+        wanted, found = f"arguments that {cls.__name__} takes", f"TypeError: {error}"
+        fix = f"write {cls.__name__}(NAME=VALUE, ...)"
+        raise InputError.at(source, wanted=wanted, found=found, fix=fix) from error
     try:
         return cls(*args, **options)
     except InputError:
@@ -336,9 +336,6 @@ def _constructed(cls: type[T], source: str, args: tuple[Any, ...], options: dict
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         file = Path(last.filename).name
-        raise InputError.at(
-            f"{source if source == file else f'{source}, {file}'}, line {last.lineno}",
-            wanted="a constructor without an error",
-            found=_error_text(error),
-            fix="correct it, or the arguments",
-        ) from error
+        where = f"{source if source == file else f'{source}, {file}'}, line {last.lineno}"
+        wanted, fix = "a constructor without an error", "correct it, or the arguments"
+        raise InputError.at(where, wanted=wanted, found=_error_text(error), fix=fix) from error

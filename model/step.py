@@ -1,4 +1,4 @@
-"""Arguments and results of a ``step``, checked, and explanations of its errors."""
+"""Calls of methods that a user wrote: arguments and results checked, errors in one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from boresight.model.errors import InputError, listed, require
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
+T = TypeVar("T")
 #: Remedies for errors of Python and numpy, by patterns of their texts.
 _REMEDIES = (
     (
@@ -121,24 +122,18 @@ def checked(
 
 
 def _explained(name: str, step: Callable[..., Any], where: str, error: BaseException) -> InputError:
-    """Explain the error of a step that raised."""
-    line = place_of(error)
     try:
         check_arguments(where, "step", step)
     except InputError as wrong:
         return wrong
     text = f"{type(error).__name__}: {error}".splitlines()[0]
-    remedy = next((remedy for pattern, remedy in _REMEDIES if re.search(pattern, text)), None)
-    named = (
-        template.format(match[1])
-        for pattern, template in _NUMPY_ERRORS
-        if (match := re.search(pattern, text))
-    )
+    remedies = (remedy for pattern, remedy in _REMEDIES if re.search(pattern, text))
+    matches = ((re.search(pattern, text), template) for pattern, template in _NUMPY_ERRORS)
     return InputError.at(
-        line or where,
+        place_of(error) or where,
         wanted=f"a step of {name} without an error",
-        found=next(named, text),
-        fix=remedy or "use + - * /, comparisons and boresight.ops",
+        found=next((template.format(match[1]) for match, template in matches if match), text),
+        fix=next(remedies, "use + - * /, comparisons and boresight.ops"),
     )
 
 
@@ -208,3 +203,61 @@ def check_number(where: str, value: Any, *, arrays: bool = False) -> None:
         found = "None" if value is None else f"a {type(value).__name__}, {value!r}"
         fix = "compute it from states, inputs, parameters and numbers"
     raise InputError.at(where, wanted="a number", found=found, fix=fix)
+
+
+def called(
+    call: Callable[..., T],
+    *args: Any,
+    where: str,
+    wanted: str,
+    fix: str = "correct it",
+    kind: Any = object,
+    answer: str = "correct what it returns",
+    **options: Any,
+) -> T:
+    """Call a method of a user's class that returns a ``kind``; ``answer`` is the remedy if not.
+
+    The line of the error is added to ``where``. InputError: the method raises, does not take these
+    arguments, or returns something else. Our own kinds of exceptions, lack of memory, and errors
+    without a line of a user pass unchanged.
+    """
+    try:
+        result = call(*args, **options)
+    except (Exception, SystemExit) as error:
+        from_boresight = type(error).__module__.startswith("boresight.")
+        if from_boresight or isinstance(error, MemoryError | BrokenPipeError):
+            raise
+        line = place_of(error, users=True)
+        if not line:
+            if _accepts(call, *args, **options):
+                raise
+            fix = f"write {_base_signature(call)}"
+        text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
+        place = f"{where}, {line}" if line else where
+        raise InputError.at(place, wanted=wanted, found=text[:200], fix=fix) from error
+    if not isinstance(result, kind):
+        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=answer)
+    return result
+
+
+def _accepts(call: Callable[..., Any], *args: Any, **options: Any) -> bool:
+    try:
+        inspect.signature(call).bind(*args, **options)
+    except TypeError:
+        return False
+    except ValueError:  # of a function written in C
+        return True
+    return True
+
+
+def _base_signature(call: Callable[..., Any]) -> str:
+    """Name and arguments of a method as our base class has it, without types."""
+    name = getattr(call, "__name__", "it")
+    kinds = type(getattr(call, "__self__", None)).__mro__
+    ours = [vars(k) for k in kinds if k.__module__.startswith("boresight.")]
+    bases = [attributes[name] for attributes in ours if name in attributes]
+    if not bases:
+        return f"{name} with the arguments that it gets"
+    signature = inspect.signature(bases[-1])
+    parameters = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
+    return f"{name}{signature.replace(parameters=parameters, return_annotation=signature.empty)}"

@@ -15,11 +15,8 @@ from boresight.model.errors import InputError, require
 
 #: Standard gravity, m/s^2.
 GRAVITY = 9.80665
-
 #: ``gauss`` or ``G``, optionally with a prefix.
 _GAUSS = re.compile(r"(?<!\w)(milli|micro|kilo|[muk])?(?:gauss|G)(?!\w)")
-
-
 #: Names in units; those that need no look into the units library.
 _NAME = re.compile(r"[^\W\d]+")
 #: A name with a power.
@@ -51,15 +48,14 @@ def _registry() -> Any:
 
 def check_unit(where: str, unit: object) -> None:
     """Raise InputError if a word of a unit is not known, such as "mtr" for "m"."""
-    text = unit if isinstance(unit, str) else ""
-    is_valid = isinstance(unit, str)
-    for name in _NAME.findall(text.replace("µ", "u").replace("Ω", "ohm")):
-        if name not in _COMMON:
-            try:
-                _parsed(name)
-            except UnitError:
-                is_valid = False
-    require(is_valid, where, "a unit such as m/s^2 or uT", unit, "correct it, or leave it empty")
+    fix, is_valid = "correct it, or leave it empty", isinstance(unit, str)
+    text = unit.replace("µ", "u").replace("Ω", "ohm") if isinstance(unit, str) else ""
+    try:
+        for name in {*_NAME.findall(text)} - _COMMON:
+            _parsed(name)
+    except UnitError:
+        is_valid = False
+    require(is_valid, where, "a unit such as m/s^2 or uT", unit, fix)
 
 
 @cache
@@ -71,9 +67,9 @@ def linear(unit: str, wanted: str) -> tuple[float, float]:
     if unit == wanted:
         return 1.0, 0.0
     registry = _registry()
-    quantity, target = registry.Quantity, _parsed(wanted)
-    source = _parsed(unit)
-    if _frequency(source) and _frequency(target) and _turns(source) != _turns(target):
+    quantity, target, source = registry.Quantity, _parsed(wanted), _parsed(unit)
+    frequencies = all({*registry.get_dimensionality(u)} == {"[time]"} for u in (source, target))
+    if frequencies and _turns(source) != _turns(target):
         raise UnitError(f"{unit} is not {wanted}: one counts cycles or events, one an angle")
     try:
         zero = float(quantity(0.0, source).to(target).magnitude)
@@ -105,10 +101,8 @@ def _powers(unit: str) -> dict[str, int]:
     powers = dict[str, int]()
     for k, part in enumerate(unit.split("/")):
         factors = [_FACTOR.fullmatch(factor) for factor in part.split()]
-        if k and len(factors) > 1:
-            return {}
         for m in factors:
-            if m is None or m[1] in powers:
+            if m is None or m[1] in powers or (k and len(factors) > 1):
                 return {}
             powers[m[1]] = (-1 if k else 1) * int(m[2] or 1)
     return powers
@@ -130,10 +124,6 @@ def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, fl
             found=str(error),
             fix="leave the unit out",
         ) from None
-
-
-def _frequency(unit: Any) -> bool:
-    return set(_registry().get_dimensionality(unit)) == {"[time]"}
 
 
 def _turns(unit: Any) -> float:

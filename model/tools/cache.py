@@ -60,11 +60,8 @@ class Cache:
                 made = Path(work) / "entry"
                 made.mkdir()
                 make(made)
-                hashes = {
-                    p.relative_to(made).as_posix(): digest(p)
-                    for p in made.rglob("*")
-                    if p.is_file()
-                }
+                files = [p for p in made.rglob("*") if p.is_file()]
+                hashes = {p.relative_to(made).as_posix(): digest(p) for p in files}
                 (made / _LIST).write_text(json.dumps(hashes), encoding="utf-8")
                 made.rename(folder)
         if self.root not in _trimmed:  # Once in a process: it looks at every file.
@@ -91,14 +88,11 @@ class Cache:
 
     def _entries(self) -> list[tuple[float, int, Path]]:
         """Time of the last use, bytes and folder of each entry."""
-        return [
-            (
-                path.stat().st_mtime,
-                sum(p.stat().st_size for p in path.parent.rglob("*") if p.is_file()),
-                path.parent,
-            )
-            for path in self.root.glob(f"*/{_LIST}")
-        ]
+        entries = []
+        for path in self.root.glob(f"*/{_LIST}"):
+            size = sum(p.stat().st_size for p in path.parent.rglob("*") if p.is_file())
+            entries.append((path.stat().st_mtime, size, path.parent))
+        return entries
 
 
 def _sound(folder: Path) -> bool:

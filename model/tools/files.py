@@ -127,7 +127,6 @@ def output_folder(
 
 
 def _refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
-    """Refuse an output that is one of the input files."""
     for source in inputs:
         exist = os.path.isfile(path) and os.path.exists(source)
         wanted, fix = "an output that is not an input", f"choose another with {option}"
@@ -157,12 +156,9 @@ def _refusing(path: StrPath, option: str) -> Iterator[None]:
         raise
     except (OSError, ValueError) as error:
         text = getattr(error, "strerror", None) or str(error)
-        raise InputError.at(
-            _shown(path),
-            wanted="a path that can be written",
-            found=text[:1].lower() + text[1:],
-            fix=f"choose another with {option}, or change its permissions",
-        ) from error
+        found, wanted = text[:1].lower() + text[1:], "a path that can be written"
+        fix = f"choose another with {option}, or change its permissions"
+        raise InputError.at(_shown(path), wanted=wanted, found=found, fix=fix) from error
 
 
 def changed_files(folder: Path) -> list[str]:
@@ -211,13 +207,10 @@ def _require_ours(path: Path, known: dict[str, str] | None, option: str) -> None
         raise IsADirectoryError(errno.EISDIR, "a folder")
     if _overwriting.get() or not os.path.lexists(path):
         return
-    if known is None or not path.exists() or digest(path) != known["sha256"]:
-        raise InputError.at(
-            _shown(path),
-            wanted="a new file, or an unedited one of boresight",
-            found="a file not written by boresight" if known is None else "an edited file",
-            fix=f"move it away, choose another path with {option}, or overwrite it with --force",
-        )
+    ours = known is not None and path.exists() and digest(path) == known["sha256"]
+    found = "a file not written by boresight" if known is None else "an edited file"
+    fix = f"move it away, choose another path with {option}, or overwrite it with --force"
+    require(ours, _shown(path), "a new file, or an unedited one of boresight", found, fix)
 
 
 def _existing_parent(folder: Path) -> Path:
@@ -264,6 +257,5 @@ def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
 
 
 def _shown(path: StrPath) -> str:
-    """The path for messages: relative if it is below the working folder."""
     path = Path(os.path.abspath(path))
     return os.fspath(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

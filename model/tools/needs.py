@@ -49,17 +49,13 @@ def embeddable() -> bool:
     """Whether this Python can run inside another program, as cocotb needs."""
     library = sysconfig.get_config_var("INSTSONAME") or ""
     folders = (sysconfig.get_config_var("LIBDIR") or "", os.path.join(sys.base_prefix, "lib"))
-    if sysconfig.get_config_var("PYTHONFRAMEWORK"):
-        return True
     if ".so" not in library:  # Python is a static program; its library is a package of its own.
         library = f"libpython{sys.version_info.major}.{sys.version_info.minor}.so.1.0"
-    if any(Path(folder, library).exists() for folder in folders):
-        return True
     try:
-        ctypes.CDLL(library)
+        found = any(Path(folder, library).exists() for folder in folders) or ctypes.CDLL(library)
     except OSError:
-        return False
-    return True
+        found = sysconfig.get_config_var("PYTHONFRAMEWORK")
+    return bool(found)
 
 
 NEEDS = {

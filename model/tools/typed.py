@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
@@ -57,10 +58,8 @@ def _one_of(hints: tuple[Any, ...], data: Any, location: str) -> Any:
         return None
     *others, last = (h for h in hints if h is not NoneType)
     for hint in others:
-        try:
+        with suppress(Malformed):
             return typed(hint, data, location)
-        except Malformed:
-            continue
     return typed(last, data, location)
 
 

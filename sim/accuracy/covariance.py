@@ -16,7 +16,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Param
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
-from boresight.model.methods import called
+from boresight.model.step import called
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import WAIVED, Estimator, SecondForm
-from boresight.model.methods import called
+from boresight.model.step import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run

@@ -13,8 +13,8 @@ from numbers import Real
 from typing import Any, ClassVar
 
 from boresight.model.errors import InputError, require
-from boresight.model.methods import called
 from boresight.model.resolve import load
+from boresight.model.step import called
 
 #: Entry points of installed packages that are experiments.
 EXPERIMENT_GROUP = "boresight.experiments"

@@ -15,7 +15,7 @@ from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION, Input
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator, input_words
-from boresight.model.methods import called
+from boresight.model.step import called
 from boresight.model.units import linear
 from boresight.model.words.program import Program
 from boresight.sim.records.files import Log, recording_of

@@ -12,7 +12,7 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import require
 from boresight.model.estimator import Estimator
-from boresight.model.methods import called
+from boresight.model.step import called
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.level import Level, Run

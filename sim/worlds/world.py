@@ -9,8 +9,8 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require
-from boresight.model.methods import called
 from boresight.model.resolve import load, names_of_entry_points
+from boresight.model.step import called
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
