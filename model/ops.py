@@ -385,7 +385,7 @@ def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
 def _interval(x: Any) -> tuple[float, float]:
     """Least and largest value of a recorded value, or of numbers."""
     if isinstance(x, Scalar):
-        from boresight.model.kalman.slopes import Intervals  # which imports this
+        from boresight.model.lowering.graph import Intervals  # which imports this
 
         return Intervals(x.tracer)(x)
     return float(np.min(x)), float(np.max(x))

@@ -145,11 +145,12 @@ class Kalman(Estimator):
     def _covariance_state(self, name: str, i: int, j: int, start: float) -> declarations.State:
         bound = self.largest_sd[i] * self.largest_sd[j]
         low = 0.0 if i == j else -bound
-        units = [self._unit(k) for k in (i, j)]
+        units = [self.unit_of(k) for k in (i, j)]
         unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
         return declarations.State(name, low, bound, unit, start, line=self.places[i])
 
-    def _unit(self, error: int) -> str:
+    def unit_of(self, error: int) -> str:
+        """Unit of an error state, by its number."""
         name = self.errors[error]
         scalars = (s for s in self.estimated if isinstance(s, State))
         return next((s.unit for s in scalars if s.name == name), "rad")

@@ -1,12 +1,14 @@
-"""Derivatives and intervals of the expressions that a tracer has recorded so far."""
+"""Derivatives of recorded expressions, and attitudes, whose derivatives are known."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from boresight.model import ops
-from boresight.model.lowering.graph import Graph
+from boresight.model.algebra import quaternion
 from boresight.model.lowering.trace import Condition, Expression, Scalar, Tracer
 
 #: Derivatives by the number of an error state; missing ones are zero.
@@ -117,26 +119,103 @@ class Slopes:
         return {k: ops.where(inside, v, 0.0) for k, v in a.items()}
 
 
-class Intervals:
-    """Intervals of recorded expressions, while the tracer still records."""
+class AttitudeView:
+    """An attitude q, body to navigation, with its error e: C_true = (1 + [e x]) C.
 
-    def __init__(self, tracer: Tracer) -> None:
-        self._tracer = tracer
-        self._graph = Graph(tracer.name)
-        self._nodes: list[Any] = []
+    Parameters
+    ----------
+    tracer : Tracer
+    q : (4,)
+        Components, scalar first.
+    slopes : Slopes, optional
+        Where derivatives by e are noted; none are without it.
+    first : int
+        Number of the first component of e.
+    estimate : (4,), optional
+        The attitude at which e is zero, where q is another one on purpose.
+    """
 
-    def __call__(self, x: Any) -> tuple[float, float]:
-        """Least and largest value of a recorded value or number."""
-        if not isinstance(x, Scalar):
-            return float(x), float(x)
-        for e in self._tracer.expressions[len(self._nodes) : x.number + 1]:
-            self._graph.line = e.line
-            args = (self._nodes[a.number] for a in e.args)
-            self._nodes.append(getattr(self._graph, e.kind)(*args, *e.data))
-        node = self._nodes[x.number]
-        return node.low, node.high
+    def __init__(
+        self,
+        tracer: Tracer,
+        q: Sequence[Any],
+        slopes: Slopes | None = None,
+        first: int = 0,
+        estimate: Sequence[Any] | None = None,
+    ) -> None:
+        self._tracer, self._slopes, self._first = tracer, slopes, first
+        self._q = list(q)
+        self._c = quaternion.matrix(self._q)
+        self._estimate = self._c if estimate is None else quaternion.matrix(estimate)
 
-    def size(self, x: Any) -> float:
-        """Largest magnitude."""
-        low, high = self(x)
-        return max(abs(low), abs(high))
+    @property
+    def q(self) -> list[Any]:
+        """Components w, x, y, z; d q / d e = (0, e) q / 2."""
+        if self._slopes is None:
+            return self._q
+        units = [[0.5 * (m == k) for k in range(3)] for m in range(3)]
+        return [*self._duals(self._q, [quaternion.vector_times(unit, self._q) for unit in units])]
+
+    @property
+    def matrix(self) -> list[list[Any]]:
+        """C of the estimate, body to navigation, without derivatives."""
+        return self._estimate
+
+    def to_nav(self, v: Sequence[Any]) -> Any:
+        """C v [of v's unit]; its derivative by e is e x (C v)."""
+        n = quaternion.turn(self._c, v)
+        return self._duals(n, [[-c for c in _times_unit(n, m)] for m in range(3)])
+
+    def to_body(self, v: Sequence[Any]) -> Any:
+        """C^T v; its derivative by e is C^T (v x e)."""
+        turned = quaternion.conjugate_turn(self._c, v)
+        by_e = [quaternion.conjugate_turn(self._c, _times_unit(v, m)) for m in range(3)]
+        return self._duals(turned, by_e)
+
+    def observed(self, measured: Sequence[Any], expected: Sequence[Any]) -> tuple[Any, Any]:
+        """z and h, each (3,), of a vector that is known in navigation axes and seen in body axes.
+
+        z = C b of the measured b; h = r, and as h(e) = C C_true^T r its derivative by e is r x e:
+        constant, whatever the attitude is.
+        """
+        z = _array(quaternion.turn(self._estimate, measured))
+        if self._slopes is None:
+            body = quaternion.conjugate_turn(self._c, expected)
+            return z, _array(quaternion.turn(self._estimate, body))
+        return z, self._duals(expected, [_times_unit(expected, m) for m in range(3)])
+
+    def _duals(self, values: Sequence[Any], by_e: Sequence[Sequence[Any]]) -> Any:
+        return _array(self._dual(v, [d[k] for d in by_e]) for k, v in enumerate(values))
+
+    def _dual(self, value: Any, by_e: Sequence[Any]) -> Scalar:
+        """``value`` with derivatives by the components of e besides its own."""
+        lift, tracer = self._tracer.lift, self._tracer
+        x = lift(value)
+        if self._slopes is None:
+            return x
+        x = tracer.new("same", x, data=(f"turned {len(tracer.expressions)}",))
+        slope = {self._first + m: lift(d) for m, d in enumerate(by_e)}
+        self._slopes.add(x, {k: d for k, d in slope.items() if not is_const(d, 0.0)})
+        return x
+
+
+def corrected(q: Sequence[Any], e: Sequence[Any]) -> list[Any]:
+    """(1, e/2) q of norm one: q turned by e [rad, navigation axes], each component at most 1."""
+    half = [ops.saturated(0.5 * c, 0.5) for c in e]
+    moved = quaternion.vector_times(half, q)
+    raw = [ops.saturated(a + b, 2.0) for a, b in zip(q, moved, strict=True)]
+    norm_sq = ops.bounded(quaternion.dot(raw, raw), 0.25, 2.0, "a quaternion near norm one")
+    scale = ops.rsqrt(norm_sq)
+    return [ops.saturated(c * scale, 1.0) for c in raw]
+
+
+def _array(values: Any) -> Any:
+    return np.array(list(values), dtype=object)
+
+
+def _times_unit(v: Sequence[Any], m: int) -> list[Any]:
+    """V x u of unit vector m."""
+    out: list[Any] = [0.0, 0.0, 0.0]
+    out[(m + 1) % 3] = v[(m + 2) % 3]
+    out[(m + 2) % 3] = -v[(m + 1) % 3]
+    return out

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from boresight.model import ops
+from boresight.model.algebra import quaternion
 from boresight.model.arrays import FloatArray, is_held
 from boresight.model.estimator import SecondForm
-from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
-from boresight.model.kalman.slopes import Intervals
+from boresight.model.kalman.slopes import AttitudeView
 from boresight.model.kalman.update import MOST_SD, inputs_of, measurements_of, moved, noise_of
+from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
@@ -45,16 +46,10 @@ _MOST = 1e4
 _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
 
 
-def _unit_of(kalman: Kalman, error: int) -> str:
-    """Unit of an error state."""
-    units = {s.name: s.unit for s in kalman.estimated if not isinstance(s, Attitude)}
-    return units.get(kalman.errors[error], "rad")
-
-
 def _rates_of(kalman: Kalman) -> list[tuple[int, int]]:
     """Pairs of error states of which the second has the unit of the first one's rate."""
     scalars = [i for i, name in enumerate(kalman.errors) if name in kalman.groups]
-    known = [(i, unit) for i in scalars if (unit := _unit_of(kalman, i))]
+    known = [(i, unit) for i in scalars if (unit := kalman.unit_of(i))]
     return [
         (i, j)
         for i, of in known
@@ -130,7 +125,9 @@ class Textbook:
         self._vague = set[tuple[int, int]]()
         #: Of each measurement, updates in which its innovation was beyond `MOST_SD`.
         self._limited = np.zeros(measurements, dtype=int)
-        self._observability = _Observability(np.array(self.kalman.largest_sd))
+        #: Of each update: F, and the rows of H over the deviations of their noise.
+        self._moves: list[FloatArray] = []
+        self._seen: list[FloatArray] = []
 
     # -- what the author wrote, as functions ----------------------------------------------------
 
@@ -190,14 +187,14 @@ class Textbook:
             values = {**shown, **counts, **self._shown(self._leaves(shown, leaves))}
             rows.append([float(values[o.name]) for o in k.outputs])
             covariances.append(cov)
-        columns = np.array(rows).T
-        outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
+        outputs = {o.name: c for o, c in zip(k.outputs, np.array(rows).T, strict=True)}
         steps = {
             f"{k.errors[i]} by {k.errors[j]}": tuple(total / len(inputs))
             for (i, j), total in self._rates.items()
             if (i, j) not in self._vague
         }
-        unseen, never = self._observability.unseen(), np.flatnonzero(self._valid[0] == 0).tolist()
+        unseen = _unseen(self._moves, self._seen, np.array(k.largest_sd))
+        never = np.flatnonzero(self._valid[0] == 0).tolist()
 
         def absent(later: FloatArray) -> list[str]:
             columns = zip(k.inputs, later.T, strict=True)
@@ -323,7 +320,7 @@ class Textbook:
             at = np.flatnonzero(np.abs(direction) > 0.05)
             change = direction[at] * np.array(k.largest_sd)[at]
             parts = " and ".join(
-                f"of {k.errors[i]} by {c:.3g} {_unit_of(k, int(i))}".rstrip()
+                f"of {k.errors[i]} by {c:.3g} {k.unit_of(int(i))}".rstrip()
                 for i, c in zip(at, change / change[0], strict=True)
             )
             subject = f"a change {parts}" if len(at) > 1 else k.errors[at[0]]
@@ -357,11 +354,11 @@ class Textbook:
         for s in k.estimated:
             at = k.errors.index(k.groups[s.name][0])
             if isinstance(s, Attitude):
-                quaternion = np.array([x[c] for c in s.components], dtype=float)
-                f[at : at + 3] = _matrix(quaternion) @ slope[at : at + 3]
+                q_before = [x[c] for c in s.components]
+                f[at : at + 3] = np.array(quaternion.matrix(q_before)) @ slope[at : at + 3]
                 f[at : at + 3, at : at + 3] += np.eye(3)
                 turn = np.array([next_x[e] for e in s.errors], dtype=float)
-                after |= zip(s.components, _times(quaternion, _quaternion_of(turn)), strict=True)
+                after |= zip(s.components, _times(q_before, _quaternion_of(turn)), strict=True)
             else:
                 after[s.name] = ops.wrap_ht(next_x[s.name]) if s.unit == "ht" else next_x[s.name]
         after |= {s.name: next_x[s.name] for s in k.memory}
@@ -376,7 +373,7 @@ class Textbook:
             if len(moving) > 1 or abs(slope[j, j] - 1.0) > _CONSTANT:
                 self._vague.add((i, j))
         q += np.diag(k.noise_floor) * self.floor
-        self._observability.move(f)
+        self._moves.append(f.copy())
         is_held = np.diag(cov) > np.array(k.variance_limits)
         self._held += is_held
         f[is_held] = np.eye(len(f))[is_held]
@@ -412,7 +409,7 @@ class Textbook:
         self._valid[1, accepted] += 1
         h, r, nu = h[accepted], r[accepted], nu[accepted]
         s = s[np.ix_(accepted, accepted)]
-        self._observability.see(h, r)
+        self._seen.append(h.reshape(-1, len(cov)) / np.sqrt(r)[:, None])
         gain = np.linalg.solve(s, h @ cov).T
         change, complement = gain @ nu, np.eye(len(cov)) - gain @ h
         after = _moved_by(k, x, change)
@@ -445,58 +442,37 @@ class Textbook:
         return any(s.name == name and s.unit == "ht" for s in self.kalman.states)
 
 
-class _Observability:
-    """What the measurements of a run tell about the states, in units of their largest deviations.
+def _unseen(
+    moves: Sequence[FloatArray], seen_rows: Sequence[FloatArray], sd_max: FloatArray
+) -> Sequence[FloatArray]:
+    """Directions of which the measurements of a run tell less than `_UNSEEN`: states first.
 
-    The information about the state in one update follows backwards from that in the next one,
-    H^T R^-1 H + F^T I F, and is limited there: so a state that grows hides no other. Averaged over
-    the updates, a state that decays counts, too. Information 1 halves the largest variance.
+    ``moves``: F of each update; ``seen_rows``: H over the deviations of its noise. The information
+    about the state in one update, in units of the largest deviations, follows backwards from that
+    in the next one, H^T R^-1 H + F^T I F. Each root of it is limited to `_MOST`: so a state that
+    grows hides no other. Averaged over the updates, a state that decays counts, too. Information 1
+    halves the largest variance. None of a run that diverges.
     """
-
-    def __init__(self, sd_max: FloatArray) -> None:
-        self._sd_max = sd_max
-        #: Of each update: F, and the rows of H over the deviations of their noise.
-        self._moves: list[FloatArray] = []
-        self._rows: list[FloatArray] = []
-
-    def move(self, f: FloatArray) -> None:
-        """The state moves by F."""
-        self._moves.append(f * self._sd_max / self._sd_max[:, None])
-
-    def see(self, h: FloatArray, r: FloatArray) -> None:
-        """Add the measurements of an update, after `move`."""
-        self._rows.append(h.reshape(-1, len(self._sd_max)) * self._sd_max / np.sqrt(r)[:, None])
-
-    def _information(self) -> FloatArray:
-        """Mean information about the states; each root of it is limited to `_MOST`."""
-        n = len(self._sd_max)
-        root, total = np.zeros((0, n)), np.zeros((n, n))
-        for f, rows in zip(reversed(self._moves), reversed(self._rows), strict=True):
-            stacked = np.concatenate([rows, root])
-            _, sizes, directions = np.linalg.svd(stacked, full_matrices=False)
-            root = (sizes / np.hypot(1.0, sizes / _MOST))[:, None] * directions
-            root[:, ~stacked.any(axis=0)] = 0.0  # a rounding error there might grow
-            total += root.T @ root
-            root = root @ f
-        return total / len(self._moves)
-
-    def unseen(self) -> Sequence[FloatArray]:
-        """Directions of less than `_UNSEEN` information: states themselves first.
-
-        None of a run that diverges.
-        """
-        if not all(np.isfinite(m).all() for m in (*self._moves, *self._rows)):
-            return []
-        information = self._information()
-        seen = np.diag(information) >= _UNSEEN
-        out: list[FloatArray] = [*np.eye(len(seen))[~seen]]
-        values, vectors = np.linalg.eigh(information[np.ix_(seen, seen)])
-        for vector in vectors.T[values < _UNSEEN]:
-            direction = np.zeros(len(seen))
-            largest = np.abs(vector).round(6).argmax()  # the first of equals
-            direction[seen] = vector * np.sign(vector[largest])
-            out.append(direction)
-        return out
+    if not all(np.isfinite(m).all() for m in (*moves, *seen_rows)):
+        return []
+    n = len(sd_max)
+    root, information = np.zeros((0, n)), np.zeros((n, n))
+    for f, rows in zip(reversed(moves), reversed(seen_rows), strict=True):
+        stacked = np.concatenate([rows * sd_max, root])
+        _, sizes, directions = np.linalg.svd(stacked, full_matrices=False)
+        root = (sizes / np.hypot(1.0, sizes / _MOST))[:, None] * directions
+        root[:, ~stacked.any(axis=0)] = 0.0  # a rounding error there might grow
+        information += root.T @ root / len(moves)
+        root = root @ (f * sd_max / sd_max[:, None])
+    seen = np.diag(information) >= _UNSEEN
+    out: list[FloatArray] = [*np.eye(n)[~seen]]
+    values, vectors = np.linalg.eigh(information[np.ix_(seen, seen)])
+    for vector in vectors.T[values < _UNSEEN]:
+        direction = np.zeros(n)
+        largest = np.abs(vector).round(6).argmax()  # the first of equals
+        direction[seen] = vector * np.sign(vector[largest])
+        out.append(direction)
+    return out
 
 
 def _moved_by(kalman: Kalman, x: Mapping[str, Any], change: FloatArray) -> dict[str, Any]:
@@ -505,8 +481,8 @@ def _moved_by(kalman: Kalman, x: Mapping[str, Any], change: FloatArray) -> dict[
     for s in kalman.estimated:
         at = kalman.errors.index(kalman.groups[s.name][0])
         if isinstance(s, Attitude):
-            half = np.concatenate([np.ones_like(change[:1]), 0.5 * change[at : at + 3]])
-            q = _times(half, np.array([x[c] for c in s.components], dtype=float))
+            half = [np.ones_like(change[0]), *(0.5 * change[at : at + 3])]
+            q = _times(half, [x[c] for c in s.components])
             out |= zip(s.components, q / np.sqrt((q * q).sum(axis=0)), strict=True)
         else:
             value = x[s.name] + change[at]
@@ -514,20 +490,11 @@ def _moved_by(kalman: Kalman, x: Mapping[str, Any], change: FloatArray) -> dict[
     return out
 
 
-def _times(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Hamilton's product."""
-    v = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:], axis=0)
-    return np.concatenate([(p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0))[None], v])
+def _times(p: Sequence[Any], q: Sequence[Any]) -> FloatArray:
+    return np.array(quaternion.product(p, q))
 
 
 def _quaternion_of(turn: FloatArray) -> FloatArray:
     """Quaternion of a rotation vector."""
     half = 0.5 * float(np.linalg.norm(turn))
     return np.concatenate([[np.cos(half)], 0.5 * np.sinc(half / np.pi) * turn])
-
-
-def _matrix(q: FloatArray) -> FloatArray:
-    """Body to navigation, of a unit quaternion: v + 2 w (u x v) + 2 u x (u x v)."""
-    cross = np.cross(q[1:], np.eye(3)).T
-    matrix: FloatArray = np.eye(3) + 2.0 * q[0] * cross + 2.0 * cross @ cross
-    return matrix

@@ -17,7 +17,6 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest, require
-from boresight.model.kalman.attitude import AttitudeView, corrected
 from boresight.model.kalman.declared import (
     NEXT,
     Attitude,
@@ -27,7 +26,16 @@ from boresight.model.kalman.declared import (
     grouped,
     spread,
 )
-from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
+from boresight.model.kalman.slopes import (
+    AttitudeView,
+    Slope,
+    Slopes,
+    chosen,
+    corrected,
+    is_const,
+    product,
+)
+from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Condition, Expression, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
@@ -79,10 +87,9 @@ class Update:
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
         self.bounds = list(kalman.largest_sd)
-        #: Of each error state: what others add to its standard deviation in a prediction, and what
-        #: they may add before it exceeds `_GROWN`.
+        #: Of each error state: what others add to its standard deviation in a prediction, where
+        #: that is more than its noise.
         self.growth: dict[int, dict[int, float]] = {}
-        self.room: dict[int, float] = {}
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
         #: Elements of P from which updates have been subtracted, and how many.
@@ -97,7 +104,6 @@ class Update:
         self.rejected: Any = 0.0
 
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Next states and outputs, by name."""
         k = self.kalman
         self._predict()
         prior = self._outputs(self.states) if k.prior else None
@@ -251,11 +257,9 @@ class Update:
             j: size(d) * (math.sqrt(k.variance_limits[j]) if i == j else k.largest_sd[j])
             for j, d in row.items()
         }
-        spread = math.fsum(parts.values())
-        self.growth[i] = {j: part for j, part in parts.items() if j != i}
-        own, noise = parts.get(i, 0.0), size(variance) + k.noise_floor[i]
-        most = _GROWN * max(k.largest_sd[i], math.hypot(own, math.sqrt(noise)))
-        self.room[i] = 0.95 * (math.sqrt(most * most - noise) - own)  # messages round it
+        spread, noise = math.fsum(parts.values()), size(variance) + k.noise_floor[i]
+        grows = spread - parts.pop(i, 0.0) > math.sqrt(noise)
+        self.growth[i] = parts if grows else {}
         return math.sqrt(spread * spread + noise)
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
@@ -435,36 +439,16 @@ class Update:
 
     def _is_grown(self, i: int) -> bool:
         """Whether others may move a state far beyond its largest standard deviation."""
-        is_wide = self.bounds[i] > _GROWN * self.kalman.largest_sd[i]
-        return is_wide and math.fsum(self.growth[i].values()) > self.room[i]
+        return bool(self.growth[i]) and self.bounds[i] > _GROWN * self.kalman.largest_sd[i]
 
     def _less_growth(self, grown: Sequence[int]) -> str:
-        """What keeps the standard deviations of ``grown`` states in a prediction within `_GROWN`.
-
-        A range helps if all that it scales is small enough then, of each of them.
-        """
-        k = self.kalman
-        narrower, lower = list[dict[str, float]](), dict[str, float]()
-        for i in grown:
-            growth, shares = self.growth[i], dict[str, float]()
-            factors = {j: _factors(self.rows[i][j]) for j in growth}
-            for name in set[str]().union(*factors.values()):
-                scaled = math.fsum(part for j, part in growth.items() if name in factors[j])
-                room = self.room[i] - (math.fsum(growth.values()) - scaled)
-                shares |= {name: room / scaled} if room > 0.0 else {}
-            narrower.append(shares)
-            for j in _largest(growth):
-                sd = k.largest_sd[j] * self.room[i] / math.fsum(growth.values())
-                lower[k.errors[j]] = min(sd, lower.get(k.errors[j], sd))
-        declared, cures = {d.name: d for d in (*k.inputs, *k.states)}, list[str]()
-        for name in sorted(set(narrower[0]).intersection(*narrower[1:])):
-            share, d = min(shares[name] for shares in narrower), declared[name]
-            cures.append(
-                f"narrow the range of {name} to [{share * d.low:.2g}, {share * d.high:.2g}]"
-            )
-        starts = any(declared[f"p_{n}_{n}"].initial > sd * sd for n, sd in lower.items())
-        names = ", ".join(f"{name} to {sd:.2g}" for name, sd in lower.items())
-        cures.append(f"lower {'sd and ' * starts}sd_max of {names}")
+        """What keeps the standard deviations of ``grown`` states in a prediction lower."""
+        k, large = self.kalman, [(i, j) for i in grown for j in _largest(self.growth[i])]
+        cures = [
+            f"narrow the range of {name}"
+            for name in sorted(inputs_of(*(self.rows[i][j] for i, j in large)))
+        ]
+        cures.append(f"lower sd_max of {', '.join(dict.fromkeys(k.errors[j] for _, j in large))}")
         sds = [
             f"of {k.errors[i]} from {k.largest_sd[i]:.3g} to {self.bounds[i]:.3g}" for i in grown
         ]
@@ -506,7 +490,6 @@ class Update:
     # -- views ----------------------------------------------------------------------------------
 
     def _view(self, values: Mapping[str, Any]) -> Values:
-        """States as arguments of the author's methods."""
         k, attitudes = self.kalman, {}
         scalars = [s for s in k.estimated if not isinstance(s, Attitude)]
         for s in k.estimated:
@@ -521,7 +504,6 @@ class Update:
         return Values("state", {**grouped([*scalars, *k.memory], named), **attitudes, **covariance})
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Outputs of these states."""
         k = self.kalman
         results = {**{name: getattr(self, name) for name in _COUNTS}, **self.memory, **values}
         shown = self._shown(self._view(values))
@@ -573,17 +555,6 @@ def _largest(parts: Mapping[int, float]) -> list[int]:
     return [j for j, part in sorted(parts.items()) if part >= _NAMED * max(parts.values())]
 
 
-def _factors(x: Expression) -> set[str]:
-    """Names of the inputs and states with which a recorded value is proportional."""
-    if x.kind == "leaf":
-        return {x.data[1]} if x.data[0] != "param" else set()
-    parts = [_factors(a) for a in x.args]
-    if x.kind == "mul":
-        return parts[0] | parts[1]
-    linear = x.kind in ("neg", "same", "named", "bounded", "add", "sub")
-    return parts[0].intersection(*parts[1:]) if linear else set()
-
-
 def inputs_of(*values: Any) -> set[str]:
     """Names of the inputs that recorded values read."""
     found = {v.number: v for v in values if isinstance(v, Expression)}
@@ -614,7 +585,6 @@ def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
 
 
 def _is_unit(row: Slope) -> bool:
-    """Whether a measurement is that of one state itself."""
     return [is_const(h, 1.0) for h in row.values()] == [True]
 
 

@@ -11,14 +11,14 @@ by its author (`model.ops.bounded`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.lowering.profile import Range
-from boresight.model.lowering.trace import Tracer, finite
+from boresight.model.lowering.trace import Expression, Scalar, Tracer, finite
 from boresight.model.words import rounded
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Program
@@ -131,14 +131,44 @@ def expand(
     ``limits``: divisions and roots, by number, whose last argument is held in such a range
     (`Graph.limited`). InputError: an argument's range exceeds what its function takes.
     """
-    graph, made, limits = Graph(tracer.name, arithmetic), list[Any](), limits or {}
-    for e in tracer.expressions:
+    graph, made = Graph(tracer.name, arithmetic), list[Any]()
+    _extend(graph, made, tracer.expressions, limits or {})
+    return graph, made
+
+
+def _extend(
+    graph: Graph, made: list[Any], expressions: Sequence[Expression], limits: Mapping[int, Range]
+) -> None:
+    """Add nodes (or flags) of further expressions to those ``made``."""
+    for e in expressions:
         graph.line = e.line
         args = [made[a.number] for a in e.args]
         if e.number in limits:
             args[-1] = graph.limited(args[-1], *limits[e.number])
         made.append(getattr(graph, e.kind)(*args, *e.data))
-    return graph, made
+
+
+class Intervals:
+    """Intervals of recorded expressions, while the tracer still records."""
+
+    def __init__(self, tracer: Tracer) -> None:
+        self._tracer = tracer
+        self._graph = Graph(tracer.name)
+        self._nodes: list[Any] = []
+
+    def __call__(self, x: Any) -> tuple[float, float]:
+        """Least and largest value of a recorded value or number."""
+        if not isinstance(x, Scalar):
+            return float(x), float(x)
+        new = self._tracer.expressions[len(self._nodes) : x.number + 1]
+        _extend(self._graph, self._nodes, new, {})
+        node = self._nodes[x.number]
+        return node.low, node.high
+
+    def size(self, x: Any) -> float:
+        """Largest magnitude."""
+        low, high = self(x)
+        return max(abs(low), abs(high))
 
 
 class Graph:
