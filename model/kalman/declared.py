@@ -57,7 +57,6 @@ class State(declarations.State):
 
     @property
     def largest_sd(self) -> float:
-        """Largest standard deviation."""
         return _LARGEST * self.sd if self.sd_max is None else self.sd_max
 
 
@@ -101,23 +100,19 @@ class Attitude:
 
     @property
     def sds(self) -> tuple[float, ...]:
-        """Initial standard deviation of each component."""
         return _triple(self.sd)
 
     @property
     def largest_sds(self) -> tuple[float, ...]:
-        """Largest standard deviation of each component."""
         largest = tuple(_LARGEST * sd for sd in self.sds)
         return largest if self.sd_max is None else _triple(self.sd_max)
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """Names of the components of e."""
         return tuple(f"{self.name}_{a}" for a in "enu")
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the states."""
         return tuple(self.name + c for c in "wxyz")
 
 
@@ -169,13 +164,12 @@ class Measurement:
         for part in fields(self):
             check_kind(where, part.name, getattr(self, part.name), str(part.type))
         gate = self.gate is None or 0.0 < self.gate <= 32.0
-        wanted, fix = "a gate above 0 and at most 32 standard deviations", "3 to 5 is usual"
-        require(gate, where, wanted, self.gate, fix)
+        wanted = "a gate above 0 and at most 32 standard deviations"
+        require(gate, where, wanted, self.gate, "3 to 5 is usual")
         positive = self.sd_max is None or 0.0 < self.sd_max < math.inf
         fix = "leave it out, and it follows from the intervals"
         require(positive, where, "sd_max above 0", self.sd_max, fix)
-        late = 0.0 <= self.delay < math.inf
-        fix = "a prediction needs no measurement"
+        late, fix = 0.0 <= self.delay < math.inf, "a prediction needs no measurement"
         require(late, f"{where}, delay", "seconds, 0 or more", self.delay, fix)
         for name, slope in self.slope_max.items():
             check_kind(where, f"slope_max of {name}", slope, "float")
@@ -223,13 +217,9 @@ def vector(
 
 def axes_of(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Vectors among names: their common stem, and the names of the components."""
-    vectors = {}
-    for stem in dict.fromkeys(name[:-1] for name in names):
-        for axes in AXES:
-            members = tuple(stem + a for a in axes)
-            if stem.isidentifier() and stem not in names and {*members} <= {*names}:
-                vectors[stem] = members
-    return vectors
+    stems = dict.fromkeys(name[:-1] for name in names if name[:-1].isidentifier())
+    vectors = [(stem, tuple(stem + a for a in axes)) for stem in stems for axes in AXES]
+    return {s: members for s, members in vectors if s not in names and {*members} <= {*names}}
 
 
 def grouped(declared: Sequence[Named], values: Any) -> dict[str, Any]:

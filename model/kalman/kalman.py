@@ -105,7 +105,9 @@ class Kalman(Estimator):
             self.places += [s.line] * len(names)
             self.largest_sd += [math.sqrt(_BELOW) * bound for bound in bounds]
             initial_sd += map(min, sds, self.largest_sd[-len(sds) :])
-        self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
+        #: States that are no attitudes.
+        self.scalars = [s for s in self.estimated if isinstance(s, State)]
+        self.groups |= axes_of([s.name for s in self.scalars])
         #: By the line of a measurement: what narrows the range of its h P h.
         self.remedies: dict[str, str] = {}
         n = len(self.errors)
@@ -152,8 +154,7 @@ class Kalman(Estimator):
     def unit_of(self, error: int) -> str:
         """Unit of an error state, by its number."""
         name = self.errors[error]
-        scalars = (s for s in self.estimated if isinstance(s, State))
-        return next((s.unit for s in scalars if s.name == name), "rad")
+        return next((s.unit for s in self.scalars if s.name == name), "rad")
 
     def _check_estimated(self) -> None:
         """Refuse states without standard deviations, and options of another kind."""

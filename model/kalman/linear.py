@@ -35,13 +35,11 @@ class _Linear(Kalman):
 
     def _rows(self, state: FloatArray, drive: FloatArray, x: Any, u: Any) -> list[Any]:
         values = [getattr(x, s.name) for s in self.estimated]
-        driven = [getattr(u, i.name) for i in self.inputs[: drive.shape[1]]]
-        rows = []
-        for row in np.hstack([state, drive]).tolist():
-            pairs = zip(row, [*values, *driven], strict=True)
-            terms = [v if a == 1.0 else a * v for a, v in pairs if a]
-            rows.append(sum_of(terms))
-        return rows
+        values += [getattr(u, i.name) for i in self.inputs[: drive.shape[1]]]
+        return [
+            sum_of(v if a == 1.0 else a * v for a, v in zip(row, values, strict=True) if a)
+            for row in np.hstack([state, drive]).tolist()
+        ]
 
     def f(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
         """A x + B u."""
@@ -53,8 +51,7 @@ class _Linear(Kalman):
         q, names = self.system[4], [s.name for s in self.estimated]
         return {
             names[i] if i == j else (names[i], names[j]): float(q[i, j])
-            for i in range(len(q))
-            for j in range(i, len(q))
+            for i, j in zip(*np.triu_indices(len(q)), strict=True)
             if q[i, j]
         }
 
@@ -124,15 +121,15 @@ def linear(
     sizes = np.array([*states.values(), *driven.values()])
     reach = np.abs(np.hstack([c, d])) @ sizes + 8.0 * np.sqrt(np.diag(r))
     measured = _sizes(where, "z", reach.tolist() if z is None else z, m, labels[2])
-    accepted: dict[str, float | None] = dict.fromkeys(states)
-    if tolerance is not None:
-        accepted |= _of_states(where, "tolerance", tolerance, [*states])
-    start = np.ravel(getattr(system, "x", np.zeros(n)))
     names = [*states]
+    accepted: Sequence[float | None] = [None] * n
+    if tolerance is not None:
+        accepted = _of_states(where, "tolerance", tolerance, names)
     if sd_max is None:
         largest = _largest(where, names, (a, c, q, r, p))
     else:
-        largest = [*_of_states(where, "sd_max", sd_max, names).values()]
+        largest = _of_states(where, "sd_max", sd_max, names)
+    start = np.ravel(getattr(system, "x", np.zeros(n)))
     bounds = zip(np.sqrt(np.diag(p)), largest, strict=True)
     members: dict[str, Any] = {
         "__doc__": f"Kalman filter of {n} states and {m} measurements.",
@@ -147,7 +144,7 @@ def linear(
             State(s, -v, v, "", float(first), sd=float(sd), sd_max=most)
             for (s, v), first, (sd, most) in zip(states.items(), start, bounds, strict=True)
         ),
-        "outputs": tuple(Output(s, tolerance=t) for s, t in accepted.items()),
+        "outputs": tuple(Output(s, tolerance=t) for s, t in zip(names, accepted, strict=True)),
     }
     step = getattr(system, "dt", None)
     if isinstance(step, int | float) and step is not True and step > 0:  # True: unspecified
@@ -162,11 +159,11 @@ def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
     fix = "sample it: SYSTEM.to_discrete(DT) of scipy, control.sample_system(SYSTEM, DT)"
     require(discrete, where, "a time-discrete system", type(system).__name__, fix)
     if hasattr(system, "F"):
-        parts = [system.F, getattr(system, "B", None), system.H, None]
+        parts = [system.F, getattr(system, "B", None), system.H]
+    elif isinstance(system, tuple | list):
+        parts = [*system]
     else:
-        parts = [*system] if isinstance(system, tuple | list) else [
-            getattr(system, letter, None) for letter in "ABCD"
-        ]  # fmt: skip
+        parts = [getattr(system, letter, None) for letter in "ABCD"]
     parts += [None] * (4 - len(parts))
     fix = "convert it: SYSTEM.to_ss() of scipy, or control.ss(SYSTEM)"
     whole = parts[0] is not None and parts[2] is not None
@@ -175,19 +172,18 @@ def _matrices(system: Any, where: str) -> tuple[FloatArray, ...]:
         given, fix = getattr(system, name, plain), "write such a filter by its equations"
         require(bool(np.all(given == plain)), f"{where}, {name}", f"{plain:g}", given, fix)
     a, c = (np.atleast_2d(_numbers(where, "A, C", part)) for part in (parts[0], parts[2]))
-    b = np.zeros((len(a), 0)) if parts[1] is None else _numbers(where, "B", parts[1])
-    b = b.reshape(len(a), -1) if b.size % max(len(a), 1) == 0 else np.atleast_2d(b)
-    d = np.zeros((len(c), b.shape[1]))
-    d = d if parts[3] is None else np.atleast_2d(_numbers(where, "D", parts[3]))
-    shapes = [part.shape for part in (a, b, c, d)]
     n, m = len(a), len(c)
-    fits = shapes == [(n, n), (n, b.shape[-1]), (m, n), (m, b.shape[-1])]
+    b = np.zeros((n, 0)) if parts[1] is None else _numbers(where, "B", parts[1])
+    b = b.reshape(n, -1) if b.size % max(n, 1) == 0 else np.atleast_2d(b)
+    k = b.shape[-1]
+    d = np.zeros((m, k)) if parts[3] is None else np.atleast_2d(_numbers(where, "D", parts[3]))
+    shapes = [part.shape for part in (a, b, c, d)]
+    fits = shapes == [(n, n), (n, k), (m, n), (m, k)]
     require(fits, where, "A (n, n), B (n, k), C (m, n), D (m, k)", shapes)
     return a, b, c, d
 
 
 def _numbers(where: str, name: str, given: Any) -> FloatArray:
-    """An array of numbers."""
     try:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -230,7 +226,6 @@ def _independent(c: FloatArray, d: FloatArray, q: FloatArray, r: FloatArray) -> 
 def _sizes(
     where: str, name: str, given: Sizes, n: int, labels: Sequence[str] | None
 ) -> dict[str, float]:
-    """Largest magnitudes by name."""
     if isinstance(given, Mapping):
         values = _numbers(where, name, [*given.values()])
         sizes = dict(zip(map(str, given), values.ravel().tolist(), strict=False))
@@ -246,12 +241,12 @@ def _sizes(
     return sizes
 
 
-def _of_states(where: str, name: str, given: Sizes, states: Sequence[str]) -> dict[str, float]:
-    """Values by state, in the order of the states."""
+def _of_states(where: str, name: str, given: Sizes, states: Sequence[str]) -> list[float]:
+    """A value of each state."""
     sizes = _sizes(where, name, given, len(states), states)
     wanted = f"a value of each state: {', '.join(states)}"
     require({*sizes} == {*states}, f"{where}, {name}", wanted, ", ".join(sizes))
-    return {state: sizes[state] for state in states}
+    return [sizes[state] for state in states]
 
 
 def _largest(where: str, names: Sequence[str], matrices: Sequence[FloatArray]) -> Any:

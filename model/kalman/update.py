@@ -271,7 +271,7 @@ class Update:
     def _correct(self) -> None:
         """x += L nu / sqrt(s) of every measurement; L of P after the measurements before it."""
         k = self.kalman
-        states = {s.name: s for s in k.estimated if not isinstance(s, Attitude)}
+        states = {s.name: s for s in k.scalars}
         current = dict(self.states)
         self.slopes = Slopes(self.tracer)  # by the errors of the predicted state, no others
         for i, name in enumerate(k.errors):
@@ -293,16 +293,12 @@ class Update:
             self._move(s)
 
     def _update(self, m: Measurement) -> None:
-        row = self.slopes.of(self.tracer.lift(m.h) - m.z)
+        row, where = self.slopes.of(self.tracer.lift(m.h) - m.z), placed(m.line, "measurement")
+        wanted = "h that depends on a state"
+        require(bool(row), where, wanted, "one that does not", "compute h from x")
         low, high = self.intervals(m.r)
-        if not row or low <= 0.0:
-            least = "raise the least value of its parameters" if low < high else "give the noise's"
-            raise InputError.at(
-                placed(m.line, "measurement"),
-                wanted="a variance above 0" if row else "h that depends on a state",
-                found=f"[{low:g}, {high:g}]" if row else "one that does not",
-                fix=least if row else "compute h from x",
-            )
+        fix = "raise the least value of its parameters" if low < high else "give the noise's"
+        require(low > 0.0, where, "a variance above 0", f"[{low:g}, {high:g}]", fix)
         row = self._limited_row(m, row)
         innovation = self._innovation(m)
         spread, unless = self._spread(m, row)
@@ -330,8 +326,8 @@ class Update:
             gains = [ops.where(within, g, 0.0) for g in gains]
             move, valid = ops.where(within, move, 0.0), None
         else:
-            self.accepted = self.accepted + (1.0 if valid is None else ops.where(valid, 1.0, 0.0))
-        self.nis = self.nis + (move * move if valid is None else ops.where(valid, move * move, 0.0))
+            self.accepted = self.accepted + _if_valid(valid, 1.0)
+        self.nis = self.nis + _if_valid(valid, move * move)
         pairs = zip(gains, self.bounds, strict=True)
         self.gains.append([_claimed(g, -sd, sd, "root of a variance") for g, sd in pairs])
         self.moves.append(move)
@@ -341,9 +337,7 @@ class Update:
         """Value minus the part of each update from ``first`` on that is taken into account."""
         for _, group in groupby(enumerate(parts, first), lambda part: id(self.conditions[part[0]])):
             numbers, members = zip(*group, strict=True)
-            total = sum_of(members)
-            valid = self.conditions[numbers[0]]
-            value = value - (total if valid is None else ops.where(valid, total, 0.0))
+            value = value - _if_valid(self.conditions[numbers[0]], sum_of(members))
         return value
 
     def _innovation(self, m: Measurement) -> Any:
@@ -389,7 +383,8 @@ class Update:
         """The derivatives of h, none larger than the author says."""
         k, row = self.kalman, {**row}
         slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
-        for i, limit in ((k.errors.index(name), limit) for name, limit in slope_max.items()):
+        for name, limit in slope_max.items():
+            i = k.errors.index(name)
             if i in row and self.intervals.size(row[i]) > limit:
                 row[i] = ops.saturated(row[i], limit)
         return row
@@ -398,22 +393,16 @@ class Update:
         """Largest standard deviation of h, without the noise, and when h has a larger one."""
         sizes = {j: self.intervals.size(h) for j, h in row.items()}
         endless = [self.kalman.errors[j] for j in sorted(sizes) if not math.isfinite(sizes[j])]
-        if endless:
-            limits = ", ".join(f'"{name}": 1.0' for name in endless)
-            raise InputError.at(
-                placed(m.line, "measurement"),
-                wanted=f"a derivative by {endless[0]} with a finite range",
-                found="an infinite one",
-                fix="limit what h divides by or takes a root of, by ops.maximum or ops.clip; leave "
-                "0 out of the range of x or y of an arc tangent; or give this Measurement its "
-                f"largest derivatives, such as slope_max={{{limits}}}",
-            )
+        limits = ", ".join(f'"{name}": 1.0' for name in endless)
+        wanted = f"a derivative by {''.join(endless[:1])} with a finite range"
+        fix = "limit what h divides by or takes a root of, by ops.maximum or ops.clip; leave "
+        fix += "0 out of the range of x or y of an arc tangent; or give this Measurement its "
+        fix += f"largest derivatives, such as slope_max={{{limits}}}"
+        require(not endless, placed(m.line, "measurement"), wanted, "an infinite one", fix)
         own, name = _is_unit(row), self.kalman.errors[next(iter(row))]
-        where = placed(m.line, "measurement, sd_max")
+        where, wanted = placed(m.line, "measurement, sd_max"), f"none, for h is the state {name}"
         fix = f"declare it as sd_max of {name}, and leave it out here"
-        require(
-            not own or m.sd_max is None, where, f"none, for h is the state {name}", m.sd_max, fix
-        )
+        require(not own or m.sd_max is None, where, wanted, m.sd_max, fix)
         parts = {j: size * self.bounds[j] for j, size in sizes.items()}
         spread = math.fsum(parts.values())
         self.kalman.remedies[m.line] = self._remedy(m, parts, own)
@@ -457,26 +446,24 @@ class Update:
 
     def _within(self, value: Scalar, spread: float, unless: str) -> Any:
         """A value within a standard deviation, where its interval is wider."""
-        if self.intervals.size(value) <= spread * (1.0 + 1e-9):
-            return value
-        return _claimed(value, -spread, spread, unless=unless)
+        inside = self.intervals.size(value) <= spread * (1.0 + 1e-9)
+        return value if inside else _claimed(value, -spread, spread, unless=unless)
 
     def _move(self, s: Any) -> None:
         """The sum of all corrections of one state."""
-        first = self.kalman.groups[s.name][0]
-        at = self.kalman.errors.index(first)
-        sums = []
-        for i in range(at, at + len(self.kalman.groups[s.name])):
-            value: Any = 0.0 if isinstance(s, Attitude) else self.states[s.name]
+        at = self.kalman.errors.index(self.kalman.groups[s.name][0])
+
+        def moved_by(i: int, value: Any) -> Any:
             pairs = zip(self.gains, self.moves, strict=True)
-            sums.append(self._subtracted(value, [-(g[i] * move) for g, move in pairs]))
+            return self._subtracted(value, [-(g[i] * move) for g, move in pairs])
+
         if isinstance(s, Attitude):
-            q = corrected(
-                [self.states[c] for c in s.components], [ops.saturated(e, 1.0) for e in sums]
-            )
+            turn = [moved_by(i, 0.0) for i in range(at, at + 3)]
+            q = [self.states[c] for c in s.components]
+            q = corrected(q, [ops.saturated(e, 1.0) for e in turn])
             self.states |= zip(s.components, q, strict=True)
         else:
-            self.states[s.name] = in_range(sums[0], s)
+            self.states[s.name] = in_range(moved_by(at, self.states[s.name]), s)
 
     def _reduced(self) -> dict[str, Any]:
         """P - sum L L^T, each element once."""
@@ -491,7 +478,6 @@ class Update:
 
     def _view(self, values: Mapping[str, Any]) -> Values:
         k, attitudes = self.kalman, {}
-        scalars = [s for s in k.estimated if not isinstance(s, Attitude)]
         for s in k.estimated:
             if isinstance(s, Attitude):
                 first = k.errors.index(s.errors[0])
@@ -501,7 +487,9 @@ class Update:
         self.tracer.place = ""
         named = Values("state", {**self.before, **self.memory, **values})
         covariance = {name: self.cov[pair] for name, pair in k.covariance_states.items()}
-        return Values("state", {**grouped([*scalars, *k.memory], named), **attitudes, **covariance})
+        return Values(
+            "state", {**grouped([*k.scalars, *k.memory], named), **attitudes, **covariance}
+        )
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         k = self.kalman
@@ -529,6 +517,10 @@ class Update:
         names = dict.fromkeys(o.name for outputs in (k.outputs, *classes) for o in outputs)
         given = k.shown(view, self.u, self.p)
         return spread(given, {name: (name,) for name in names}, where, "values", "output")
+
+
+def _if_valid(valid: Condition | None, value: Any) -> Any:
+    return value if valid is None else ops.where(valid, value, 0.0)
 
 
 def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
@@ -730,7 +722,7 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
 
         x(t - d) = x - d x'(x - (d + dt)/2 x'(x))
     """
-    scalars = [s for s in kalman.estimated if not isinstance(s, Attitude)]
+    scalars = kalman.scalars
     now = {s.name: getattr(x, s.name) for s in scalars}
 
     def moved_by(values: dict[str, Any], inputs: Any) -> dict[str, Any]:
@@ -741,7 +733,8 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
         after, steps = moved_by(values, u), seconds * rate
         out = {}
         for s in scalars:
-            change = _change(after[s.name], values[s.name])
+            change = _without(after[s.name], values[s.name])
+            change = after[s.name] - values[s.name] if change is None else change
             change = ops.wrap_ht(change) if s.unit == "ht" else change
             out[s.name] = in_range(now[s.name] - steps * change, s)
         return out
@@ -760,18 +753,11 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
 
 def _seen(kalman: Kalman, x: Any, values: dict[str, Any]) -> Values:
     """The view ``x`` with other values of the scalar states."""
-    scalars = [s for s in kalman.estimated if not isinstance(s, Attitude)]
-    return Values("state", {**vars(x), **grouped(scalars, Values("state", values))})
-
-
-def _change(after: Any, before: Any) -> Any:
-    """After - before; a sum that has ``before`` as a term loses it, and keeps a narrow interval."""
-    rest = _without(after, before)
-    return after - before if rest is None else rest
+    return Values("state", {**vars(x), **grouped(kalman.scalars, Values("state", values))})
 
 
 def _without(total: Any, term: Any) -> Any:
-    """A sum without one of its terms; None if it is not one."""
+    """A sum without one of its terms, narrower than the difference; None if it is not one."""
     if total is term:
         return 0.0
     if not isinstance(total, Scalar) or total.kind not in ("add", "sub"):
