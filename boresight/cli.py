@@ -28,7 +28,7 @@ from cyclopts import exceptions as bad
 import boresight
 from boresight.model.errors import InputError, ToolMissing, shortened
 from boresight.model.settings import using
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.model.tools.files import overwriting
 from boresight.options import with_baseline
 from boresight.verbs import VERBS

@@ -19,7 +19,7 @@ from boresight.firmware.host import host_source, observe_source
 from boresight.model.arrays import BoolArray
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
-from boresight.model.tools.failure import ToolFailed, failure
+from boresight.model.tools.external import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 

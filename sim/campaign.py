@@ -26,8 +26,7 @@ from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
 from boresight.model.settings import CURRENT, Settings, using
-from boresight.model.tools.extras import optional
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed, optional
 
 BATCH = 5  #: Tasks that one process runs before it returns their results.
 

@@ -19,8 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.tools.extras import optional
-from boresight.model.tools.folders import matplotlib_environment
+from boresight.model.tools.external import matplotlib_environment, optional
 
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {

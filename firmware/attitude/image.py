@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.failure import ToolFailed, failure
+from boresight.model.tools.external import ToolFailed, failure
 from boresight.model.tools.needs import NEEDS
 
 #: Compiler and C library, as named by Debian and Ubuntu.

@@ -9,7 +9,7 @@ from typing import Any
 from amaranth.build import Attrs, Pins, Resource
 
 from boresight.gateware.boards.clock import Clock, Ecp5Clock, Ice40Clock, Spartan6Clock
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 
 
 @dataclass(frozen=True)

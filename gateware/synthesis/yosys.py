@@ -29,8 +29,7 @@ from typing import Any, Final, NamedTuple
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
-from boresight.model.tools.failure import ToolFailed, failure
-from boresight.model.tools.folders import yosys_environment
+from boresight.model.tools.external import ToolFailed, failure, yosys_environment
 
 #: Oldest yosys that maps to all families.
 OLDEST: Final = (0, 40)

@@ -7,7 +7,7 @@ methods and the definition of an attitude's error.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -199,12 +199,12 @@ class Textbook:
         def absent(later: FloatArray) -> list[str]:
             columns = zip(k.inputs, later.T, strict=True)
             after = self._leaves(x, fixed | {("input", i.name): v for i, v in columns})
-            return self._absences(len(inputs), unseen, never, len(later), after)
+            return [*self._absences(len(inputs), unseen, never, len(later), after)]
 
         return SecondForm(
             outputs,
-            self._remarks(len(inputs), unseen),
-            self._faults(inputs),
+            [*self._remarks(len(inputs), unseen)],
+            [*self._faults(inputs)],
             {} if any(i.name == "dt" for i in k.inputs) else steps,
             gates=self._gates(),
             covariances=np.array(covariances),
@@ -212,88 +212,86 @@ class Textbook:
         )
 
     def _gates(self) -> list[str]:
-        """Of each measurement with a gate: how many it accepted and rejected, in words."""
-        counts = zip(self.measurements, *self._valid, strict=True)
+        """Of each measurement with a gate: how many it accepted and rejected."""
         return [
-            f"gate {placed(m.line, 'measurement')}: {accepted} accepted, {valid - accepted} "
-            "rejected"
-            for m, valid, accepted in counts
+            f"gate {placed(m.line, 'measurement')}: {taken} accepted, {valid - taken} rejected"
+            for m, valid, taken in zip(self.measurements, *self._valid, strict=True)
             if m.gate is not None
         ]
 
-    def _faults(self, inputs: FloatArray) -> list[tuple[str, str]]:
+    def _faults(self, inputs: FloatArray) -> Iterator[tuple[str, str]]:
         """Faults of the measurements in a run, each with its kind."""
-        k, updates, faults = self.kalman, len(inputs), list[tuple[str, str]]()
+        k, updates = self.kalman, len(inputs)
         repeats = (np.diff(inputs, axis=0) == 0.0).sum(axis=0) / max(updates - 1, 1)
         flagged = {name for i in k.inputs for name in i.flags}
         for n, (m, valid, accepted) in enumerate(zip(self.measurements, *self._valid, strict=True)):
             subject, flags = placed(m.line, "measurement"), self._unread[n]
             if valid and not accepted:
-                text = (
-                    f"wanted innovations within the gate of {m.gate:g} standard deviations, found "
-                    f"none in {valid} updates; raise r, sd or the gate"
+                yield (
+                    "gate",
+                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
+                    f"deviations, found none in {valid} updates; raise r, sd or the gate",
                 )
-                faults.append(("gate", f"{subject}: {text}"))
             if self._repeated[n]:
-                text = (
-                    f"taken in {self._repeated[n]} of {updates} updates without a new sample of "
-                    f"{' or '.join(flags)}; leave these out by "
-                    f"valid=u.{next(iter(flags.values()))} > 0.5"
+                yield (
+                    "hold",
+                    f"{subject}: taken in {self._repeated[n]} of {updates} updates without a new "
+                    f"sample of {' or '.join(flags)}; leave these out by "
+                    f"valid=u.{next(iter(flags.values()))} > 0.5",
                 )
-                faults.append(("hold", f"{subject}: {text}"))
             reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
-            for i, share in zip(k.inputs if not reads_flag else (), repeats, strict=False):
+            for at, (i, share) in enumerate(zip(k.inputs, repeats, strict=True)):
                 holds = i.missing == "hold" and i.name not in flagged and i.name in inputs_of(m.z)
-                if holds and share >= _HELD and is_held(inputs[:, [k.inputs.index(i)]], few=True):
-                    text = (
-                        f"{i.name} holds its last sample in {share:.0%} of the updates, and each "
-                        "is taken as a new one; declare an input with "
-                        f'valid_of="{i.name}", and give it to valid'
+                holds = holds and share >= _HELD and not reads_flag
+                if holds and is_held(inputs[:, [at]], few=True):
+                    yield (
+                        "hold",
+                        f"{subject}: {i.name} holds its last sample in {share:.0%} of the updates, "
+                        "and each is taken as a new one; declare an input with "
+                        f'valid_of="{i.name}", and give it to valid',
                     )
-                    faults.append(("hold", f"{subject}: {text}"))
-        return faults
 
-    def _remarks(self, updates: int, unseen: Sequence[FloatArray]) -> list[str]:
+    def _remarks(self, updates: int, unseen: Sequence[FloatArray]) -> Iterator[str]:
         """Remarks of a run about the model, one line each, with the source location."""
-        k = self.kalman
-        texts = [
-            f"{placed(m.line, 'measurement')}: the gate of {m.gate:g} standard deviations rejects "
-            f"{valid - accepted} of {valid} measurements; raise r, the process noise or the gate"
-            for m, valid, accepted in zip(self.measurements, *self._valid, strict=True)
-            if 0 < accepted < _ACCEPTED * valid
-        ]
-        texts += [
-            f"{placed(m.line, 'measurement')}: the innovation is beyond {MOST_SD:g} standard "
-            f"deviations in {limited} of {updates} updates, and limited to these; raise r, sd_max "
-            f"or the process noise, or give it a gate below {MOST_SD:g}"
-            for m, limited in zip(self.measurements, self._limited, strict=True)
-            if limited
-        ]
+        k, counts = self.kalman, (*self._valid, self._limited)
+        for m, valid, accepted, limited in zip(self.measurements, *counts, strict=True):
+            subject = placed(m.line, "measurement")
+            if 0 < accepted < _ACCEPTED * valid:
+                yield (
+                    f"{subject}: the gate of {m.gate:g} standard deviations rejects "
+                    f"{valid - accepted} of {valid} measurements; raise r, the process noise or "
+                    "the gate"
+                )
+            if limited:
+                yield (
+                    f"{subject}: the innovation is beyond {MOST_SD:g} standard deviations in "
+                    f"{limited} of {updates} updates, and limited to these; raise r, sd_max or the "
+                    f"process noise, or give it a gate below {MOST_SD:g}"
+                )
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
-        texts += [
-            f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
-            f"largest in {self._held[i]} of {updates} updates; raise sd_max"
-            for i in np.flatnonzero((self._held > 0) & shown)
-        ]
+        for i in np.flatnonzero((self._held > 0) & shown):
+            yield (
+                f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
+                f"largest in {self._held[i]} of {updates} updates; raise sd_max"
+            )
         noise = self._noise_sum / updates
         if not noise.any():
-            texts.append(
+            yield (
                 f"{k.name}: no state has process noise; the gains go to zero, and the filter stops "
                 "following its measurements"
             )
         for n, (declared, added) in enumerate(zip(noise, k.noise_floor, strict=True)):
             subject = f"{placed(k.places[n], 'state')}: {k.errors[n]}"
             if not declared and not added:
-                texts.append(
+                yield (
                     f"{subject} has no process noise and floor is 0, so that rounding may make its "
                     "variance negative; give it noise, or a floor"
                 )
             elif added > _MOST_FLOOR * declared > 0.0:
-                texts.append(
+                yield (
                     f"{subject} gets {added:.3g} in each update by floor, {added / declared:.0%} "
                     f"of its process noise of {declared:.3g}; lower floor, or sd_max"
                 )
-        return texts
 
     def _absences(
         self,
@@ -302,7 +300,7 @@ class Textbook:
         never: Sequence[int],
         later: int,
         leaves: Mapping[Any, Any],
-    ) -> list[str]:
+    ) -> Iterator[str]:
         """Remarks about measurements that are ``never`` valid, and directions that are ``unseen``.
 
         ``leaves`` has the inputs (later,) that follow the run: what is valid there may show more.
@@ -310,11 +308,9 @@ class Textbook:
         k = self.kalman
         measured = self._measurement(leaves) if later and never else {}
         absent = [n for n in never if not np.any(measured.get(f"valid {n}", 0.0) >= 0.5)]
-        texts = [
-            f"{placed(self.measurements[n].line, 'measurement')}: not valid in any of "
-            f"{updates + later} updates"
-            for n in absent
-        ]
+        for n in absent:
+            subject = placed(self.measurements[n].line, "measurement")
+            yield f"{subject}: not valid in any of {updates + later} updates"
         first = "the first " * bool(later)
         for direction in unseen if len(absent) == len(never) else ():
             at = np.flatnonzero(np.abs(direction) > 0.05)
@@ -325,14 +321,12 @@ class Textbook:
             )
             subject = f"a change {parts}" if len(at) > 1 else k.errors[at[0]]
             it = "one of them" if len(at) > 1 else "it"
-            texts.append(
+            yield (
                 f"{placed(k.places[at[0]], 'state')}: no measurement of {first}{updates} updates "
                 f"shows {subject}; measure {it}, let it move what is measured, or leave it out"
             )
-        return texts
 
     def _with_covariance(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
-        """States and elements of P, as an author's method gets them."""
         return {**x, **{name: cov[pair] for name, pair in self.kalman.covariance_states.items()}}
 
     def _leaves(self, x: Mapping[str, Any], leaves: Mapping[Any, Any], estimate: Any = None) -> Any:

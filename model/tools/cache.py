@@ -19,8 +19,8 @@ from pathlib import Path
 
 from filelock import FileLock
 
+from boresight.model.tools.external import cache_folder
 from boresight.model.tools.files import digest
-from boresight.model.tools.folders import cache_folder
 
 #: Size above which entries are removed, in bytes.
 _LIMIT = 1_000_000_000

@@ -22,7 +22,7 @@ from typing import BinaryIO
 from filelock import FileLock
 
 from boresight.model.errors import InputError, require
-from boresight.model.tools.folders import cache_folder
+from boresight.model.tools.external import cache_folder
 
 #: List of the files that Boresight wrote into a folder.
 MANIFEST = ".boresight.json"

@@ -30,10 +30,7 @@ class Interpreter:
     """
 
     def __init__(self, program: Program, runs: int = 1) -> None:
-        if runs < 1:
-            raise ValueError(f"runs must be at least 1, not {runs!r}")
-        self.program = program
-        self.runs = runs
+        self.program, self.runs = program, runs
         self.params = {n: program.values[n].initial for n in program.of_kind(Kind.PARAM)}
         self.values: list[IntArray] = [
             np.full(runs, v.initial, dtype=np.int64) for v in program.values
@@ -50,26 +47,16 @@ class Interpreter:
         Returns output words (n_outputs, runs), and whether a `SAT` operation clamped, bool (runs,).
         ValueError: a wrong shape, or a word or parameter that is no integer that fits.
         """
-        p = self.program
-        words = np.asarray(inputs)
-        if words.dtype.kind not in "iu":
-            raise ValueError(f"inputs must be integer words, not {words.dtype}")
-        if words.shape != (len(p.inputs), self.runs):
-            raise ValueError(
-                f"inputs must have shape {(len(p.inputs), self.runs)}, not {words.shape}"
-            )
-        if words.size and (
-            words.min() < p.arithmetic.min_int or words.max() > p.arithmetic.max_int
-        ):
-            raise ValueError(f"input words must fit {p.arithmetic.word} bits")
+        p, shape = self.program, (len(self.program.inputs), self.runs)
+        words, params = np.asarray(inputs), np.array([*self.params.values()], dtype=object)
+        if words.dtype.kind not in "iu" or words.shape != shape:
+            raise ValueError(f"inputs must be integers of shape {shape}, not {words!r}")
+        low, high = p.arithmetic.min_int, p.arithmetic.max_int
+        if any(((a < low) | (a > high)).any() for a in (words, params)):
+            raise ValueError(f"inputs and parameters must fit {p.arithmetic.word} bits")
         for number, word in zip(p.inputs, words.astype(np.int64), strict=True):
             self.values[number] = word
         for number, param in self.params.items():
-            if not p.arithmetic.min_int <= param <= p.arithmetic.max_int:
-                raise ValueError(
-                    f"parameter {p.values[number].name} must fit "
-                    f"{p.arithmetic.word} bits, not {param!r}"
-                )
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
         if self._update is None:
             self._update = compiled(p, arrays=self.runs > FEW)
@@ -81,14 +68,13 @@ class Interpreter:
             self.values = list(np.array(words_of_runs, dtype=np.int64).T.copy())
             clamped = np.array(by_run, dtype=np.bool_).T
         clamped = clamped.reshape(-1, self.runs)
-        saturated: BoolArray = np.any(clamped, axis=0)
         self.saturations[self._clamps] += np.count_nonzero(clamped, axis=1)
         outputs = np.stack([self.values[n] for n in p.outputs])
         self._previous_states = [self.values[n] for n, _ in p.states]
         after = [self.values[n] for _, n in p.states]
         for (state, _), word in zip(p.states, after, strict=True):
             self.values[state] = word
-        return outputs, saturated
+        return outputs, clamped.any(axis=0)
 
     def run(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run many updates: ``inputs`` (steps, n_inputs, runs).
@@ -145,11 +131,9 @@ class _Text:
         self.add(f"return [{', '.join(f'c{n}' for n in _clamps(program))}]")
 
     def add(self, *lines: str) -> None:
-        """Statements of the update."""
         self.lines += [f" {line}" for line in lines]
 
     def wrapped(self, q: str) -> str:
-        """``q`` modulo 2^W."""
         return f"(({q} + {self.half} & {2 * self.half - 1}) - {self.half})"
 
     def fraction(self, word: str) -> str:

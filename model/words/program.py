@@ -14,12 +14,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum, StrEnum
 from functools import cache, cached_property
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray
-from boresight.model.tools.typed import typed
 from boresight.model.words.fixed import Arithmetic, Format, IntArray
 
 
@@ -145,13 +144,8 @@ class Op:
 
     def operands(self) -> Iterator[int]:
         """Every value the operation reads (with repeats)."""
-        for term in self.terms:
-            yield term.a
-            if term.b is not None:
-                yield term.b
-        for v in (self.flag, self.norm, self.index):
-            if v is not None:
-                yield v
+        read = [v for term in self.terms for v in (term.a, term.b)]
+        yield from (v for v in (*read, self.flag, self.norm, self.index) if v is not None)
 
 
 @dataclass(frozen=True)
@@ -215,28 +209,23 @@ class Program:
 
     def find(self, name: str) -> int:
         """Number of the value called ``name``; raises KeyError for an unknown name."""
-        for number, value in enumerate(self.values):
-            if value.name == name:
-                return number
-        raise KeyError(name)
+        return {value.name: n for n, value in enumerate(self.values)}[name]
 
     @cached_property
     def input_ranges(self) -> IntArray:
         """Least and largest word of every input, (2, n_inputs); of one not watched, of any."""
         watched = {op.terms[0].a for op in self.ops if op.overflow is Overflow.RANGE}
-        ends = (
-            self.format(n).quantise((self.values[n].low, self.values[n].high))
-            if n in watched
-            else (self.arithmetic.min_int, self.arithmetic.max_int)
-            for n in self.inputs
-        )
-        return np.array([*ends], dtype=np.int64).reshape(-1, 2).T
+        every = self.arithmetic.min_int, self.arithmetic.max_int
+        values = [(n, self.values[n]) for n in self.inputs]
+        ends = [
+            self.format(n).quantise((v.low, v.high)) if n in watched else every for n, v in values
+        ]
+        return np.array(ends, dtype=np.int64).reshape(-1, 2).T
 
     def beyond(self, words: IntArray) -> BoolArray:
         """Whether a word of a record (..., n_inputs) is beyond its declared range, (...)."""
         low, high = self.input_ranges
-        found: BoolArray = ((words < low) | (words > high)).any(axis=-1)
-        return found
+        return cast(BoolArray, ((words < low) | (words > high)).any(axis=-1))
 
     def of_kind(self, kind: Kind) -> list[int]:
         """Numbers of all values of one kind, in order."""
@@ -245,12 +234,6 @@ class Program:
     def to_json(self) -> str:
         """The program as JSON, the same text for the same program."""
         return json.dumps(_plain(self), indent=1)
-
-    @classmethod
-    def from_json(cls, text: str) -> Program:
-        """Inverse of `to_json`."""
-        program: Program = typed(cls, json.loads(text))
-        return program
 
     @cached_property
     def digest(self) -> str:
@@ -266,17 +249,12 @@ class Program:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-#: Kinds of values that are read or written from outside.
-_PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
-
-
 #: Types that JSON has, too; most fields of a program.
 _PLAIN = {str, int, float, type(None)}
 
 
 @cache
 def _names(record_type: type) -> tuple[str, ...]:
-    """Fields of a dataclass, sorted."""
     return tuple(sorted(f.name for f in fields(record_type)))
 
 
@@ -293,9 +271,9 @@ def _plain(x: Any) -> Any:
 
 
 def _identity(value: Value) -> list[Any]:
-    """Part of a value that the digest covers."""
+    """Part of a value that the digest covers; more of what is read or written from outside."""
     identity = [value.kind.value, value.frac, value.initial]
-    if value.kind not in _PORTS:
+    if value.kind in (Kind.OP, Kind.CONST):
         return identity
     return [*identity, value.name, value.unit, float(value.low), float(value.high)]
 
@@ -306,10 +284,9 @@ Condition = tuple[bool, W | None]
 NEVER: tuple[bool, None] = (False, None)
 ALWAYS: tuple[bool, None] = (True, None)
 
-#: The bit, and whether the flag counts.
-_NEGATE = {Negate.NO: (False, False), Negate.YES: (True, False)}
-_NEGATE |= {Negate.IF: (False, True), Negate.UNLESS: (True, True)}
-_WHEN = {When.ALWAYS: (True, False), When.IF: (False, True), When.UNLESS: (True, True)}
+#: By the text of `Negate` and `When`: the bit, and whether the flag counts.
+_CONDITIONS = {"no": (False, False), "yes": (True, False), "always": (True, False)}
+_CONDITIONS |= {"if": (False, True), "unless": (True, True)}
 
 
 def total_of(op: Op, words: Callable[[int], W], domain: Any) -> W:
@@ -335,10 +312,8 @@ def total_of(op: Op, words: Callable[[int], W], domain: Any) -> W:
         else:
             b = domain.fraction(words(term.b)) if term.fraction_b else words(term.b)
         amount = domain.amount(term.shift, term.scale, count)
-        negate, take = (
-            (bit, flag if flagged else None)
-            for bit, flagged in (_NEGATE[term.negate], _WHEN[term.when])
-        )
+        pairs = (_CONDITIONS[term.negate], _CONDITIONS[term.when])
+        negate, take = ((bit, flag if flagged else None) for bit, flagged in pairs)
         result = domain.total(result, domain.shifted(domain.product(a, b), amount), negate, take)
     assert result is not None
     return result

@@ -19,7 +19,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.errors import require
 from boresight.model.estimator import Estimator
 from boresight.model.settings import CURRENT
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, attitude_errors, units_of
 from boresight.sim.campaign import processes
 from boresight.sim.compare.difference import Difference, Differences

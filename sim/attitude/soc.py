@@ -31,7 +31,7 @@ from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.attitude import FILTERS, estimator
 from boresight.model.errors import InputError, ToolMissing, require
 from boresight.model.estimator import Estimator, input_words
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board

@@ -16,7 +16,7 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS, Output
 from boresight.model.errors import ToolMissing, require, require_choice
 from boresight.model.estimator import Estimator
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.compare.claims import FoldedClaims, claim_results

@@ -33,7 +33,7 @@ from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.model.settings import CURRENT, using
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import ANGLES, errors, means
 from boresight.sim.campaign import digest, sources

@@ -29,7 +29,7 @@ from amaranth.hdl import ClockDomain, Module
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.gateware.verilog import Device
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.folders import yosys_environment
+from boresight.model.tools.external import yosys_environment
 from boresight.sim.formal.harness import Harness
 
 _CONFIG = """\

@@ -19,7 +19,7 @@ import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.errors import InputError, require
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.sim.records.record import Column, Place, Record, name_of
 from boresight.sim.records.recordings import TIME_UNITS, Recording, Source, Topic
 from boresight.sim.records.selection import GAP_STEPS, Clock

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from boresight.model.errors import InputError, ToolMissing, require
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.sim.records.assembly import Reader, record_from
 from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed

@@ -30,7 +30,7 @@ import numpy.typing as npt
 
 from boresight.model.arrays import IntArray
 from boresight.model.errors import InputError
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.sim.records.reading import kind_of, opened, read_bytes
 
 #: First bytes, length of the header, and types of messages.

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import require
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.sim.records.nine_axis import TRIADS
 from boresight.sim.records.record import Place, Record, columns_of, joined, name_of
 

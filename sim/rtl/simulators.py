@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.model.tools.needs import COMMON, install_line
 
 SIMULATORS = ("verilator", "icarus")

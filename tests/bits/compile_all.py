@@ -80,7 +80,7 @@ def cores(folder: Path, brief: bool) -> None:
 
 def use_own_cache() -> None:
     """Read nothing from the user's cache, and write nothing into it."""
-    from boresight.model.tools.folders import cache_folder
+    from boresight.model.tools.external import cache_folder
 
     os.environ.setdefault("YOWASP_CACHE_DIR", str(cache_folder("YoWASP")))
     own = tempfile.TemporaryDirectory(prefix="compile-all-")

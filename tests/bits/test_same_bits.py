@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.model.tools.folders import cache_folder
+from boresight.model.tools.external import cache_folder
 
 pytestmark = pytest.mark.pythons
 

@@ -15,7 +15,7 @@ import pytest
 from boresight.firmware.build import CModel, compiled_library, find_compiler
 from boresight.firmware.emit import emit_c
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Value

@@ -10,7 +10,7 @@ from amaranth.lib import wiring
 
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.gateware.verilog import to_verilog
-from boresight.model.tools.folders import yosys_environment
+from boresight.model.tools.external import yosys_environment
 from tests.support.bench import run_bench
 from tests.support.clock import pause
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.sim.campaign import Journal, cluster, complete, dispatch
 
 

@@ -37,7 +37,7 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.attitude.front import AXES, FRONT, GAP_S, GYRO_SCALE, STAMP_BITS
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.sim.records.nine_axis import stacked
 from boresight.sim.records.record import Record, check_norm
 from boresight.sim.rotations.rotation import (

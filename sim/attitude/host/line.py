@@ -26,7 +26,7 @@ from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
 from boresight.model.errors import InputError
-from boresight.model.tools.extras import optional
+from boresight.model.tools.external import optional
 from boresight.model.tools.typed import Malformed, typed
 from boresight.sim.records.reading import kind_of, read_json, reason
 

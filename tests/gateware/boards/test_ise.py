@@ -15,7 +15,7 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
-from boresight.model.tools.folders import yosys_environment
+from boresight.model.tools.external import yosys_environment
 from boresight.verbs.compile import SYSTEM_CLOCK_HZ, write_system
 
 # --------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.model.tools.folders import (
+from boresight.model.tools.external import (
     cache_folder,
     matplotlib_environment,
     private_folder,

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from boresight.model.tools.c_names import comment, identifier, unique
-from boresight.model.tools.failure import failure, last_words
+from boresight.model.tools.external import failure, last_words
 from tests.support.tree import ROOT
 
 # --------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import pytest
 from boresight.firmware.attitude.image import COMPILER, build_image, find_cross_compiler
 from boresight.model.attitude import estimator
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.external import ToolFailed
 from boresight.sim.attitude import soc
 from boresight.sim.attitude.soc import FLOAT_BOUND_DEG, compare, measure_float, offload
 from boresight.sim.records.feed import feed

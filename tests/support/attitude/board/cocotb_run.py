@@ -14,7 +14,7 @@ import numpy as np
 
 from boresight.gateware.core import Core
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.failure import failure
+from boresight.model.tools.external import failure
 from boresight.model.tools.needs import embeddable, install_line
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
