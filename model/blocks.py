@@ -18,8 +18,8 @@ from boresight.model.words.rounded import binary_exponent, sum_of
 #: b0, b1, b2, a1, a2.
 Section: TypeAlias = tuple[float, float, float, float, float]
 
-#: Room for rounding in the declared ranges.
-_MARGIN = 1.0001
+#: Room for rounding in the declared ranges, and in that of a table, as shares of them.
+_MARGIN, _SLACK = 1.0001, 2e-8
 #: Share of the sum at which an impulse response is cut off, and maximum number of samples.
 _END, _MOST = 1e-12, 2_000_000
 
@@ -92,15 +92,10 @@ class Cascade:
 
         Half an LSB of each section, through its own poles and the sections after it.
         """
-        tails = [
-            ((1.0, 0.0, 0.0, *self.sections[k][3:]), *self.sections[k + 1 :])
-            for k in range(len(self.sections))
-        ]
-        magnitudes = [math.ldexp(1.0, binary_exponent(bound)) for bound in self.largest_values[1:]]
-        total: float = sum_of(
-            0.5 * _absolute_sum(tail) * size / magnitudes[-1]
-            for tail, size in zip(tails, magnitudes, strict=True)
-        )
+        total, sizes = 0.0, [binary_exponent(bound) for bound in self.largest_values[1:]]
+        for k, section in enumerate(self.sections):
+            tail = ((1.0, 0.0, 0.0, *section[3:]), *self.sections[k + 1 :])
+            total += math.ldexp(0.5 * _absolute_sum(tail), sizes[k] - sizes[-1])
         return total
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
@@ -112,7 +107,7 @@ class Cascade:
         )
 
     def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
-        """Process a sample.
+        """Next states by name, and the output of the last section.
 
         Parameters
         ----------
@@ -121,25 +116,16 @@ class Cascade:
         x : states
             States, the argument of the estimator's ``step``.
         sample : scalar
-
-        Returns
-        -------
-        (dict, scalar)
-            The next states by name, and the output of the last section.
         """
         after: dict[str, Any] = {}
-        signal = sample
-        old = [
-            [getattr(x, f"{name}{k}_{age}") for age in (1, 2)]
-            for k in range(len(self.sections) + 1)
-        ]
+        signal, last = sample, len(self.sections)
+        old = [[getattr(x, f"{name}{k}_{age}") for age in (1, 2)] for k in range(last + 1)]
         for k, (b0, b1, b2, a1, a2) in enumerate(self.sections):
             after |= {f"{name}{k}_1": signal, f"{name}{k}_2": old[k][0]}
             (x1, x2), (y1, y2) = old[k], old[k + 1]
             out = b0 * signal + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2
             bound = self.largest_values[k + 1]
             signal = ops.bounded(out, -bound, bound, "sum of the absolute impulse response")
-        last = len(self.sections)
         return after | {f"{name}{last}_1": signal, f"{name}{last}_2": old[last][0]}, signal
 
 
@@ -157,12 +143,10 @@ def _absolute_sum(chain: Sequence[Sequence[float]]) -> float:
         quiet = quiet + 1 if abs(y) <= _END * total else 0
         if quiet > 200 and total > 0.0:
             return total
-    raise InputError.at(
-        "sections",
-        wanted=f"an impulse response that dies away within {_MOST:,} samples",
-        found=f"poles {[section[3:] for section in chain]}",
-        fix="sample more slowly, or raise the corner",
-    )
+    wanted = f"an impulse response that dies away within {_MOST:,} samples"
+    found = f"poles {[section[3:] for section in chain]}"
+    fix = "sample more slowly, or raise the corner"
+    raise InputError.at("sections", wanted=wanted, found=found, fix=fix)
 
 
 @dataclass(frozen=True)
@@ -199,28 +183,10 @@ class MovingSum:
         )
 
     def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
-        """Process a sample.
-
-        Parameters
-        ----------
-        name : str
-            As in `states`.
-        x : states
-            States, the argument of the estimator's ``step``.
-        sample : scalar
-
-        Returns
-        -------
-        (dict, scalar)
-            The next states by name, and the sum with this sample.
-        """
+        """Next states by name, and the sum with this sample; see `Cascade.step`."""
         window = [sample, *(getattr(x, f"{name}_{k}") for k in range(1, self.length))]
         after = {f"{name}_{k}": window[k - 1] for k in range(1, self.length)}
         return after, sum_of(window)
-
-
-#: Room for rounding in the result's range, as a share of it.
-_SLACK = 2e-8
 
 
 def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> Any:
@@ -245,13 +211,9 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
     """
     a, y = [[float(v) for v in column] for column in (points, values)]
     fix = "give two or more points with their values"
-
-    def where() -> str:
-        return author_line() or "interpolated"
-
-    require(len(a) == len(y) >= 2, where, "as many values as points", (len(a), len(y)), fix)
+    require(len(a) == len(y) >= 2, author_line, "as many values as points", (len(a), len(y)), fix)
     valid = all(map(math.isfinite, a + y)) and all(b > c for c, b in pairwise(a))
-    require(valid, where, "finite points that rise", a, "sort them, each once")
+    require(valid, author_line, "finite points that rise", a, "sort them, each once")
     slopes = [(y[k + 1] - y[k]) / (a[k + 1] - a[k]) for k in range(len(a) - 1)]
     ramps = [ops.maximum(x - point, 0.0) for point in a]
     total: Any = y[0]

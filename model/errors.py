@@ -35,29 +35,20 @@ def listed(name: str, names: Iterable[str]) -> str:
     return f"{len(every)} names, nearest: {', '.join(closest(name, every))}"
 
 
-def _printable(text: str) -> str:
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
-
-
 class InputError(ValueError):
     """Invalid input from a user: argument, file, estimator or log.
 
-    The message is always a single line; the command line prints it after ``error:`` and exits
-    with code 2. `InputError.at` builds a message of location, what was wanted, what was found, and
-    a remedy.
-
-    Parameters
-    ----------
-    message : str
-        Text of the error. Line breaks and runs of blanks become single spaces; other characters
-        that cannot be printed are written as escapes.
+    The message is a single line, with spaces for line breaks and escapes for other characters that
+    cannot be printed; the command line prints it after ``error:`` and exits with code 2.
+    `InputError.at` builds a message of location, what was wanted, what was found, and a remedy.
     """
 
     #: ``where``, ``wanted``, ``found``, ``fix``, of a message that has them.
     parts: Mapping[str, str] = {}
 
     def __init__(self, message: str) -> None:
-        super().__init__(_printable(" ".join(message.split())))
+        line = " ".join(message.split())
+        super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
 
     @classmethod
     def at(cls, where: str, *, wanted: str, found: str, fix: str) -> InputError:

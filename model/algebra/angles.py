@@ -32,9 +32,8 @@ def steep_angle_ht(sine: Any, cosine: Any, steep: Any) -> Any:
     ``steep``: condition that the cosine is the smaller one, available before the cosine.
     """
     smaller = ops.where(steep, cosine, ops.absolute(sine))
-    smaller = ops.bounded(
-        smaller, 0.0, 0.7188, "smaller component of a unit vector", unless=NOT_UNIT
-    )
+    reason = "smaller component of a unit vector"
+    smaller = ops.bounded(smaller, 0.0, 0.7188, reason, unless=NOT_UNIT)
     base = ops.where(steep, ops.flip(sine < 0.0, 0.5), 0.0)
     base = ops.bounded(base, -0.5, 0.5, "quarter")
     return ops.wrap_ht(base + ops.flip(ops.flip(steep, sine) < 0.0, ops.asin_ht(smaller)))

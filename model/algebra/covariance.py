@@ -67,11 +67,9 @@ def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) ->
     ``name(i, j, value)`` gives each element of the result its range.
     """
     n = len(p)
+    reason = "part of a rotated covariance"
     columns = [[m[k][j] for k in range(n)] for j in range(n)]
-    pm = [
-        [part(dot(p[i], columns[j]), "part of a rotated covariance") for j in range(n)]
-        for i in range(n)
-    ]
+    pm = [[part(dot(p[i], columns[j]), reason) for j in range(n)] for i in range(n)]
     return symmetric(n, lambda i, j: name(i, j, dot(columns[i], [pm[k][j] for k in range(n)])))
 
 

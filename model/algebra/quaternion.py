@@ -189,13 +189,8 @@ def of_half_angles(
 ) -> tuple[Any, Any, Any, Any]:
     """q = qz(heading) qx(pitch) qy(roll); of each angle sine and cosine of its half."""
     (sp, cp), (sr, cr), (sh, ch) = pitch, roll, heading
-    zx = (ch * cp, ch * sp, sh * sp, sh * cp)
-    return (
-        zx[0] * cr - zx[2] * sr,
-        zx[1] * cr - zx[3] * sr,
-        zx[0] * sr + zx[2] * cr,
-        zx[1] * sr + zx[3] * cr,
-    )
+    w, x, y, z = ch * cp, ch * sp, sh * sp, sh * cp
+    return w * cr - y * sr, x * cr - z * sr, w * sr + y * cr, x * sr + z * cr
 
 
 def of_angles(pitch: float, roll: float, heading: float) -> list[Any]:

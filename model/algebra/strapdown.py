@@ -15,7 +15,9 @@ and they commute. So the attitude at a sample is q dq.
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 from boresight.model import ops
@@ -245,9 +247,6 @@ def next_attitude(
 
 def beyond(u: Any) -> Any:
     """Whether an increment is at full scale."""
-    result = None
-    for name, full in (("dtheta", STEP_TURN), ("dv", STEP_FORCE)):
-        for a in AXES:
-            exceeded = ops.absolute(getattr(u, f"{name}_{a}")) > full * FULL_SCALE
-            result = exceeded if result is None else result | exceeded
-    return result
+    limits = (("dtheta", STEP_TURN * FULL_SCALE), ("dv", STEP_FORCE * FULL_SCALE))
+    increments = [(getattr(u, f"{name}_{a}"), limit) for name, limit in limits for a in AXES]
+    return reduce(operator.or_, (ops.absolute(x) > limit for x, limit in increments))
