@@ -207,9 +207,9 @@ def _module(path: Path, kind: str) -> ModuleType:
     try:
         content = path.read_bytes()
     except OSError as error:
-        wanted, found = f"a Python file with {_noun(kind)}", error.strerror or type(error).__name__
-        found = found.lower()
-        raise InputError.at(str(path), wanted=wanted, found=found, fix="check the path") from None
+        wanted, text = f"a Python file with {_noun(kind)}", error.strerror or type(error).__name__
+        fix = "check the path"
+        raise InputError.at(str(path), wanted=wanted, found=text.lower(), fix=fix) from None
     file = path.resolve()
     packages = [init.parent for init in file.parent.glob("*/__init__.py")]
     found = (*file.parent.glob("*.py"), *(f for place in packages for f in place.rglob("*.py")))

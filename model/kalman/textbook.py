@@ -484,7 +484,7 @@ def _moved_by(kalman: Kalman, x: Mapping[str, Any], change: FloatArray) -> dict[
     return out
 
 
-def _times(p: Sequence[Any], q: Sequence[Any]) -> FloatArray:
+def _times(p: Any, q: Any) -> FloatArray:
     return np.array(quaternion.product(p, q))
 
 

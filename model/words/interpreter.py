@@ -74,7 +74,7 @@ class Interpreter:
         after = [self.values[n] for _, n in p.states]
         for (state, _), word in zip(p.states, after, strict=True):
             self.values[state] = word
-        return outputs, clamped.any(axis=0)
+        return outputs, np.any(clamped, axis=0)
 
     def run(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run many updates: ``inputs`` (steps, n_inputs, runs).
