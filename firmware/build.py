@@ -18,8 +18,8 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.host import host_source, observe_source
 from boresight.model.arrays import BoolArray
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.external import ToolFailed, failure
+from boresight.model.tools.files import Cache
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 

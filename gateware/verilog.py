@@ -10,7 +10,7 @@ from amaranth.back import rtlil
 from amaranth.lib import wiring
 
 from boresight.gateware.synthesis.yosys import find_tool, run_script
-from boresight.model.tools.cache import Cache
+from boresight.model.tools.files import Cache
 
 _UNKNOWN_START = re.compile(r"(?m)^(    parameter \\INIT_VALUE \d+')(x+)$")
 _REMOVED = " ".join(

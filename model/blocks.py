@@ -11,8 +11,7 @@ from typing import Any, TypeAlias
 
 from boresight.model import ops
 from boresight.model.declarations import State
-from boresight.model.errors import InputError, require
-from boresight.model.places import author_line
+from boresight.model.errors import InputError, author_line, require
 from boresight.model.words.rounded import binary_exponent, sum_of
 
 #: b0, b1, b2, a1, a2.

@@ -16,8 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from boresight.model.errors import require
-from boresight.model.places import author_line, placed
+from boresight.model.errors import author_line, placed, require
 from boresight.model.units import GRAVITY as GRAVITY
 from boresight.model.units import check_unit
 from boresight.model.words.fixed import Format

@@ -20,12 +20,11 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Output, Param, State, check_kind
-from boresight.model.errors import require, require_choice
+from boresight.model.errors import author_line, placed, require, require_choice
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower, watched
 from boresight.model.lowering.profile import Profile
 from boresight.model.lowering.trace import Trace, Tracer, repeatable
-from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
 from boresight.model.words.program import InPort, Kind, Port, Program

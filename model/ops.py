@@ -27,9 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import require
+from boresight.model.errors import author_line, require
 from boresight.model.lowering.trace import Condition, Scalar
-from boresight.model.places import author_line
 from boresight.model.units import same_unit
 from boresight.model.words.rounded import PRECISE
 

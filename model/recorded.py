@@ -13,11 +13,10 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Param, State
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, place_of_function, placed
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.trace import Condition, Trace
 from boresight.model.ops import OPERATIONS
-from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
 #: Values of inputs, parameters and states, by kind and name, each (rows,).

@@ -12,9 +12,16 @@ from typing import Any, TypeVar
 import numpy as np
 
 from boresight.model.declarations import Named, State
-from boresight.model.errors import InputError, listed, require
+from boresight.model.errors import (
+    InputError,
+    author_line,
+    listed,
+    place_of,
+    place_of_function,
+    placed,
+    require,
+)
 from boresight.model.lowering.trace import Condition, Scalar
-from boresight.model.places import author_line, place_of, place_of_function, placed
 
 T = TypeVar("T")
 #: Remedies for errors of Python and numpy, by patterns of their texts.

@@ -25,7 +25,7 @@ from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
-from boresight.model.tools.cache import Cache
+from boresight.model.tools.files import Cache
 from boresight.options import EstimatorName
 from boresight.sim.experiments.experiment import EXPERIMENT_GROUP
 from boresight.sim.records.assembly import NS, clock_of

@@ -20,8 +20,8 @@ from typing import Any, Final, NamedTuple
 from boresight.gateware.synthesis.family import Router, Target
 from boresight.gateware.synthesis.yosys import Tool, run_tool, yowasp
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.external import yosys_environment
+from boresight.model.tools.files import Cache
 
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 2

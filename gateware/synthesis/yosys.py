@@ -28,8 +28,8 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.external import ToolFailed, failure, yosys_environment
+from boresight.model.tools.files import Cache
 
 #: Oldest yosys that maps to all families.
 OLDEST: Final = (0, 40)

@@ -12,8 +12,7 @@ import numpy as np
 
 from boresight.model import declarations, ops
 from boresight.model.declarations import Named, check_kind
-from boresight.model.errors import require, require_choice
-from boresight.model.places import author_line, placed
+from boresight.model.errors import author_line, placed, require, require_choice
 from boresight.model.step import check_number
 from boresight.model.units import is_square, same_unit
 

@@ -14,13 +14,12 @@ import numpy as np
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
-from boresight.model.errors import require
+from boresight.model.errors import place_of_function, placed, require
 from boresight.model.estimator import Estimator, SecondForm, check_attributes
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
 from boresight.model.kalman.update import DITHER, Update, errors_of
 from boresight.model.lowering.trace import Scalar, Trace
-from boresight.model.places import place_of_function, placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import check_arguments, check_number
 

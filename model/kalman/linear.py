@@ -11,10 +11,9 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Output, check_kind
-from boresight.model.errors import InputError, require
+from boresight.model.errors import InputError, author_line, placed, require
 from boresight.model.kalman.declared import Measurement, State
 from boresight.model.kalman.kalman import Kalman
-from boresight.model.places import author_line, placed
 from boresight.model.words.rounded import sum_of
 
 #: Most predictions: a covariance may grow without end.

@@ -15,13 +15,13 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.arrays import FloatArray, is_held
+from boresight.model.errors import placed
 from boresight.model.estimator import SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.slopes import AttitudeView
 from boresight.model.kalman.update import MOST_SD, inputs_of, measurements_of, moved, noise_of
 from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
-from boresight.model.places import placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.algebra import quaternion
-from boresight.model.errors import InputError, closest, require
+from boresight.model.errors import InputError, closest, place_of_function, placed, require
 from boresight.model.kalman.declared import (
     NEXT,
     Attitude,
@@ -37,7 +37,6 @@ from boresight.model.kalman.slopes import (
 )
 from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Condition, Expression, Scalar
-from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
 from boresight.model.units import linear, same_unit
 from boresight.model.words.rounded import sum_of

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.lowering.graph import LEAVES, Graph, Node
 from boresight.model.lowering.groups import CONDITIONAL, Form, Groups, Product, Target
 from boresight.model.words import tables
@@ -127,13 +127,9 @@ class Fusion:
         form = self.form(node, top=True)
         word = self.groups.arith.word
         low, high = node.span
-        if not math.isfinite(low + high):
-            raise InputError.at(
-                node.line or self.groups.name,
-                wanted="a finite range",
-                found=f"{node.description} in {node.range}",
-                fix="declare it with ops.bounded, or limit it with ops.clip",
-            )
+        found, finite = f"{node.description} in {node.range}", math.isfinite(low + high)
+        fix = "declare it with ops.bounded, or limit it with ops.clip"
+        require(finite, node.line or self.groups.name, "a finite range", found, fix)
         target = Target(node.label, low, high, node.source, node.unit, line=node.line)
         if node.kind in ("wrap", "normalised", "saturated"):
             wraps = node.kind == "wrap"

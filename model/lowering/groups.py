@@ -15,8 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from boresight.model import places
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, placed, require
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
@@ -181,27 +180,23 @@ class Groups:
         ``frac`` asks for a binary point (default: the finest that holds the range); with
         ``exact`` it must be met.
         """
-        if not math.isfinite(target.low + target.high):
-            raise InputError.at(
-                places.placed(target.line, f"value {target.name}"),
-                wanted="a finite range",
-                found=f"[{target.low:g}, {target.high:g}]",
-                fix="declare it with ops.bounded, or limit it with ops.clip",
-            )
+        where, span = placed(target.line, f"value {target.name}"), (target.low, target.high)
+        fix = "declare it with ops.bounded, or limit it with ops.clip"
+        require(math.isfinite(sum(span)), where, "a finite range", span, fix)
         if frac is None:
             frac = Format.for_range(self.arith.word, target.low, target.high).frac
         products = list(form.products)
         while True:
-            placed = self._place(form, products, frac)
-            if isinstance(placed, int):
-                p = products[placed]
+            terms = self._place(form, products, frac)
+            if isinstance(terms, int):
+                p = products[terms]
                 is_single = len(products) == 1 and form.constant == 0.0
                 if (is_single and p.scale is not Scale.NONE) or self._constant_of(p) is not None:
-                    products[placed] = self._coarser(form, p, frac, target)
+                    products[terms] = self._coarser(form, p, frac, target)
                 else:
-                    products[placed] = self._separate(form, p, target)
-            elif placed is not None:
-                return self._append(replace(form, products=products), placed, target, frac)
+                    products[terms] = self._separate(form, p, target)
+            elif terms is not None:
+                return self._append(replace(form, products=products), terms, target, frac)
             elif exact:
                 worst = self._coarsest(form, products)
                 if worst is None:
@@ -234,7 +229,7 @@ class Groups:
         capacity = math.ldexp(1.0, arith.acc_width - 1 - arith.guard - frac)
         excess = -binary_exponent(capacity / reached) if math.isfinite(reached) else 0
         return InputError.at(
-            places.placed(target.line, f"{self.name}, value {target.name}"),
+            placed(target.line, f"{self.name}, value {target.name}"),
             wanted=f"terms up to {capacity:.3g} in a value of [{target.low:g}, {target.high:g}]",
             found=f"{' * '.join(names)} up to {reached:.3g}"
             + (f", {excess} bits too many" if excess > 0 else ""),

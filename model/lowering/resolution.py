@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 from boresight.model.declarations import EXACT_UNITS
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, placed
 from boresight.model.lowering.graph import Node, declared_name
-from boresight.model.places import placed
 from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value
 
 #: Share of a state's bits that the words reaching it must leave exact.

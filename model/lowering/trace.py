@@ -16,8 +16,7 @@ from typing import Any, ClassVar, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from boresight.model.errors import InputError, require
-from boresight.model.places import author_line
+from boresight.model.errors import InputError, author_line, require
 
 #: The operation of these methods, and what to write instead.
 Refused = Mapping[str, tuple[str, str]]

