@@ -73,18 +73,11 @@ class InputError(ValueError):
 
     @classmethod
     def at(cls, where: str, *, wanted: str, found: str, fix: str) -> InputError:
-        """Build ``<where>: wanted <wanted>, found <found>; <fix>``.
+        """Build ``<where>: wanted <wanted>, found <found>; <fix>``; long parts lose their middle.
 
-        Parameters
-        ----------
-        where : str
-            Location: a file with line and column, or the name of an argument; may be empty.
-        wanted, found : str
-            What is accepted, and the value instead.
-        fix : str
-            Remedy, in the imperative.
-
-        Parts that are too long are shortened in their middle.
+        ``where`` is a file with line and column, or the name of an argument; it may be empty.
+        ``wanted`` is what is accepted, ``found`` the value instead, ``fix`` the remedy, in the
+        imperative.
         """
         prefix = f"{shortened(where, _WHERE)}: " if where else ""
         wanted, found = shortened(wanted, _WANTED), shortened(found, _FOUND)

@@ -65,38 +65,23 @@ _KINDS = (
 
 @dataclass(frozen=True)
 class SecondForm:
-    """Results of an estimator's equations in another form.
-
-    Attributes
-    ----------
-    outputs : mapping of str to (n,)
-    remarks : sequence of str
-        Remarks of the run about the model, a line each: `check` prints them as warnings.
-    faults : sequence of (str, str)
-        Faults of the model that the run shows, each with its kind (`WAIVED`): `check` fails unless
-        the estimator waives the kind.
-    time_steps : mapping of str to tuple of float
-        Constant time steps that the model has, in s, by what has them: `check` compares them with
-        that of the log.
-    as_built : callable, optional
-        Outputs of the second form with what only the rounding of this one needs, such as a floor of
-        the process noise: where ``outputs`` differ and these do not, that is the cause.
-    gates : sequence of str
-        Accepted and rejected measurements, a line each.
-    covariances : (n, errors, errors), optional
-        Covariance after each update.
-    absent : callable, optional
-        Remarks about what no update of the run shows, given the inputs (m, n_inputs) that follow it
-        in the log.
-    """
+    """Results of an estimator's equations in another form: outputs (n,) by name."""
 
     outputs: Mapping[str, FloatArray]
+    #: Lines about the model, which `check` prints as warnings.
     remarks: Sequence[str] = ()
+    #: Faults of the model with their kinds: `check` fails unless the estimator waives the kind.
     faults: Sequence[tuple[str, str]] = ()
+    #: Constant time steps of the model, s, by what has them; `check` compares the log's.
     time_steps: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    #: Outputs with what only rounding needs, such as a floor of the process noise: where
+    #: ``outputs`` differ from the estimator's and these do not, that is the cause.
     as_built: Callable[[], Mapping[str, FloatArray]] | None = None
+    #: Accepted and rejected measurements, a line each.
     gates: Sequence[str] = ()
+    #: After each update, (n, errors, errors).
     covariances: FloatArray | None = None
+    #: Remarks about what no update shows, given the inputs (m, n_inputs) that follow in the log.
     absent: Callable[[FloatArray], Sequence[str]] | None = None
 
 
@@ -183,30 +168,18 @@ class Estimator:
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]
     ) -> tuple[tuple[str, ...], FloatArray] | None:
-        """Covariance of the errors of some outputs, as estimated; None if the estimator has none.
+        """Names of some outputs, and the covariance (n, k, k) of their errors, as estimated.
 
-        Parameters
-        ----------
-        states : mapping of str to (n,)
-            After an update.
-        params : mapping of str to float
-
-        Returns
-        -------
-        (tuple of str, (n, k, k)) or None
-            Names of the outputs, and the covariance in their units.
+        In their units, of states (n,) by name after an update; None if the estimator has none.
         """
         return None
 
     def textbook(
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
     ) -> SecondForm | None:
-        """The same equations in another form, in float64; None without such a form.
+        """The same equations in another form, in float64, of inputs (n, n_inputs) from a reset on.
 
-        Parameters
-        ----------
-        inputs : (n, n_inputs)
-            In their units, from a reset on.
+        None without such a form.
         """
         return None
 
@@ -230,13 +203,7 @@ class Estimator:
     def run_float(
         self, inputs: FloatArray, *, params: Mapping[str, float] | None = None
     ) -> FloatRun:
-        """Run the float64 reference.
-
-        Parameters
-        ----------
-        inputs : (steps, n_inputs, runs)
-            Inputs in their units; every run is independent.
-        """
+        """Run the float64 reference on inputs (steps, n_inputs, runs); runs are independent."""
         steps, n, runs = inputs.shape
         if n != len(self.inputs):
             raise ValueError(f"inputs must have {len(self.inputs)} columns, not {n}")
@@ -267,12 +234,9 @@ class Estimator:
         """A line about a start that is coarse in a word of so many bits; empty if it is not."""
         bound = max((of for of in self.start_deg.items() if of[0] <= word), default=(0, 0.0))[1]
         fine = min((bits for bits, deg in self.start_deg.items() if deg <= FINE_START), default=0)
-        if bound <= FINE_START:
-            return ""
-        return (
-            f"{self.name}: the first rows with an attitude are up to {bound:g} deg from float64 "
-            f"in a word of {word} bits, {FINE_START:g} deg from {fine} bits on"
-        )
+        text = f"{self.name}: the first rows with an attitude are up to {bound:g} deg from float64 "
+        text += f"in a word of {word} bits, {FINE_START:g} deg from {fine} bits on"
+        return text if bound > FINE_START else ""
 
     def compile_traced(self, *, word: int = 32) -> tuple[Program, dict[int, Node]]:
         """`compile`, and the node of each value of the program, by value number.

@@ -423,26 +423,17 @@ def _angle_by_x(e: Any, y: Any, x: Any) -> Any:
 
 @dataclass(frozen=True)
 class Operation:
-    """A kind of expression, in all forms but fixed point.
+    """A kind of expression, in all forms but fixed point."""
 
-    Attributes
-    ----------
-    numpy : callable
-        Computes it from its arguments in float64, then from its data.
-    precise : callable, optional
-        The same of plain numbers, so exact that the result, converted to a float, is correctly
-        rounded; without it ``numpy`` is exact.
-    c : str
-        Its text in single-precision C, with its arguments, then its data
-        (`firmware.floating`).
-    slopes : tuple of callables
-        Derivatives by each argument: 1.0, -1.0, or computed from the expression and its
-        arguments. Kinds without have methods of `model.kalman.slopes.Slopes`.
-    """
-
+    #: Computes it from its arguments, then its data, in float64.
     numpy: Callable[..., Any]
+    #: The same of plain numbers, so exact that the result, converted to a float, is correctly
+    #: rounded; without it ``numpy`` is exact.
     precise: Callable[..., Any] | None = None
+    #: Its text in C, with its arguments, then its data (`firmware.floating`).
     c: str = ""
+    #: Derivatives by each argument: 1.0, -1.0, or computed from the expression and its arguments.
+    #: Kinds without have methods of `model.kalman.slopes.Slopes`.
     slopes: tuple[Callable[..., Scalar] | float, ...] = ()
 
 

@@ -12,21 +12,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of estimators that are looked up by name, and of log files.
+    """Settings of estimators that are looked up by name, and of log files."""
 
-    Attributes
-    ----------
-    profiles : tuple of str, optional
-        Files of profiles; empty: no profile; None: the file beside each estimator's.
-    tolerances : tuple of str
-        Accepted errors of outputs in place of the declared ones, ``NAME=NUMBER`` or
-        ``NAME=NUMBERunit``. They decide what is judged and refused, not a bit of the program.
-    rows : sim.records.selection.Selection, optional
-        Rows of log files that are read; None: all.
-    """
-
+    #: Files of profiles; empty: no profile; None: the file beside each estimator's.
     profiles: tuple[str, ...] | None = None
+    #: Accepted errors of outputs in place of the declared ones, ``NAME=NUMBER`` or
+    #: ``NAME=NUMBERunit``. They decide what is judged and refused, not a bit of the program.
     tolerances: tuple[str, ...] = ()
+    #: Rows of log files that are read, a `sim.records.selection.Selection`; None: all.
     rows: Any = None
 
     @property

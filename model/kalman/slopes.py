@@ -120,19 +120,10 @@ class Slopes:
 
 
 class AttitudeView:
-    """An attitude q, body to navigation, with its error e: C_true = (1 + [e x]) C.
+    """An attitude q (4,), body to navigation, with its error e: C_true = (1 + [e x]) C.
 
-    Parameters
-    ----------
-    tracer : Tracer
-    q : (4,)
-        Components, scalar first.
-    slopes : Slopes, optional
-        Where derivatives by e are noted; none are without it.
-    first : int
-        Number of the first component of e.
-    estimate : (4,), optional
-        The attitude at which e is zero, where q is another one on purpose.
+    Derivatives by e, whose first component has the number ``first``, are noted in ``slopes``; none
+    are without it. ``estimate``: attitude at which e is zero, where q is another one on purpose.
     """
 
     def __init__(

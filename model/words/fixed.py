@@ -20,13 +20,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.arrays import IntArray as IntArray
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.model.words.rounded import binary_exponent
 
 #: Widths of words, bits.
@@ -35,32 +35,21 @@ WORDS = range(18, 33)
 
 def check_word(word: Any) -> None:
     """Raise InputError unless words may have ``word`` bits."""
-    if not isinstance(word, int | np.integer) or word not in WORDS:
-        raise InputError.at(
-            "word",
-            wanted=f"{WORDS[0]} to {WORDS[-1]} bits",
-            found=str(word),
-            fix="choose a width inside the range",
-        )
+    good = isinstance(word, int | np.integer) and word in WORDS
+    fix = "choose a width inside the range"
+    require(good, "word", f"{WORDS[0]} to {WORDS[-1]} bits", word, fix)
 
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """Widths of the machine's arithmetic.
+    """Widths of the machine's arithmetic."""
 
-    Parameters
-    ----------
-    word : int, 18..32
-        Bits of a word, W.
-    guard : int
-        Fraction bits of the accumulator below the result's least significant bit, G. Default (0):
-        8 for words from 28 bits, 6 from 22, else 4; fewer leave more room to normalise.
-    headroom : int
-        Integer bits of the accumulator above the result's sign bit.
-    """
-
+    #: Bits of a word, W: 18 to 32.
     word: int = 32
+    #: Fraction bits of the accumulator below the result's last bit, G. Default (0): 8 for words
+    #: from 28 bits, 6 from 22, else 4; fewer leave more room to normalise.
     guard: int = 0
+    #: Integer bits of the accumulator above the result's sign bit.
     headroom: int = 20
 
     #: Bits of the segment index of a function table (128 segments over one power of two).
@@ -81,7 +70,6 @@ class Arithmetic:
 
     @property
     def shift_max(self) -> int:
-        """Largest shift of a term."""
         return (1 << self.SHIFT_BITS) - 1
 
     @property
@@ -96,12 +84,10 @@ class Arithmetic:
 
     @property
     def min_int(self) -> int:
-        """Smallest word."""
         return -(1 << (self.word - 1))
 
     @property
     def max_int(self) -> int:
-        """Largest word."""
         return (1 << (self.word - 1)) - 1
 
 
@@ -121,17 +107,14 @@ class Format:
 
     @property
     def lsb(self) -> float:
-        """Value of the least significant bit."""
         return math.ldexp(1.0, -self.frac)
 
     @property
     def min(self) -> float:
-        """Smallest value."""
         return -math.ldexp(1.0, self.word - 1 - self.frac)
 
     @property
     def max(self) -> float:
-        """Largest value."""
         return math.ldexp((1 << (self.word - 1)) - 1, -self.frac)
 
     def quantise(self, value: Any) -> IntArray:
@@ -139,11 +122,10 @@ class Format:
         scaled = np.asarray(_scaled(value, self.frac) + 0.5)
         limit = 2 ** (self.word - 1)
         np.floor(scaled, out=scaled)
-        words: IntArray = scaled.clip(-limit, limit - 1, out=scaled).astype(np.int64)
-        return words[()]  # of one value a scalar
+        words = scaled.clip(-limit, limit - 1, out=scaled).astype(np.int64)
+        return cast(IntArray, words[()])  # of one value a scalar
 
     def real(self, integer: Any) -> FloatArray:
-        """Value of each word."""
         return _scaled(integer, -self.frac)
 
     @classmethod
@@ -173,12 +155,9 @@ def _scaled(values: Any, power: Any) -> FloatArray:
     """Each value times 2^power."""
     # A product with a normal number has the bits of `ldexp`, and takes a fifth of the time.
     real = np.asarray(values, dtype=np.float64)
-    scaled: FloatArray = (
-        real * np.ldexp(1.0, power)
-        if real.ndim and np.abs(power).max() < 1000
-        else np.ldexp(real, power)
-    )
-    return scaled
+    if real.ndim and np.abs(power).max() < 1000:
+        return cast(FloatArray, real * np.ldexp(1.0, power))
+    return cast(FloatArray, np.ldexp(real, power))
 
 
 def wrap(q: Any, word: int) -> Any:

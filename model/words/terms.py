@@ -35,10 +35,7 @@ class Refuted(Exception):
 class Terms:
     """Numbers of terms, a domain of `model.words.program.total_of`; a term has one number.
 
-    Parameters
-    ----------
-    arithmetic : Arithmetic
-        Widths; they decide which products are copies.
+    The widths of ``arithmetic`` decide which products are copies.
     """
 
     def __init__(self, arithmetic: Arithmetic) -> None:
