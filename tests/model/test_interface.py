@@ -35,7 +35,7 @@ class Leaky(Estimator):
         ),
         (
             {"params": (Param("k", 0.5, 0.0, 1.0), State("y", 0.0, 1.0))},
-            "estimator leaky, params: wanted a tuple of Param, found State; write params = (",
+            "estimator leaky, params: wanted a tuple of Param, found a State; write params = (",
         ),
         (
             {"params": (Param("u", 0.5, 0.0, 1.0),)},

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.tools import cache as module
+from boresight.model.tools import files as module
 from boresight.model.tools.files import Cache, OutputFile, output_folder, require_distinct
 
 
