@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import cached_property
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -113,15 +114,11 @@ class Kalman(Estimator):
         #: Variances: beyond the first no element grows, the second is added in every update.
         self.variance_limits = [_HELD * bound * bound for bound in self.largest_sd]
         self.noise_floor = [self.floor * n * bound * bound for bound in self.largest_sd]
-        self.covariance_states = {
-            f"p_{a}_{b}": (i, j)
-            for i, a in enumerate(self.errors)
-            for j, b in enumerate(self.errors[i:], i)
-        }
-        self.covariance_elements = {
-            name: (self.errors[i], self.errors[j])
-            for name, (i, j) in self.covariance_states.items()
-        }
+        self.covariance_states: dict[str, tuple[int, int]] = {}
+        self.covariance_elements: dict[str, tuple[str, str]] = {}
+        for (i, a), (j, b) in combinations_with_replacement(enumerate(self.errors), 2):
+            self.covariance_states[f"p_{a}_{b}"] = i, j
+            self.covariance_elements[f"p_{a}_{b}"] = a, b
         where = placed(self._line, f"initial_covariance of {self.name}")
         start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}
         for pair, value in self.initial_covariance.items():
@@ -130,11 +127,10 @@ class Kalman(Estimator):
             start[i, j] = value
         matrix = np.zeros((n, n))
         for (i, j), value in start.items():
-            matrix[i, j] = matrix[j, i] = value / (initial_sd[i] * initial_sd[j])
-        fix = "lower them, or raise sd"
-        positive = bool(np.linalg.eigvalsh(matrix)[0] >= -1e-6)
+            matrix[j, i] = value / (initial_sd[i] * initial_sd[j])
+        positive = bool(np.linalg.eigvalsh(matrix)[0] >= -1e-6)  # of the lower triangle
         wanted = "covariances that are positive with the squares of sd"
-        require(positive, where, wanted, self.initial_covariance, fix)
+        require(positive, where, wanted, self.initial_covariance, "lower them, or raise sd")
         elements = [
             self._covariance_state(name, *pair, start.get(pair, 0.0))
             for name, pair in self.covariance_states.items()
@@ -256,9 +252,8 @@ class Kalman(Estimator):
     ) -> tuple[tuple[str, ...], FloatArray] | None:
         """See `Estimator`: of the outputs that are scalar states, in their units."""
         units = {s.name: s.unit for s in self.states}
-        names = tuple(
-            o.name for o in self.outputs if o.name in self.errors and o.unit == units.get(o.name)
-        )
+        own = (o.name for o in self.outputs if o.unit == units.get(o.name))
+        names = tuple(name for name in own if name in self.errors)
         if not names:
             return None
         at = [self.errors.index(name) for name in names]

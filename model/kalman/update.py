@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -52,12 +52,10 @@ MOST_SD = 64.0
 DITHER = "dither"
 #: The next word is wrap(factor word + added): all 2^32 words in turn.
 _FACTOR, _ADDED = 69069.0, 1327217885.0 * 2.0**-31
-#: Outputs about the measurements of an update.
-_COUNTS = ("nis", "accepted", "rejected")
 #: A sum with this number ends at the bit 2^-13 of a word of 32, and is exact in float64.
 _COARSE = 2.0**17
-#: Reason of the range of an innovation's variance.
-SPREAD = "h P h + r"
+#: Reasons of the ranges of elements of P, and of an innovation's variance.
+_SD, SPREAD = "standard deviations", "h P h + r"
 #: When an element leaves the bounds that it has in a covariance.
 INDEFINITE = "rounding or nonlinearity make P indefinite"
 #: In `Estimator.remedies` before the line of a state: what narrows the ranges of its predicted P.
@@ -79,8 +77,7 @@ class Update:
         self.tracer = leaf.tracer
         self.slopes, self.intervals = Slopes(self.tracer), Intervals(self.tracer)
         self.before = {s.name: getattr(x, s.name) for s in kalman.states}
-        n = self.n = len(kalman.errors)
-        self.range = range(n)
+        self.range = range(len(kalman.errors))
         #: P as far as it is known, and the bounds of its standard deviations.
         self.cov: dict[tuple[int, int], Scalar] = {}
         for name, (i, j) in kalman.covariance_states.items():
@@ -97,10 +94,8 @@ class Update:
         self.gains: list[list[Any]] = []
         self.moves: list[Any] = []
         self.conditions: list[Condition | None] = []
-        self.nis: Any = 0.0
-        #: Measurements of the update that count, and those beyond their gate.
-        self.accepted: Any = 0.0
-        self.rejected: Any = 0.0
+        #: Outputs about the measurements: those that count, and those beyond their gate.
+        self.counts: dict[str, Any] = {"nis": 0.0, "accepted": 0.0, "rejected": 0.0}
 
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
         k = self.kalman
@@ -111,8 +106,8 @@ class Update:
         self.cov = {pair: reduced[name] for name, pair in k.covariance_states.items()}
         states = {**self.states, **self.memory, **reduced}
         outputs = self._outputs(self.states) if prior is None else prior
-        for name in {*outputs} & {*_COUNTS}:
-            outputs[name] = getattr(self, name)  # not known before the correction
+        for name in {*outputs} & {*self.counts}:
+            outputs[name] = self.counts[name]  # not known before the correction
         self.tracer.place = ""
         return states, outputs
 
@@ -121,25 +116,24 @@ class Update:
     def _predict(self) -> None:
         """x = f(x), P = F P F^T + Q."""
         k = self.kalman
-        for i, name in enumerate(k.errors):
-            if name in self.before:
-                self.slopes.seed(self.before[name], i)
+        for s in k.scalars:
+            self.slopes.seed(self.before[s.name], k.errors.index(s.name))
         view = self._view(self.before)
         after = moved(k, k.f(view, self.u, self.p), self.before)
         noise = noise_of(k, k.noise(view, self.u, self.p), self.intervals)
         self.memory = {s.name: after[s.name] for s in k.memory}
         rows: list[Slope] = []
-        for s in k.estimated:
-            self.tracer.place = s.line
-            if isinstance(s, Attitude):
-                turn = [after[e] for e in s.errors]
-                q = [self.before[c] for c in s.components]
-                self.states |= zip(s.components, turned(q, turn), strict=True)
-                rows += self._rows_of_turn(s, getattr(view, s.name), turn)
+        for state in k.estimated:
+            self.tracer.place, name = state.line, state.name
+            if isinstance(state, Attitude):
+                turn = [after[e] for e in state.errors]
+                q = [self.before[c] for c in state.components]
+                self.states |= zip(state.components, turned(q, turn), strict=True)
+                rows += self._rows_of_turn(state, getattr(view, name), turn)
             else:
-                value = self.tracer.lift(after[s.name])
+                value = self.tracer.lift(after[name])
                 rows.append(self.slopes.of(value))
-                self.states[s.name] = value if value is self.before[s.name] else in_range(value, s)
+                self.states[name] = value if value is self.before[name] else in_range(value, state)
         self._propagate(rows, noise)
 
     def _rows_of_turn(self, s: Attitude, view: AttitudeView, turn: Sequence[Any]) -> list[Slope]:
@@ -191,8 +185,7 @@ class Update:
         limit = math.ldexp(2.0**-5, math.frexp(k.largest_sd[i] / k.largest_sd[m])[1])
         if entry.kind == "const" or self.intervals.size(entry) >= limit:
             return entry
-        coarse: Scalar = ops.bounded(entry, -limit, limit, "standard deviations")
-        return coarse
+        return cast(Scalar, ops.bounded(entry, -limit, limit, _SD))
 
     def _change(self, block: Sequence[int], noise: Mapping[tuple[int, int], Any]) -> None:
         """P after the states of ``block`` alone have moved, by the others and one another."""
@@ -242,8 +235,7 @@ class Update:
         """An element of two states with the covariance of their noise, unless one is held."""
         if is_const(added, 0.0):
             return value
-        noisy: Scalar = value + ops.where(self.full[i] | self.full[j], 0.0, added)
-        return noisy
+        return value + cast(Scalar, ops.where(self.full[i] | self.full[j], 0.0, added))
 
     def _bounded(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
         """An element that has changed, within what the standard deviations allow."""
@@ -270,26 +262,24 @@ class Update:
     def _correct(self) -> None:
         """x += L nu / sqrt(s) of every measurement; L of P after the measurements before it."""
         k = self.kalman
-        states = {s.name: s for s in k.scalars}
         current = dict(self.states)
         self.slopes = Slopes(self.tracer)  # by the errors of the predicted state, no others
-        for i, name in enumerate(k.errors):
-            if name in current:
-                self.tracer.place = states[name].line
-                value = self.tracer.lift(current[name])
-                current[name] = self.tracer.new("same", value, data=(f"predicted {name}",))
-                if states[name].unit:
-                    declared = states[name].unit, states[name].high - states[name].low
-                    self.tracer.units[current[name].number] = declared
-                self.slopes.seed(current[name], i)
+        for s in k.scalars:
+            self.tracer.place = s.line
+            value = self.tracer.lift(current[s.name])
+            value = self.tracer.new("same", value, data=(f"predicted {s.name}",))
+            if s.unit:
+                self.tracer.units[value.number] = s.unit, s.high - s.low
+            self.slopes.seed(value, k.errors.index(s.name))
+            current[s.name] = value
         self.tracer.place = ""
         view = self._view(current)
         for m in measurements_of(k, view, self.u, self.p):
             self.tracer.place = m.line
             self._update(m)
-        for s in k.estimated:
-            self.tracer.place = s.line
-            self._move(s)
+        for declared in k.estimated:
+            self.tracer.place = declared.line
+            self._move(declared)
 
     def _update(self, m: Measurement) -> None:
         row, where = self.slopes.of(self.tracer.lift(m.h) - m.z), placed(m.line, "measurement")
@@ -320,13 +310,13 @@ class Update:
             beyond = self._exceeds_gate(m.gate, innovation, variance)
             within = ~beyond if valid is None else ~beyond & valid
             beyond = beyond if valid is None else beyond & valid
-            self.rejected = self.rejected + ops.where(beyond, 1.0, 0.0)
-            self.accepted = self.accepted + ops.where(within, 1.0, 0.0)
+            self.counts["rejected"] += ops.where(beyond, 1.0, 0.0)
+            self.counts["accepted"] += ops.where(within, 1.0, 0.0)
             gains = [ops.where(within, g, 0.0) for g in gains]
             move, valid = ops.where(within, move, 0.0), None
         else:
-            self.accepted = self.accepted + _if_valid(valid, 1.0)
-        self.nis = self.nis + _if_valid(valid, move * move)
+            self.counts["accepted"] += _if_valid(valid, 1.0)
+        self.counts["nis"] += _if_valid(valid, move * move)
         pairs = zip(gains, self.bounds, strict=True)
         self.gains.append([_claimed(g, -sd, sd, "root of a variance") for g, sd in pairs])
         self.moves.append(move)
@@ -432,16 +422,13 @@ class Update:
     def _less_growth(self, grown: Sequence[int]) -> str:
         """What keeps the standard deviations of ``grown`` states in a prediction lower."""
         k, large = self.kalman, [(i, j) for i in grown for j in _largest(self.growth[i])]
-        cures = [
-            f"narrow the range of {name}"
-            for name in sorted(inputs_of(*(self.rows[i][j] for i, j in large)))
-        ]
+        inputs = sorted(inputs_of(*(self.rows[i][j] for i, j in large)))
+        cures = [f"narrow the range of {name}" for name in inputs]
         cures.append(f"lower sd_max of {', '.join(dict.fromkeys(k.errors[j] for _, j in large))}")
-        sds = [
-            f"of {k.errors[i]} from {k.largest_sd[i]:.3g} to {self.bounds[i]:.3g}" for i in grown
-        ]
-        grows = f"(one prediction may take the standard deviation {' and '.join(sds)})"
-        return f"{', or '.join(cures)} {grows}"
+        sds = zip(k.errors, k.largest_sd, self.bounds, strict=True)
+        texts = [f"of {name} from {sd:.3g} to {bound:.3g}" for name, sd, bound in sds]
+        grows = " and ".join(texts[i] for i in grown)
+        return f"{', or '.join(cures)} (one prediction may take the standard deviation {grows})"
 
     def _within(self, value: Scalar, spread: float, unless: str) -> Any:
         """A value within a standard deviation, where its interval is wider."""
@@ -492,14 +479,13 @@ class Update:
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         k = self.kalman
-        results = {**{name: getattr(self, name) for name in _COUNTS}, **self.memory, **values}
         shown = self._shown(self._view(values))
-        results |= shown
+        results = {**self.counts, **self.memory, **values, **shown}
         units = {s.name: s.unit for s in k.states if s.name not in shown}
         known = [n for n in results if n not in k.covariance_states]
         for o in k.outputs:
             where, near = placed(o.line, f"output {o.name} of {k.name}"), closest(o.name, known)
-            wanted = f"a state, {', '.join(_COUNTS)} or key of shown, as {', '.join(near)}"
+            wanted = f"a state, {', '.join(self.counts)} or key of shown, as {', '.join(near)}"
             fix = "correct the name, or return it in shown"
             require(o.name in results, where, wanted, o.name, fix)
             unit = units.get(o.name, o.unit)
@@ -531,14 +517,10 @@ def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> 
 
 
 def _claimed(
-    value: Any,
-    low: float,
-    high: float,
-    reason: str = "standard deviations",
-    unless: str = INDEFINITE,
+    value: Any, low: float, high: float, reason: str = _SD, unless: str = INDEFINITE
 ) -> Scalar:
     """A value within bounds that hold, by default unless P is indefinite."""
-    return ops.bounded(value, low, high, reason, unless=unless)  # type: ignore[no-any-return]
+    return cast(Scalar, ops.bounded(value, low, high, reason, unless=unless))
 
 
 def _largest(parts: Mapping[int, float]) -> list[int]:
@@ -759,11 +741,10 @@ def _without(total: Any, term: Any) -> Any:
     """A sum without one of its terms, narrower than the difference; None if it is not one."""
     if total is term:
         return 0.0
-    if not isinstance(total, Scalar) or total.kind not in ("add", "sub"):
-        return None
-    a, b = total.args
-    if (rest := _without(a, term)) is not None:
-        return rest + b if total.kind == "add" else rest - b
-    if total.kind == "add" and (rest := _without(b, term)) is not None:
-        return a + rest
+    if isinstance(total, Scalar) and total.kind in ("add", "sub"):
+        a, b = total.args
+        if (rest := _without(a, term)) is not None:
+            return rest + b if total.kind == "add" else rest - b
+        if total.kind == "add" and (rest := _without(b, term)) is not None:
+            return a + rest
     return None
