@@ -204,19 +204,10 @@ def lower(
         outputs = tuple(low.word(node) for node in results)
         replaced = tuple((s, low.replacing(node, s)) for s, node in zip(states, after, strict=True))
     share(low.groups)
-    program, new = _pruned(
-        Program(
-            graph.name,
-            arithmetic,
-            inputs=inputs,
-            outputs=outputs,
-            output_names=tuple(trace.outputs),
-            states=replaced,
-            values=tuple(low.groups.values),
-            ops=tuple(low.groups.ops),
-            table_memory=tables.table_memory(arithmetic),
-        )
-    )
+    values, ops = tuple(low.groups.values), tuple(low.groups.ops)
+    ports = inputs, outputs, tuple(trace.outputs), replaced
+    memory = tables.table_memory(arithmetic)
+    program, new = _pruned(Program(graph.name, arithmetic, values, ops, *ports, memory))
     nodes = {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
     return program, nodes
 

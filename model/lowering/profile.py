@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 
 if TYPE_CHECKING:
     from boresight.model.declarations import Input
@@ -52,10 +52,8 @@ class Profile:
     def __str__(self) -> str:
         if not self.ranges and not self.limits:
             return f"profile {self.place}: no formats, since none {self.source} is more exact"
-        return (
-            f"profile {self.place}: formats of {len(self.ranges)} values, {self.source}; beyond "
-            "these ranges a word saturates"
-        )
+        values = f"formats of {len(self.ranges)} values, {self.source}"
+        return f"profile {self.place}: {values}; beyond these ranges a word saturates"
 
     def check(self, trace: Trace, name: str, inputs: Sequence[Input]) -> Profile:
         """Return it with the numbers of this record of a step; see `record_digest`.
@@ -70,10 +68,8 @@ class Profile:
             found = "one of another step or other declarations"
         elif unknown := sorted((self.ranges.keys() | self.limits.keys()) - place.keys()):
             found = f"one with a value {unknown[0]}"
-        if found:
-            fix = "run boresight fit again, or leave it out with --profile none"
-            wanted = f"a profile of {name} as it is now"
-            raise InputError.at(self.place, wanted=wanted, found=found, fix=fix)
+        fix = "run boresight fit again, or leave it out with --profile none"
+        require(not found, self.place, f"a profile of {name} as it is now", found, fix)
         ranges = {place[number]: range_ for number, range_ in self.ranges.items()}
         limits = {place[number]: range_ for number, range_ in self.limits.items()}
         return replace(self, ranges=ranges, limits=limits)
@@ -105,12 +101,10 @@ def record_digest(trace: Trace, inputs: Sequence[Input]) -> str:
         return [e.kind, *(numbers[arg.number] for arg in e.args), *e.data]
 
     declared = {numbers[e.number]: e for e in reversed(trace.tracer.expressions)}
+    outputs = {n: numbers[e.number] for n, e in trace.outputs.items()}
     content = [
         [description(declared[number]) for number in sorted(declared)],
-        [
-            [e.number for e in trace.inputs],
-            {n: numbers[e.number] for n, e in trace.outputs.items()},
-        ],
+        [[e.number for e in trace.inputs], outputs],
         [[e.number, default] for e, default, _ in trace.params],
         [[e.number, initial, numbers[after.number]] for e, initial, after in trace.states],
     ]
@@ -125,10 +119,8 @@ def read_profile(path: str | Path) -> Profile:
     found = "another kind of file"
     try:
         data = json.loads(Path(path).read_bytes())
-        values, limits = (
-            {int(row["number"]): _range(*row["chosen"]) for row in data[name]}
-            for name in ("values", "limits")
-        )
+        rows = (data["values"], data["limits"])
+        values, limits = ({int(r["number"]): _range(*r["chosen"]) for r in each} for each in rows)
         logs = [str(log["log"]) for log in data["made_from"]]
         return Profile(str(data["estimator"]), str(data["record"]), logs, values, limits, str(path))
     except OSError as error:

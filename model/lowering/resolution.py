@@ -48,17 +48,15 @@ class _Walk:
         self.program, self.nodes = program, nodes
         self.op_of = {op.dest: op for op in program.ops}
         self.after = dict(program.states)
-        values: dict[int | None, Value] = dict(enumerate(program.values))
-        self.values = values
+        self.values: dict[int | None, Value] = dict(enumerate(program.values))
         #: Values that are not rounded (constants, their sums and selections), and how often two
         #: divides their words.
-        self.exact: dict[int | None, int] = {
-            n: _twos(v.initial) for n, v in values.items() if v.kind is Kind.CONST
-        }
+        constants = {n: program.values[n].initial for n in program.of_kind(Kind.CONST)}
+        self.exact: dict[int | None, int] = {n: _twos(word) for n, word in constants.items()}
         for op in program.ops:
             if all(n in self.exact for t in op.terms for n in (t.a, t.b)):
                 twos = [self.exact[t.a] + self.exact[t.b] + self._power(op, t) for t in op.terms]
-                exponent = min(twos) + values[op.dest].frac
+                exponent = min(twos) + self.values[op.dest].frac
                 if exponent >= 0 and op.dest in nodes and self._is_whole(op):
                     self.exact[op.dest] = exponent
 
@@ -68,10 +66,9 @@ class _Walk:
             declared = self.program.values[value]
             last = math.ldexp(1.0, -declared.frac)
             if last * share > limit:
-                span = self.nodes.get(value, declared)
-                line = self._line(value)
+                span, name = self.nodes.get(value, declared), self._named(value)
                 raise InputError.at(
-                    placed(line, f"{self.program.name}, {self._named(value)}"),
+                    placed(self._line(value), f"{self.program.name}, {name}"),
                     wanted=f"an LSB of at most {limit / share:.3g}, for {reason}",
                     found=f"{last:.3g}, for the range [{span.low:.4g}, {span.high:.4g}]",
                     fix=self._remedy(value),
@@ -92,7 +89,6 @@ class _Walk:
         return self.nodes[value].line if value in self.nodes else ""
 
     def _remedy(self, value: int) -> str:
-        """Remedy: how a value gets a finer last bit."""
         declared, node = self.program.values[value], self.nodes.get(value)
         if declared.kind is not Kind.OP:
             return "narrow its range, or widen the tolerance"

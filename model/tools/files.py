@@ -150,9 +150,7 @@ def _refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> Non
 def require_distinct(**outputs: StrPath | None) -> None:
     """Refuse two outputs that are one file; the keywords are their options."""
     options: dict[str, str] = {}
-    for option, path in outputs.items():
-        if path is None:
-            continue
+    for option, path in ((o, p) for o, p in outputs.items() if p is not None):
         target = os.path.realpath(path)
         found, fix = f"the same file as --{options.get(target)}", f"choose another with --{option}"
         good = target not in options or target == os.devnull
@@ -179,11 +177,8 @@ def changed_files(folder: Path) -> list[str]:
     known = _listed(folder)
     if not known or (folder / MANIFEST).read_text(encoding="utf-8") != _manifest(known):
         return [MANIFEST]
-    return [
-        name
-        for name, file in known.items()
-        if not (folder / name).is_file() or digest(folder / name) != file["sha256"]
-    ]
+    sums = {name: digest(folder / name) for name in known if (folder / name).is_file()}
+    return [name for name, file in known.items() if sums.get(name) != file["sha256"]]
 
 
 def digest(path: Path) -> str:
@@ -270,8 +265,8 @@ def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
 
 
 def _shown(path: StrPath) -> str:
-    path = Path(os.path.abspath(path))
-    return os.fspath(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+    path, here = Path(os.path.abspath(path)), Path.cwd()
+    return os.fspath(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
 class Cache:
@@ -283,10 +278,9 @@ class Cache:
     def get(self, name: str, identity: str, make: Callable[[Path], None]) -> Path:
         """Return the folder of the entry with this identity; make the entry if it is absent.
 
-        ``identity`` is everything that the result depends on, ``name`` that with which the entry's
-        folder begins; ``make`` writes files into an empty folder, which is renamed afterwards. If
-        several processes or threads need the same entry, one makes it and the others wait. Raises
-        OSError if the cache cannot be written.
+        ``identity`` is everything that the result depends on; the folder's name begins with
+        ``name``; ``make`` writes files into an empty folder. If several processes or threads need
+        the same entry, one makes it and the others wait. OSError: the cache cannot be written.
         """
         key = hashlib.sha256(identity.encode()).hexdigest()[:32]
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:40] or "entry"
