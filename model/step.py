@@ -115,13 +115,10 @@ def checked(
     except (Exception, SystemExit) as error:
         raise _explained(name, step, where, error) from error
     parts = result if isinstance(result, tuple) else (result,)
-    if len(parts) != 2 or not all(isinstance(part, Mapping) for part in parts):
-        raise InputError.at(
-            where,
-            wanted="two dictionaries: next states, outputs",
-            found=" and ".join(type(part).__name__ for part in parts),
-            fix="return {states by name}, {outputs by name}",
-        )
+    good = len(parts) == 2 and all(isinstance(part, Mapping) for part in parts)
+    found = " and ".join(f"a {type(part).__name__}" for part in parts)
+    fix = "return {states by name}, {outputs by name}"
+    require(good, where, "two dictionaries: next states, outputs", found, fix)
     for kind, declared, returned in (("state", states, parts[0]), ("output", outputs, parts[1])):
         names = [d.name for d in declared]
         _check_returned(f"{where}, {kind}", kind, names, returned, arrays=arrays)
@@ -180,7 +177,6 @@ def check_constants(
 def _check_returned(
     where: str, kind: str, declared: Sequence[str], returned: Mapping[str, Any], *, arrays: bool
 ) -> None:
-    """Refuse names that are missing or not declared, and values that are not numbers."""
     missing = [name for name in declared if name not in returned]
     unknown = sorted(str(name) for name in returned.keys() - {*declared})
     if missing or unknown:

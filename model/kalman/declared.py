@@ -242,15 +242,15 @@ def spread(
     InputError: no mapping, an unknown name, another number of components, a value that is no
     number.
     """
-    members = {m: (m,) for group in groups.values() for m in group}
+    known = {m: (m,) for group in groups.values() for m in group} | {**groups}
     out: dict[str, Any] = {}
     wanted = f"a dictionary of {quantity} by the names of {kind}s"
     fix = "return {NAME: VALUE, ...}, {} if there are none"
     require(isinstance(given, Mapping), where, wanted, given, fix)
     for name, value in given.items():
-        group = groups.get(name, members.get(name, ()))
-        known = f"{quantity} of {kind}s: {', '.join(sorted({*groups, *members}))}"
-        require(bool(group), where, known, name, f"correct the name, or declare the {kind}")
+        wanted = f"{quantity} of {kind}s: {', '.join(sorted(known))}"
+        require(name in known, where, wanted, name, f"correct the name, or declare the {kind}")
+        group = known[name]
         is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
         values = list(value) if is_vector and name in groups else [value] * len(group)
         one = quantity == NEXT and len(group) > 1 and not is_vector

@@ -45,7 +45,7 @@ def test_step_must_return_what_is_declared() -> None:
     for wrong, message in (
         (Wrong, "step of wrong, output y, sum: wanted each declared output once: y, sum, found z"),
         (Stateless, "step of stateless, state y: wanted each declared state once: y, found none"),
-        (Single, "step of single: wanted two dictionaries: next states, outputs, found dict"),
+        (Single, "step of single: wanted two dictionaries: next states, outputs, found a dict"),
     ):
         with pytest.raises(InputError, match=rf"^test_step\.py, line \d+, {re.escape(message)}; "):
             wrong().compile()
