@@ -114,11 +114,6 @@ class Kalman(Estimator):
         #: Variances: beyond the first no element grows, the second is added in every update.
         self.variance_limits = [_HELD * bound * bound for bound in self.largest_sd]
         self.noise_floor = [self.floor * n * bound * bound for bound in self.largest_sd]
-        self.covariance_states: dict[str, tuple[int, int]] = {}
-        self.covariance_elements: dict[str, tuple[str, str]] = {}
-        for (i, a), (j, b) in combinations_with_replacement(enumerate(self.errors), 2):
-            self.covariance_states[f"p_{a}_{b}"] = i, j
-            self.covariance_elements[f"p_{a}_{b}"] = a, b
         where = placed(self._line, f"initial_covariance of {self.name}")
         start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}
         for pair, value in self.initial_covariance.items():
@@ -131,20 +126,23 @@ class Kalman(Estimator):
         positive = bool(np.linalg.eigvalsh(matrix)[0] >= -1e-6)  # of the lower triangle
         wanted = "covariances that are positive with the squares of sd"
         require(positive, where, wanted, self.initial_covariance, "lower them, or raise sd")
-        elements = [
-            self._covariance_state(name, *pair, start.get(pair, 0.0))
-            for name, pair in self.covariance_states.items()
-        ]
+        self.covariance_states: dict[str, tuple[int, int]] = {}
+        self.covariance_elements: dict[str, tuple[str, str]] = {}
+        elements = []
+        for (i, a), (j, b) in combinations_with_replacement(enumerate(self.errors), 2):
+            name, bound, line = (
+                f"p_{a}_{b}",
+                self.largest_sd[i] * self.largest_sd[j],
+                self.places[i],
+            )
+            self.covariance_states[name], self.covariance_elements[name] = (i, j), (a, b)
+            low, first = 0.0 if i == j else -bound, start.get((i, j), 0.0)
+            units = [unit for unit in (self.unit_of(i), self.unit_of(j)) if unit]
+            unit = f"({units[0]})^2" if units and i == j else " ".join(units)
+            elements.append(declarations.State(name, low, bound, unit, first, line=line))
         self.states = (*states, *self.memory, *elements)
         if not self.outputs:
             self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in states)
-
-    def _covariance_state(self, name: str, i: int, j: int, start: float) -> declarations.State:
-        bound = self.largest_sd[i] * self.largest_sd[j]
-        low = 0.0 if i == j else -bound
-        units = [self.unit_of(k) for k in (i, j)]
-        unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
-        return declarations.State(name, low, bound, unit, start, line=self.places[i])
 
     def unit_of(self, error: int) -> str:
         """Unit of an error state, by its number."""
@@ -220,13 +218,9 @@ class Kalman(Estimator):
         require(written, where, "a method measure(self, x, u, p)", None, fix)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One update: predict, then correct."""
+        """One update: predict, then correct. Numbers and arrays by the record, in float64."""
         if any(isinstance(v, Scalar) for v in vars(x).values()):
             return Update(self, x, u, p).results()
-        return self._evaluated(x, u, p)
-
-    def _evaluated(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One update of numbers or arrays: the record, in float64."""
         trace, kinds = self._trace, (("input", u), ("param", p), ("state", x))
         leaves = {(kind, name): v for kind, values in kinds for name, v in vars(values).items()}
         results = evaluate(trace, leaves)

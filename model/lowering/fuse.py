@@ -29,10 +29,13 @@ class Fusion:
     def __init__(self, graph: Graph, arith: Arithmetic) -> None:
         self.graph = graph
         self.groups = Groups(graph.name, arith)
-        self._functions = Functions(self.groups)
         self._of_node: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
         self._limits: dict[int, Value] = {}
+        #: Parts of functions of words, each expanded once.
+        self._squares: dict[int, int] = {}
+        self._segments: dict[tuple[str, int, bool], tuple[int, int]] = {}
+        self._mantissas: dict[tuple[str, int], int] = {}
 
     def holders(self, node: Node) -> list[int]:
         """Values that hold a node: its own, then copies with other binary points."""
@@ -280,22 +283,79 @@ class Fusion:
 
     def _form_sin(self, node: Node, wrapped: float) -> Form:
         x = self.word(node.args[0], frac=self.groups.arith.word - 1)
-        products = self._functions.cubic(tables.SIN, x, node.quarter)
+        products = self._cubic(tables.SIN, x, node.quarter)
         return Form([replace(p, negate=Negate.IF) for p in products], flag=(x, node.quarter))
 
     def _form_asin(self, node: Node, wrapped: float) -> Form:
         x = self.word(node.args[0], frac=self.groups.arith.word - 2)
-        return Form(self._functions.cubic(tables.ASIN, x, False))
+        return Form(self._cubic(tables.ASIN, x))
+
+    def _cubic(self, table: tables.Table, x: int, quarter: bool = False) -> list[Product]:
+        """The two products w * 1 and t * u of a tabulated function of the word ``x``.
+
+        The function is ``w + t * u`` (see `model.words.tables`)::
+
+            u = p * p      w = c0 + c1 * p      t = c2 + c3 * p      p: position in the segment
+        """
+        key = (table.name, x, quarter)
+        if key not in self._segments:
+            self._segments[key] = self._expand(table, x, quarter)
+        w, t = self._segments[key]
+        return [Product(w), Product(t, self._squares[x])]
+
+    def _expand(self, table: tables.Table, x: int, quarter: bool) -> tuple[int, int]:
+        groups, arith = self.groups, self.groups.arith
+        label = f"{'cos' if quarter else table.name}_{groups.values[x].name}"
+        if x not in self._squares:
+            square = Product(x, x, fraction_a=True, fraction_b=True)
+            form = Form([square], index=(x, quarter))
+            target = Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP)
+            self._squares[x] = groups.group(form, target, frac=arith.word - 1)
+        c = table.coefficients
+        parts = {}
+        for first, part in ((2, "t"), (0, "w")):
+            low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())
+            high = float((c[:, first] + c[:, first + 1].clip(min=0.0)).max())
+            frac = tables.part_format(table, arith, low, high).frac
+            constant = Product(groups.unit(arith.word - 2), coefficient=first)
+            slope = Product(x, coefficient=first + 1, fraction_a=True)
+            form = Form([constant, slope], index=(x, quarter), table=table)
+            target = Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP)
+            parts[part] = groups.group(form, target, frac=frac)
+        return parts["w"], parts["t"]
 
     def _mantissa(self, node: Node) -> tuple[int, int, int]:
-        """(mantissa, exponent, normalised value) of an rsqrt or reciprocal node."""
-        odd = (self.groups.arith.word - 1) % 2 == 1 if node.kind == "rsqrt" else None
-        arg = node.args[0]
-        x = self.word(arg, odd=odd)
-        if node.kind == "reciprocal":
+        """(value m', exponent e, normalised value x) of an rsqrt or reciprocal node.
+
+        x = X 2^-f, X shifted left by its normalisation count n gives m = X 2^n / 2^(W-1); then
+
+        * 1/sqrt(x) = m' 2^e 2^(n/2), m' = m^(-1/2), e = (f - (W-1)) / 2, n even, f - (W-1) even;
+        * 1/x = m' 2^e 2^n, m' = 1/|m|, e = f - (W-1), with the sign of x.
+
+        The exponent comes back as a term's scale (`model.words.program.Scale`).
+        """
+        groups, arith, kind, arg = self.groups, self.groups.arith, node.kind, node.args[0]
+        root = kind == "rsqrt"
+        x = self.word(arg, odd=(arith.word - 1) % 2 == 1 if root else None)
+        if not root:
             self.graph.line = node.line
             x = self._far_from_zero(arg, x)
-        return (*self._functions.mantissa(node.kind, x), x)
+        table = tables.RSQRT if root else tables.RECIPROCAL
+        exponent = groups.frac(x) - (arith.word - 1)
+        if (kind, x) not in self._mantissas:
+            name = groups.values[x].name
+            negative = groups.values[x].low < 0.0 and not root
+            scale, negate = Scale.EVEN if root else Scale.FULL, Negate.IF if negative else Negate.NO
+            product = Product(x, scale=scale, exponent=exponent, negate=negate)
+            form = Form([product], norm=x, flag=(x, False) if negative else None)
+            target = Target(f"{name}_m", 0.0, 1.0, "normalised", overflow=Overflow.CLIP)
+            m = groups.group(form, target, frac=arith.word - 1, exact=True)
+            form = Form(self._cubic(table, m))
+            limits = table.low, table.high, "table"
+            target = Target(f"{kind}_{name}", *limits, overflow=Overflow.CLIP)
+            frac = table.result_format(arith).frac
+            self._mantissas[kind, x] = groups.group(form, target, frac=frac, exact=True)
+        return self._mantissas[kind, x], exponent // 2 if root else exponent, x
 
     def _far_from_zero(self, arg: Node, x: int) -> int:
         """The word ``x`` of a reciprocal's argument, at least what the word can normalise.
@@ -318,80 +378,6 @@ class Fusion:
         limit = g.const(floor)
         limited = g.select(g.less(arg, limit), limit, arg)
         return self.word(g.bounded(limited, floor, arg.high, "what the word can normalise"))
-
-
-class Functions:
-    """Table look-ups expanded into groups; the same function of the same word is expanded once.
-
-    A tabulated function of the word x is ``w + t * u`` (see `model.words.tables`)::
-
-        u = p * p        w = c0 + c1 * p        t = c2 + c3 * p        p: position in the segment
-
-    Roots and reciprocals first normalise their argument to a mantissa; the exponent comes back as a
-    term's scale (`model.words.program.Scale`) where the result is used.
-    """
-
-    def __init__(self, groups: Groups) -> None:
-        self._groups = groups
-        self._squares: dict[int, int] = {}
-        self._segments: dict[tuple[str, int, bool], tuple[int, int]] = {}
-        self._mantissas: dict[tuple[str, int], int] = {}
-
-    def cubic(self, table: tables.Table, x: int, quarter: bool) -> list[Product]:
-        """The two products w * 1 and t * u of a tabulated function of the word ``x``."""
-        key = (table.name, x, quarter)
-        if key not in self._segments:
-            self._segments[key] = self._expand(table, x, quarter)
-        w, t = self._segments[key]
-        return [Product(w), Product(t, self._squares[x])]
-
-    def _expand(self, table: tables.Table, x: int, quarter: bool) -> tuple[int, int]:
-        groups, arith = self._groups, self._groups.arith
-        label = f"{'cos' if quarter else table.name}_{groups.values[x].name}"
-        if x not in self._squares:
-            square = Product(x, x, fraction_a=True, fraction_b=True)
-            form = Form([square], index=(x, quarter))
-            target = Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP)
-            self._squares[x] = groups.group(form, target, frac=arith.word - 1)
-        c = table.coefficients
-        parts = {}
-        for first, part in ((2, "t"), (0, "w")):
-            low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())
-            high = float((c[:, first] + c[:, first + 1].clip(min=0.0)).max())
-            frac = tables.part_format(table, arith, low, high).frac
-            constant = Product(groups.unit(arith.word - 2), coefficient=first)
-            slope = Product(x, coefficient=first + 1, fraction_a=True)
-            form = Form([constant, slope], index=(x, quarter), table=table)
-            target = Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP)
-            parts[part] = groups.group(form, target, frac=frac)
-        return parts["w"], parts["t"]
-
-    def mantissa(self, kind: str, x: int) -> tuple[int, int]:
-        """(value m', exponent e) of rsqrt or reciprocal of the word ``x``.
-
-        x = X 2^-f, X shifted left by its normalisation count n gives m = X 2^n / 2^(W-1); then
-
-        * 1/sqrt(x) = m' 2^e 2^(n/2), m' = m^(-1/2), e = (f - (W-1)) / 2, n even, f - (W-1) even;
-        * 1/x = m' 2^e 2^n, m' = 1/|m|, e = f - (W-1), with the sign of x.
-        """
-        groups, arith = self._groups, self._groups.arith
-        root = kind == "rsqrt"
-        table = tables.RSQRT if root else tables.RECIPROCAL
-        exponent = groups.frac(x) - (arith.word - 1)
-        if (kind, x) not in self._mantissas:
-            name = groups.values[x].name
-            negative = groups.values[x].low < 0.0 and not root
-            scale, negate = Scale.EVEN if root else Scale.FULL, Negate.IF if negative else Negate.NO
-            product = Product(x, scale=scale, exponent=exponent, negate=negate)
-            form = Form([product], norm=x, flag=(x, False) if negative else None)
-            target = Target(f"{name}_m", 0.0, 1.0, "normalised", overflow=Overflow.CLIP)
-            m = groups.group(form, target, frac=arith.word - 1, exact=True)
-            form = Form(self.cubic(table, m, False))
-            limits = table.low, table.high, "table"
-            target = Target(f"{kind}_{name}", *limits, overflow=Overflow.CLIP)
-            frac = table.result_format(arith).frac
-            self._mantissas[kind, x] = groups.group(form, target, frac=frac, exact=True)
-        return self._mantissas[kind, x], exponent // 2 if root else exponent
 
 
 def _power_of_two(node: Node) -> bool:
