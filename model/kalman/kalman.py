@@ -130,16 +130,12 @@ class Kalman(Estimator):
         self.covariance_elements: dict[str, tuple[str, str]] = {}
         elements = []
         for (i, a), (j, b) in combinations_with_replacement(enumerate(self.errors), 2):
-            name, bound, line = (
-                f"p_{a}_{b}",
-                self.largest_sd[i] * self.largest_sd[j],
-                self.places[i],
-            )
+            name, bound = f"p_{a}_{b}", self.largest_sd[i] * self.largest_sd[j]
             self.covariance_states[name], self.covariance_elements[name] = (i, j), (a, b)
             low, first = 0.0 if i == j else -bound, start.get((i, j), 0.0)
             units = [unit for unit in (self.unit_of(i), self.unit_of(j)) if unit]
             unit = f"({units[0]})^2" if units and i == j else " ".join(units)
-            elements.append(declarations.State(name, low, bound, unit, first, line=line))
+            elements.append(declarations.State(name, low, bound, unit, first, line=self.places[i]))
         self.states = (*states, *self.memory, *elements)
         if not self.outputs:
             self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in states)

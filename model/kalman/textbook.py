@@ -77,11 +77,10 @@ class _Function:
         for s in kalman.estimated:
             if isinstance(s, Attitude):
                 estimate = [tracer.leaf("state", f"{c} estimate", -1.0, 1.0) for c in s.components]
-                states[s.name] = AttitudeView(
-                    tracer, [x[c] for c in s.components], estimate=estimate
-                )
+                q = [x[c] for c in s.components]
+                states[s.name] = AttitudeView(tracer, q, estimate=estimate)
         inputs = Values("input", grouped(kalman.inputs, Values("input", u)))
-        results = record(tracer, Values("state", states), inputs, Values("parameter", p))
+        results = record(Values("state", states), inputs, Values("parameter", p))
         self.trace = Trace(tracer, [], {k: tracer.lift(v) for k, v in results.items()})
 
     def __call__(self, leaves: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
@@ -92,11 +91,7 @@ class _Function:
 class Textbook:
     """An extended Kalman filter of the model of ``kalman``, as in a textbook.
 
-    Parameters
-    ----------
-    kalman : Kalman
-    floor : bool
-        Whether it has the noise that ``floor`` adds for the rounding of P, too.
+    ``floor``: whether it has the noise that `Kalman.floor` adds for the rounding of P, too.
     """
 
     def __init__(self, kalman: Kalman, *, floor: bool = False) -> None:
@@ -105,7 +100,7 @@ class Textbook:
         self._next = _Function(kalman, self._motion)
         self._noise = _Function(kalman, self._variances)
         self._measurement = _Function(kalman, self._measured)
-        self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
+        self._shown = _Function(kalman, kalman.shown)
         self._begin()
 
     def _begin(self) -> None:
@@ -131,41 +126,35 @@ class Textbook:
 
     # -- what the author wrote, as functions ----------------------------------------------------
 
-    def _motion(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
+    def _motion(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         k = self.kalman
         return moved(k, k.f(x, u, p), {s.name: getattr(x, s.name) for s in k.states})
 
-    def _variances(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        noise = noise_of(self.kalman, self.kalman.noise(x, u, p), Intervals(tracer))
+    def _variances(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        k = self.kalman
+        intervals = Intervals(getattr(x, k.states[-1].name).tracer)
+        noise = noise_of(k, k.noise(x, u, p), intervals)
         return {f"{i} {j}": v for (i, j), v in noise.items()}
 
-    def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
+    def _measured(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         self.measurements = measurements_of(self.kalman, x, u, p)
-        self._unread = [self._unread_flags(m) for m in self.measurements]
+        #: Of each measurement: inputs that it reads, and flags of those that z reads, by input,
+        #: where it reads none of these flags.
         self._read = [inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
+        self._unread: list[dict[str, str]] = []
+        flags = {name: i.name for i in self.kalman.inputs for name in i.flags}
         out: dict[str, Any] = {}
         for n, m in enumerate(self.measurements):
+            measured = {name: flags[name] for name in inputs_of(m.z) if name in flags}
+            self._unread.append({} if {*measured.values()} & self._read[n] else measured)
             out[f"valid {n}"] = 1.0 if m.valid is None else ops.where(m.valid, 1.0, 0.0)
             out |= {f"excess {n}": m.h - m.z, f"r {n}": m.r}
         return out
 
-    def _unread_flags(self, m: Measurement) -> dict[str, str]:
-        """Flags of the inputs that z reads, of which the measurement reads none; by input."""
-        flags = {name: i.name for i in self.kalman.inputs for name in i.flags}
-        measured = {name: flags[name] for name in inputs_of(m.z) if name in flags}
-        read = inputs_of(m.z, m.h, m.r, m.valid)
-        return {} if {*measured.values()} & read else measured
-
     # -- the filter -----------------------------------------------------------------------------
 
     def run(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> SecondForm:
-        """Run it, and tell what the run shows of the model.
-
-        Parameters
-        ----------
-        inputs : (n, n_inputs)
-            In their units.
-        """
+        """Run it on inputs (n, n_inputs) in their units, and tell what that shows of the model."""
         k = self.kalman
         self._begin()
         x = {s.name: np.float64(s.initial) for s in k.states}
