@@ -220,10 +220,9 @@ def _module(path: Path, kind: str) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     if folder != _folder:  # helpers of another folder, or of another state of it
-        for helper in _helpers:
-            sys.modules.pop(helper, None)
+        while _helpers:
+            sys.modules.pop(_helpers.pop(), None)
         _folder = folder
-        _helpers.clear()
     with _imports_from(file.parent):
         spec = importlib.util.spec_from_file_location(name, file)
         assert spec is not None and spec.loader is not None
@@ -300,14 +299,10 @@ def call_of(text: str, source: str) -> tuple[str, tuple[Any, ...], dict[str, Any
 
 
 def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -> type[T]:
-    classes: dict[str, type[T]] = {
-        n: c
-        for n, c in vars(module).items()
-        if isinstance(c, type) and issubclass(c, base) and c.__module__ == module.__name__
-    }
-    candidate = vars(module).get(name)
-    if isinstance(candidate, type) and issubclass(candidate, base):
-        return candidate
+    derived = {n: c for n, c in vars(module).items() if isinstance(c, type) and issubclass(c, base)}
+    if name in derived:
+        return derived[name]
+    classes = {n: c for n, c in derived.items() if c.__module__ == module.__name__}
     if not name and len(set(classes.values())) == 1:
         return next(iter(classes.values()))
     found = ", ".join(classes) or (f"no {name}" if name else "none")

@@ -21,19 +21,10 @@ def carried(
 ) -> tuple[Any, Any]:
     """``high`` + ``low`` + ``moves`` in two words: rounding does not move the sum.
 
-    3 + 2 slots, and two for every move.
-
-    Parameters
-    ----------
-    high, low : scalar
-        The state and its rest, at most ``limit``, a power of two, and 2^-15 of it. A
-        clamped state loses what the rest does not hold.
-    moves : sequence of scalars or pairs
-        Summands; the product of a pair is not rounded.
-    begin : condition
-        Condition under which the sum becomes ``first``.
-    after : sequence of scalars or pairs
-        Summands that are added to ``first``, too.
+    The state ``high`` is at most ``limit``, a power of two, and its rest ``low`` 2^-15 of it; a
+    clamped state loses what the rest does not hold. ``moves`` are scalars, or pairs whose product
+    is not rounded. Where ``begin`` holds the sum becomes ``first``. ``after`` is like ``moves``,
+    but is added to ``first``, too. 3 + 2 slots, and two for every move.
     """
     # Sum by sum: a part that both shared would become a word, and be rounded.
     total = ops.where(begin, first, _moved(high + low, moves))

@@ -103,14 +103,9 @@ class LowPass:
         return sums[0] * _MARGIN, sums[1] * _MARGIN, max(sums[2], 1.0 - a2) * _MARGIN
 
     def weights(self, mean: Any, inverse: Any) -> Weights:
-        """Weights of a sample.
+        """Weights of the n-th sample: ``inverse`` is 1/n in (0, 1].
 
-        Parameters
-        ----------
-        mean : condition
-            The sample is one of the first ``mean_samples``.
-        inverse : scalar
-            1/n of the n-th sample, in (0, 1].
+        ``mean``: condition that it is one of the first ``mean_samples``.
         """
         b, a1, a2 = self.coefficients
         through = b == 1.0
@@ -121,19 +116,11 @@ class LowPass:
         # Of both weights of v: with a common binary point 4 b is one word.
         bound = max(1.0 - a2, 4.0 * b)
         stay = ops.where(mean, 0.0, 1.0)
-        return Weights(
-            (older, newest),
-            (
-                stay,
-                ops.where(mean, 1.0 - b, 0.0 if through else -1.0 - a1),
-                ops.bounded(ops.where(mean, 0.0, 3.0 * b), 0.0, max(1.0, 3.0 * b), "no finer"),
-            ),
-            (
-                stay,
-                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -bound, bound, "no finer"),
-                ops.bounded(ops.where(mean, 1.0 - a2, -4.0 * b), -bound, bound, "the same"),
-            ),
-        )
+        of_y = ops.where(mean, 1.0 - b, 0.0 if through else -1.0 - a1)
+        of_x = ops.bounded(ops.where(mean, 0.0, 3.0 * b), 0.0, max(1.0, 3.0 * b), "no finer")
+        into = ops.bounded(ops.where(mean, 0.0, 4.0 * b), -bound, bound, "no finer")
+        out = ops.bounded(ops.where(mean, 1.0 - a2, -4.0 * b), -bound, bound, "the same")
+        return Weights((older, newest), (stay, of_y, of_x), (stay, into, out))
 
 
 def filtered(
@@ -152,15 +139,10 @@ def filtered(
     out, after = [], []
     for before, x in zip(states, samples, strict=True):
         y = ops.bounded(weights.output_of(before[0], x), -bounds[0], bounds[0], "low-pass")
-        states_next = weights.next_states(before[1], x, y)
+        z, v = weights.next_states(before[1], x, y)
         if hold is not None:
-            states_next = tuple(
-                ops.where(hold, b, a) for b, a in zip(before, states_next, strict=True)
-            )
-        z, v = (
-            ops.bounded(c, -bound, bound, "low-pass")
-            for c, bound in zip(states_next, bounds[1:], strict=True)
-        )
+            z, v = ops.where(hold, before[0], z), ops.where(hold, before[1], v)
+        z = ops.bounded(z, -bounds[1], bounds[1], "low-pass")
+        after.append((z, ops.bounded(v, -bounds[2], bounds[2], "low-pass")))
         out.append(y)
-        after.append((z, v))
     return out, after

@@ -160,12 +160,8 @@ def small_turn(
 
         dq - 1 = (-y/8 + y^2/384, angle/2 (1 - y/24 + y^2/1920))
 
-    Parameters
-    ----------
-    limit : float
-        Largest angle, a power of two, at most 2^-5.
-    nearly : (3,), optional
-        Angle for y, without a small correction that is available later; by default ``angle``.
+    ``limit``: largest angle, a power of two, at most 2^-5. ``nearly`` (3,): angle for y, without a
+    small correction that is available later; by default ``angle``.
     """
     near = angle if nearly is None else nearly
     # Ranges wider than needed, for words short enough for the next product.

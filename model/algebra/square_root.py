@@ -28,12 +28,8 @@ def whitened(
 ) -> tuple[list[list[Any]], list[Any]]:
     """Orthonormal rows A = L^-1 H and L^-1 z, where H H^T = L L^T.
 
-    Parameters
-    ----------
-    rows : (m, n)
-        H, rows up to ``longest``. The remainder of a row counts as at least 2^-11 of that.
-    values : (m,)
-        z, in the unit of H's rows, clamped to ``reach``, a power of two.
+    ``rows`` H (m, n) are up to ``longest``; the remainder of a row counts as at least 2^-11 of
+    that. ``values`` z (m,), in the unit of H's rows, are clamped to ``reach``, a power of two.
     """
     unit_rows: list[list[Any]] = []
     white: list[Any] = []
@@ -77,24 +73,13 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
     """Update by innovations ``values`` along ``rows``, of noise variance one, where ``live`` holds.
 
     A row along which P is more than ``WIDE**2 / 2`` changes nothing: give it less weight the next
-    time (rows and values less, which is more noise), and more of it afterwards.
-
-    Parameters
-    ----------
-    root : (n, n)
-        S, elements at most one.
-    rows, values : (m, n), (m,)
-        Rows a of the measurements, and y - a.x of the state before.
-    live : condition
-    begin : condition
-        Condition under which S becomes the identity.
+    time (rows and values less, which is more noise), and more of it afterwards. ``root`` S (n, n)
+    has elements of at most one; ``rows`` (m, n) are those of the measurements, a; ``values`` (m,)
+    y - a.x of the state before. Where ``begin`` holds S becomes the identity.
     """
     n = len(root)
     columns = [[row[j] for row in root] for j in range(n)]
-    psis: list[list[Any]] = []
-    weights: list[Any] = []
-    white: list[Any] = []
-    wide = None
+    psis, weights, white, wide = list[list[Any]](), list[Any](), list[Any](), None
     for a, nu in zip(rows, values, strict=True):
         f = [ops.saturated(dot(c, a), WIDE) for c in columns]
         for psi, weight in zip(psis, weights, strict=True):

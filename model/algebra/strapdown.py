@@ -210,12 +210,9 @@ def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], l
     rate = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in rate]
     # C is that of the end of the sample, half a sample of the Earth's turn too late.
     early = 0.5 * site.gravity * north
-    moved = [
-        ops.saturated(s + f - w - o, VELOCITY)
-        for s, f, w, o in zip(
-            v, turn(c, force), cross(rate, v), (-early, 0.0, site.gravity), strict=True
-        )
-    ]
+    falls = (-early, 0.0, site.gravity)
+    parts = zip(v, turn(c, force), cross(rate, v), falls, strict=True)
+    moved = [ops.saturated(s + f - w - o, VELOCITY) for s, f, w, o in parts]
     slow = [carry[0], north + carry[1], up + carry[2]]
     return moved, slow
 
@@ -234,14 +231,11 @@ def next_attitude(
     norm_error = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
     after = {}
     for k, a in enumerate("wxyz"):
-        moves = [
-            ops.saturated(slow_turn[k], 2.0 * SLOW),
-            ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * FAST),
-        ]
-        q, rest = getattr(x, f"q{a}"), getattr(x, f"rest_{a}")
-        after[f"q{a}"], after[f"rest_{a}"] = carried(
-            q, rest, [sample.step[k]], 1.0, begin, base[k], moves
-        )
+        slowly = ops.saturated(slow_turn[k], 2.0 * SLOW)
+        fast = ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * FAST)
+        words = getattr(x, f"q{a}"), getattr(x, f"rest_{a}"), [sample.step[k]]
+        total, rest = carried(*words, 1.0, begin, base[k], [slowly, fast])
+        after |= {f"q{a}": total, f"rest_{a}": rest}
     return after
 
 

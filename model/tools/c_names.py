@@ -26,10 +26,7 @@ def unique(
 
     ``reserved`` are in use already; ``fold``: names that differ only in case count as equal.
     """
-
-    def key(x: str) -> str:
-        return x.upper() if fold else x
-
+    key: Callable[[str], str] = str.upper if fold else str
     used = {key(x) for x in reserved}
     out: list[str] = []
     for name in names:

@@ -32,9 +32,8 @@ class Interpreter:
     def __init__(self, program: Program, runs: int = 1) -> None:
         self.program, self.runs = program, runs
         self.params = {n: program.values[n].initial for n in program.of_kind(Kind.PARAM)}
-        self.values: list[IntArray] = [
-            np.full(runs, v.initial, dtype=np.int64) for v in program.values
-        ]
+        initial = [np.full(runs, v.initial, dtype=np.int64) for v in program.values]
+        self.values: list[IntArray] = initial
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
         self._tables = np.array(program.table_memory, dtype=np.int64)
         self._previous_states = [self.values[n] for n, _ in program.states]
@@ -181,7 +180,7 @@ class _Text:
 
 
 def _clamps(program: Program) -> list[int]:
-    """Values whose operations saturate, in the order of the operations."""
+    """Values whose operations saturate, in order."""
     return [op.dest for op in program.ops if op.overflow is Overflow.SAT]
 
 

@@ -68,10 +68,8 @@ class Table:
         nodes = [(1 - PRECISE.cospi(PRECISE.mpf(2 * k + 1) / 8)) / 2 for k in range(4)]
         # Row k: weights of node k's value in the coefficients of 1, p, p^2, p^3.
         parts = PRECISE.inverse(PRECISE.matrix([[p**power for power in range(4)] for p in nodes])).T
-        rows = []
-        for segment in range(self.first, self.last + 1):
-            y = [self.at(segment + p) for p in nodes]
-            rows.append([PRECISE.fdot(y, parts.column(k)) for k in range(4)])
+        values = [[self.at(s + p) for p in nodes] for s in range(self.first, self.last + 1)]
+        rows = [[PRECISE.fdot(y, parts.column(k)) for k in range(4)] for y in values]
         c = np.array(rows, dtype=np.float64)
         c.setflags(write=False)
         return c
