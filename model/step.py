@@ -147,12 +147,9 @@ def check_arguments(where: str, name: str, method: Callable[..., Any]) -> None:
     try:
         signature.bind(None, None, None)
     except TypeError:
-        raise InputError.at(
-            where,
-            wanted=f"{name}(self, x, u, p): states, inputs, parameters",
-            found=f"{name}{signature} of the object",
-            fix="declare all three, even if one is not used",
-        ) from None
+        wanted, found = f"{name}(self, x, u, p): states, inputs, parameters", f"{name}{signature}"
+        fix = "declare all three, even if one is not used"
+        raise InputError.at(where, wanted=wanted, found=f"{found} of the object", fix=fix) from None
 
 
 def check_constants(
@@ -180,12 +177,10 @@ def _check_returned(
     missing = [name for name in declared if name not in returned]
     unknown = sorted(str(name) for name in returned.keys() - {*declared})
     if missing or unknown:
-        raise InputError.at(
-            f"{where} {', '.join(missing or unknown)}",
-            wanted=f"each declared {kind} once: {', '.join(declared)}",
-            found=", ".join(unknown) or "none",
-            fix=f"return it with the {kind}s, or change the declaration",
-        )
+        where, found = f"{where} {', '.join(missing or unknown)}", ", ".join(unknown) or "none"
+        wanted = f"each declared {kind} once: {', '.join(declared)}"
+        fix = f"return it with the {kind}s, or change the declaration"
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
     for name, value in returned.items():
         check_number(f"{where} {name}", value, arrays=arrays)
 

@@ -118,12 +118,8 @@ def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, fl
             raise UnitError(unit)
         return linear(unit, wanted)
     except UnitError as error:
-        raise InputError.at(
-            where,
-            wanted=f"a unit of {name}, {wanted or 'a plain number'}",
-            found=str(error),
-            fix="leave the unit out",
-        ) from None
+        known, fix = f"a unit of {name}, {wanted or 'a plain number'}", "leave the unit out"
+        raise InputError.at(where, wanted=known, found=str(error), fix=fix) from None
 
 
 def _turns(unit: Any) -> float:

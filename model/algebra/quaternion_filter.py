@@ -67,10 +67,8 @@ def gyro_params(default: float) -> tuple[Param, ...]:
 
 def attitude_states() -> tuple[State, ...]:
     """The quaternion."""
-    return tuple(
-        State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start)
-        for axis, start in zip("wxyz", START, strict=True)
-    )
+    pairs = zip("wxyz", START, strict=True)
+    return tuple(State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start) for axis, start in pairs)
 
 
 def require_unclamped(
@@ -86,13 +84,10 @@ def require_unclamped(
     """
     scale = values["scale"]
     for name, limit in limits.items():
-        require(
-            values[name] * scale <= limit,
-            f"parameter {name}",
-            f"at most {limit / scale:.4g} at a scale of {scale:g}{(beside or {}).get(name, '')}",
-            values[name],
-            "choose a smaller value or a smaller scale",
-        )
+        wanted = f"at most {limit / scale:.4g} at a scale of {scale:g}"
+        wanted += (beside or {}).get(name, "")
+        fix, good = "choose a smaller value or a smaller scale", values[name] * scale <= limit
+        require(good, f"parameter {name}", wanted, values[name], fix)
 
 
 def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
@@ -244,10 +239,8 @@ def body_turned(
 
 def restarted(q: list[Any], u: Any) -> dict[str, Any]:
     """Next quaternion state; a sample with dt < 0 resets it, and the next one is the first."""
-    return {
-        f"q{axis}": ops.where(u.dt < 0.0, start, c)
-        for axis, start, c in zip("wxyz", START, q, strict=True)
-    }
+    pairs = zip("wxyz", START, q, strict=True)
+    return {f"q{axis}": ops.where(u.dt < 0.0, start, c) for axis, start, c in pairs}
 
 
 def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> dict[str, Any]:

@@ -38,18 +38,14 @@ class Update:
 def updated(p: Symmetric, measured: Measured, gate: Any) -> Update:
     """Update by one measurement; ``gate``: largest move; from `MOVE_LIMIT` on no gate."""
     row = measured.row
-    column = [
-        ops.bounded(dot(list(row.values()), [p[k][i] for k in row]), -BELOW_ONE, BELOW_ONE, "P h")
-        for i in range(len(p))
-    ]
+    products = (dot(list(row.values()), [p[k][i] for k in row]) for i in range(len(p)))
+    column = [ops.bounded(c, -BELOW_ONE, BELOW_ONE, "P h") for c in products]
     s = dot(list(row.values()), [column[k] for k in row]) + measured.variance
     weight = ops.rsqrt(ops.bounded(s, 0.0, 3.0, "P + R"))
     move = ops.saturated(ops.saturated(measured.innovation, 8.0) * weight, MOVE_LIMIT)
     beyond = ops.absolute(move) > gate
-    gain = [
-        ops.bounded(ops.where(beyond, 0.0, c) * weight, -BELOW_ONE, BELOW_ONE, "root of a variance")
-        for c in column
-    ]
+    reason, gains = "root of a variance", (ops.where(beyond, 0.0, c) * weight for c in column)
+    gain = [ops.bounded(g, -BELOW_ONE, BELOW_ONE, reason) for g in gains]
     return Update(gain, ops.where(beyond, 0.0, move), beyond)
 
 

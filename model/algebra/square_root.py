@@ -37,10 +37,8 @@ def whitened(
         # Modified Gram-Schmidt: remainder of the row after each earlier one.
         for unit, white_value in zip(unit_rows, white, strict=True):
             along = ops.bounded(dot(row, unit), -longest, longest, "component of a row")
-            row = [
-                ops.bounded(c - along * u, -longest, longest, "rest of a row")
-                for c, u in zip(row, unit, strict=True)
-            ]
+            rest = (c - along * u for c, u in zip(row, unit, strict=True))
+            row = [ops.bounded(c, -longest, longest, "rest of a row") for c in rest]
             value = ops.saturated(value - along * white_value, reach)
         square = ops.bounded(dot(row, row), 0.0, longest * longest, "square of a row")
         inverse = ops.rsqrt(square)
@@ -116,11 +114,7 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
             turned.append(ops.bounded(value, -1.0, BELOW, "of a row shorter than one"))
         reduced = [row[j] - dot(turned, [psi[j] for psi in psis]) for j in range(n)]
         first = [BELOW if j == i else 0.0 for j in range(n)]
-        after.append(
-            [
-                ops.bounded(ops.where(begin, initial, c), -1.0, BELOW, "rows only shrink")
-                for initial, c in zip(first, reduced, strict=True)
-            ]
-        )
+        begun = (ops.where(begin, initial, c) for initial, c in zip(first, reduced, strict=True))
+        after.append([ops.bounded(c, -1.0, BELOW, "rows only shrink") for c in begun])
         moves.append(list(zip(turned, weights, strict=True)))
     return Potter(after, moves, white, wide)

@@ -18,6 +18,7 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass
 from functools import reduce
+from itertools import permutations, product
 from typing import Any
 
 from boresight.model import ops
@@ -70,9 +71,7 @@ def states(start: Vector) -> tuple[State, ...]:
         *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
         *(
             State(f"coning_{r}{c}", -2.0 * MATRIX, 2.0 * MATRIX * BELOW)
-            for r in AXES
-            for c in AXES
-            if r != c
+            for r, c in permutations(AXES, 2)
         ),
         *(State(f"last_force_{a}", -STEP_FORCE, STEP_FORCE * BELOW) for a in AXES),
     )
@@ -91,14 +90,11 @@ def params(latitude: float, height: float, start: list[float]) -> tuple[Param, .
             Param(f"{name}_{r}{c}", 1.0, 1.0 - MATRIX, 1.0 + MATRIX, "", f"scale, {name} {r}")
             if r == c
             else Param(f"{name}_{r}{c}", 0.0, -MATRIX, MATRIX, "", f"{name} {r} from sensor {c}")
-            for name, _, _ in kinds
-            for r in AXES
-            for c in AXES
+            for (name, _, _), r, c in product(kinds, AXES, AXES)
         ),
         *(
             Param(f"{name}_bias_{a}", 0.0, -high, high, unit, "subtracted after the matrix")
-            for name, high, unit in kinds
-            for a in AXES
+            for (name, high, unit), a in product(kinds, AXES)
         ),
         Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
         Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
@@ -176,16 +172,10 @@ class Angles:
 def angles(q: Vector) -> Angles:
     """Angles of a unit quaternion; at a pitch of 90 deg heading and roll are undefined."""
     w, x, y, z = q
-    west, x_down, c22, c32, c33 = (
-        ops.saturated(c, 1.0)
-        for c in (
-            2.0 * w * z - 2.0 * x * y,
-            2.0 * w * y - 2.0 * x * z,
-            1.0 - 2.0 * x * x - 2.0 * z * z,
-            2.0 * y * z + 2.0 * w * x,
-            1.0 - 2.0 * x * x - 2.0 * y * y,
-        )
-    )
+    west, x_down = 2.0 * w * z - 2.0 * x * y, 2.0 * w * y - 2.0 * x * z
+    c22, c32 = 1.0 - 2.0 * x * x - 2.0 * z * z, 2.0 * y * z + 2.0 * w * x
+    elements = (west, x_down, c22, c32, 1.0 - 2.0 * x * x - 2.0 * y * y)
+    west, x_down, c22, c32, c33 = (ops.saturated(c, 1.0) for c in elements)
     square = x_down * x_down + c33 * c33
     secant = ops.rsqrt(square)
     cosine = ops.saturated(square * secant, 1.0)
@@ -210,8 +200,7 @@ def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], l
     rate = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in rate]
     # C is that of the end of the sample, half a sample of the Earth's turn too late.
     early = 0.5 * site.gravity * north
-    falls = (-early, 0.0, site.gravity)
-    parts = zip(v, turn(c, force), cross(rate, v), falls, strict=True)
+    parts = zip(v, turn(c, force), cross(rate, v), (-early, 0.0, site.gravity), strict=True)
     moved = [ops.saturated(s + f - w - o, VELOCITY) for s, f, w, o in parts]
     slow = [carry[0], north + carry[1], up + carry[2]]
     return moved, slow

@@ -93,10 +93,8 @@ class Kalman(Estimator):
         for s in self.estimated:
             if isinstance(s, Attitude):
                 names, sds, bounds = s.errors, s.sds, s.largest_sds
-                states += [
-                    declarations.State(name, -1.0, 1.0, "", c, line=s.line)
-                    for name, c in zip(s.components, s.initial, strict=True)
-                ]
+                pairs, line = zip(s.components, s.initial, strict=True), s.line
+                states += [declarations.State(q, -1.0, 1.0, "", c, line=line) for q, c in pairs]
             else:
                 names, sds, bounds = (s.name,), (s.sd,), (s.largest_sd,)
                 states.append(s)

@@ -92,12 +92,10 @@ class Fusion:
         try:
             return self._word(node, frac, odd)
         except (OverflowError, RecursionError) as error:  # formats without end
-            raise InputError.at(
-                node.line or self.groups.name,
-                wanted="numbers of a size that words can be shifted to",
-                found=f"{node.description} in {node.range}",
-                fix="declare ranges, or scale constants, nearer to 1",
-            ) from error
+            where, found = node.line or self.groups.name, f"{node.description} in {node.range}"
+            wanted = "numbers of a size that words can be shifted to"
+            fix = "declare ranges, or scale constants, nearer to 1"
+            raise InputError.at(where, wanted=wanted, found=found, fix=fix) from error
 
     def _word(self, node: Node, frac: int | None, odd: bool | None) -> int:
         if node.kind == "const":
@@ -369,11 +367,8 @@ class Fusion:
         if smallest >= floor:
             return x
         if not arg.low > 0.0 or not floor <= arg.high <= math.ldexp(smallest, _WIDEST):
-            raise self.graph.outside(
-                arg,
-                f"a divisor whose range, and word, span at most 2^{_WIDEST}",
-                "divide by ops.clip(x, SMALLEST, LARGEST)",
-            )
+            wanted = f"a divisor whose range, and word, span at most 2^{_WIDEST}"
+            raise self.graph.outside(arg, wanted, "divide by ops.clip(x, SMALLEST, LARGEST)")
         g = self.graph
         limit = g.const(floor)
         limited = g.select(g.less(arg, limit), limit, arg)

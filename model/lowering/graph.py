@@ -443,20 +443,16 @@ class Graph:
         if a.kind == "const":
             return self.const(ops.asin_ht(a.value))
         if (a.low < 0.0 or a.high > ASIN_LIMIT) and a.kind != "saturated":  # that is on purpose
-            raise self.outside(
-                a,
-                f"an argument of ops.asin_ht in [0, {ASIN_LIMIT}]",
-                "limit it with ops.clip, or use boresight.model.algebra.angles.asin_ht",
-            )
+            fix = "limit it with ops.clip, or use boresight.model.algebra.angles.asin_ht"
+            raise self.outside(a, f"an argument of ops.asin_ht in [0, {ASIN_LIMIT}]", fix)
         return self._new("asin", a, low=0.0, high=0.26, unit="ht")
 
     def rsqrt(self, a: Node) -> Node:
         if a.kind == "const" and a.value > 0.0:
             return self.const(ops.rsqrt(a.value))
         if a.low < 0.0:
-            raise self.outside(
-                a, "a root of 0 or more", "take it of ops.maximum(x, 0.0), or say ops.bounded"
-            )
+            fix = "take it of ops.maximum(x, 0.0), or say ops.bounded"
+            raise self.outside(a, "a root of 0 or more", fix)
         low = 1.0 / math.sqrt(a.high) if a.high else 0.0
         high = 1.0 / math.sqrt(a.low) if a.low else math.inf
         return self._new("rsqrt", a, low=low, high=high)
@@ -488,11 +484,9 @@ class Graph:
             sizes = {rounded.binary_exponent(max(-a.low, a.high)) for a in (x, y)}
             furthest = self.arithmetic.norm_max  # a short vector needs as many bits in one word
             if max(sizes) - min(sizes) > furthest and "const" not in (x.kind, y.kind):
-                raise self.outside(
-                    min(x, y, key=lambda a: max(-a.low, a.high)),
-                    f"components of ops.atan2_ht whose ranges differ by at most 2^{furthest}",
-                    "limit the larger one with ops.clip",
-                )
+                smallest = min(x, y, key=lambda a: max(-a.low, a.high))
+                wanted = f"components of ops.atan2_ht whose ranges differ by at most 2^{furthest}"
+                raise self.outside(smallest, wanted, "limit the larger one with ops.clip")
             for _ in sizes:
                 swap = self.less(self.absolute(x), self.absolute(y))
                 larger = self.larger(self.absolute(x), self.absolute(y))
@@ -568,11 +562,9 @@ class Graph:
         if a.kind == "const" and a.value > 0.0:
             return self.const(ops.log(a.value))
         if not math.ldexp(a.high, -_BINADES) <= a.low or a.low <= 0.0:
-            raise self.outside(
-                a,
-                f"the argument of a logarithm above 0, over at most 2^{_BINADES}",
-                "take it of ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
-            )
+            wanted = f"the argument of a logarithm above 0, over at most 2^{_BINADES}"
+            fix = "take it of ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)"
+            raise self.outside(a, wanted, fix)
         k = rounded.binary_exponent(a.high) + 1
         y = self.saturated(self._scaled(a, math.ldexp(1.0, -k)), 1.0)
         rest = self.const(k * rounded.LN_2)
