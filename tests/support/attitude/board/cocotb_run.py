@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import json
 import os
+import sys
+import sysconfig
 import tempfile
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
@@ -15,7 +18,6 @@ import numpy as np
 from boresight.gateware.core import Core
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.external import failure
-from boresight.model.tools.needs import embeddable, install_line
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.run import (
@@ -135,12 +137,23 @@ def run_core(core: Core, records: IntArray) -> tuple[IntArray, IntArray]:
     return (outputs ^ 1 << word - 1) - (1 << word - 1), cycles
 
 
+def _embeddable() -> bool:
+    """Whether this Python can run inside another program, as cocotb needs."""
+    library = sysconfig.get_config_var("INSTSONAME") or ""
+    folders = (sysconfig.get_config_var("LIBDIR") or "", os.path.join(sys.base_prefix, "lib"))
+    if ".so" not in library:  # Python is a static program; its library is a package of its own.
+        library = f"libpython{sys.version_info.major}.{sys.version_info.minor}.so.1.0"
+    try:
+        found = any(Path(folder, library).exists() for folder in folders) or ctypes.CDLL(library)
+    except OSError:
+        found = sysconfig.get_config_var("PYTHONFRAMEWORK")
+    return bool(found)
+
+
 def _path() -> str:
     """Where the simulator's Python finds the tests; ToolMissing if it cannot run."""
-    if not embeddable():
-        raise ToolMissing(
-            f"cocotb needs libpython, which is not found: {install_line('libpython')}"
-        )
+    if not _embeddable():
+        raise ToolMissing("cocotb needs libpython, which is not found: apt-get install python3-dev")
     return os.pathsep.join([str(Path(__file__).parents[4]), os.environ.get("PYTHONPATH", "")])
 
 
