@@ -152,7 +152,46 @@ class Estimator:
         number of outputs, ``valid_of`` without an input that has samples, ``rates_hz`` that are no
         rates of the log and of inputs.
         """
-        _check_interface(self)
+        name = f"estimator {self.name}"
+        where = placed(self._line, name)
+        _check_name(where, "estimator", self.name)
+        for noun, group, kind in _KINDS:
+            declared = getattr(self, group)
+            several = isinstance(declared, tuple | list)
+            for d in declared if several else [declared]:
+                found = f"{'a' if several else 'one'} {type(d).__name__}"
+                fix = f"write {group} = ({kind.__name__}(...),), also where there is only one"
+                good = several and isinstance(d, kind)
+                require(good, f"{where}, {group}", f"a tuple of {kind.__name__}", found, fix)
+            names = set[str]()
+            for d in declared:
+                place = placed(d.line, name)
+                _check_name(place, noun, d.name)
+                require(d.name not in names, place, f"each {noun} once", d.name, "rename one")
+                names.add(d.name)
+        check_attributes(self, Estimator)
+        inputs, outputs, rates = self.inputs, self.outputs, self.rates_hz
+        taken = {i.name for i in inputs} | {s.name for s in self.states}
+        for p in self.params:
+            place = placed(p.line, f"{name}, parameter {p.name}")
+            wanted = "a name that no input or state has"
+            require(p.name not in taken, place, wanted, p.name, "rename one")
+        require(bool(outputs), where, "an output", outputs, "declare outputs")
+        fix = "it counts the leading outputs whose latency counts first"
+        urgent = self.urgent is None or 0 <= self.urgent <= len(outputs)
+        require(urgent, where, f"urgent of 0 to {len(outputs)}", self.urgent, fix)
+        sampled = [i.name for i in inputs if not i.flags]
+        for i in inputs:
+            place = placed(i.line, f"{name}, input {i.name}")
+            fix = f"choose {', '.join(sampled) or 'inputs with columns'}"
+            for other in i.flags:
+                require(other in sampled, place, "valid_of names of inputs", other, fix)
+        good = isinstance(rates, Mapping) and {*rates} <= {"dt", *(i.name for i in inputs)}
+        good = good and (not rates or "dt" in rates)
+        good = good and all(isinstance(r, Real) and 0.0 < r < math.inf for r in rates.values())
+        wanted = "samples a second, of the log (dt) and of inputs, by name"
+        fix = 'write for example rates_hz = {"dt": 100.0}'
+        require(good, f"{where}, rates_hz", wanted, rates, fix)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: state ``x``, inputs ``u``, parameters ``p`` (attributes by name).
@@ -290,7 +329,7 @@ class Estimator:
         after, out = self.checked_step(
             Values("state", x), Values("input", clipped), Values("parameter", p)
         )
-        check_constants(self.name, self.step, self.states, after, out)
+        check_constants(self, after, out)
         return Trace(
             tracer,
             [*u.values()],
@@ -308,7 +347,7 @@ class Estimator:
         fix = "write it: it gets states, inputs, parameters and returns {states}, {outputs}"
         written = type(self).step is not Estimator.step
         require(written, where, "a method step(self, x, u, p)", None, fix)
-        return checked(self.name, self.step, (x, u, p), self.states, self.outputs, arrays=arrays)
+        return checked(self, x, u, p, arrays=arrays)
 
 
 def check_attributes(estimator: Estimator, cls: type[Estimator]) -> None:
@@ -316,50 +355,6 @@ def check_attributes(estimator: Estimator, cls: type[Estimator]) -> None:
     where = placed(estimator._line, f"estimator {estimator.name}")
     for name, annotation in inspect.get_annotations(cls).items():
         check_kind(where, name, getattr(estimator, name), annotation)
-
-
-def _check_interface(estimator: Estimator) -> None:
-    """Refuse declarations that contradict each other; see `Estimator.check_declarations`."""
-    name = f"estimator {estimator.name}"
-    where = placed(estimator._line, name)
-    _check_name(where, "estimator", estimator.name)
-    for noun, group, kind in _KINDS:
-        declared = getattr(estimator, group)
-        several = isinstance(declared, tuple | list)
-        for d in declared if several else [declared]:
-            found = f"{'a' if several else 'one'} {type(d).__name__}"
-            fix = f"write {group} = ({kind.__name__}(...),), also where there is only one"
-            good = several and isinstance(d, kind)
-            require(good, f"{where}, {group}", f"a tuple of {kind.__name__}", found, fix)
-        names = set[str]()
-        for d in declared:
-            place = placed(d.line, name)
-            _check_name(place, noun, d.name)
-            require(d.name not in names, place, f"each {noun} once", d.name, "rename one")
-            names.add(d.name)
-    check_attributes(estimator, Estimator)
-    inputs, outputs, rates = estimator.inputs, estimator.outputs, estimator.rates_hz
-    taken = {i.name for i in inputs} | {s.name for s in estimator.states}
-    for p in estimator.params:
-        place = placed(p.line, f"{name}, parameter {p.name}")
-        wanted = "a name that no input or state has"
-        require(p.name not in taken, place, wanted, p.name, "rename one")
-    require(bool(outputs), where, "an output", outputs, "declare outputs")
-    fix = "it counts the leading outputs whose latency counts first"
-    urgent = estimator.urgent is None or 0 <= estimator.urgent <= len(outputs)
-    require(urgent, where, f"urgent of 0 to {len(outputs)}", estimator.urgent, fix)
-    sampled = [i.name for i in inputs if not i.flags]
-    for i in inputs:
-        place = placed(i.line, f"{name}, input {i.name}")
-        fix = f"choose {', '.join(sampled) or 'inputs with columns'}"
-        for other in i.flags:
-            require(other in sampled, place, "valid_of names of inputs", other, fix)
-    known = isinstance(rates, Mapping) and {*rates} <= {"dt", *(i.name for i in inputs)}
-    good = known and all(isinstance(r, Real) and 0.0 < float(r) < math.inf for r in rates.values())
-    good = good and (not rates or "dt" in rates)
-    wanted = "samples a second, of the log (dt) and of inputs, by name"
-    fix = 'write for example rates_hz = {"dt": 100.0}'
-    require(good, f"{where}, rates_hz", wanted, rates, fix)
 
 
 def _check_name(where: str, kind: str, name: Any) -> None:

@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from boresight.model.declarations import Named, State
 from boresight.model.errors import (
     InputError,
     author_line,
@@ -92,42 +91,36 @@ class Values(SimpleNamespace):
 
 
 def checked(
-    name: str,
-    step: Callable[..., Any],
-    arguments: tuple[Any, ...],
-    states: Sequence[Named],
-    outputs: Sequence[Named],
-    *,
-    arrays: bool = False,
+    estimator: Any, *arguments: Any, arrays: bool = False
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Call ``step`` of the estimator ``name``; with ``arrays`` values may be those of several runs.
+    """Call the ``step`` of an estimator; with ``arrays`` values may be those of several runs.
 
     InputError: ``step`` raises, or returns anything but two dictionaries with a number for each
     declared state and output.
     """
-    place = place_of_function(step)
-    where = placed(place, f"step of {name}")
+    where = placed(place_of_function(estimator.step), f"step of {estimator.name}")
     try:
-        result: Any = step(*arguments)
+        result: Any = estimator.step(*arguments)
     except InputError as error:
         line = "" if re.match(r"[^:]*, line \d", str(error)) else place_of(error)
         raise (InputError(f"{line}, {error}") if line else error) from error
     except (Exception, SystemExit) as error:
-        raise _explained(name, step, where, error) from error
+        raise _explained(estimator, where, error) from error
     parts = result if isinstance(result, tuple) else (result,)
     good = len(parts) == 2 and all(isinstance(part, Mapping) for part in parts)
     found = " and ".join(f"a {type(part).__name__}" for part in parts)
     fix = "return {states by name}, {outputs by name}"
     require(good, where, "two dictionaries: next states, outputs", found, fix)
-    for kind, declared, returned in (("state", states, parts[0]), ("output", outputs, parts[1])):
+    declarations = (("state", estimator.states), ("output", estimator.outputs))
+    for (kind, declared), returned in zip(declarations, parts, strict=True):
         names = [d.name for d in declared]
         _check_returned(f"{where}, {kind}", kind, names, returned, arrays=arrays)
     return parts[0], parts[1]
 
 
-def _explained(name: str, step: Callable[..., Any], where: str, error: BaseException) -> InputError:
+def _explained(estimator: Any, where: str, error: BaseException) -> InputError:
     try:
-        check_arguments(where, "step", step)
+        check_arguments(where, "step", estimator.step)
     except InputError as wrong:
         return wrong
     text = f"{type(error).__name__}: {error}".splitlines()[0]
@@ -135,7 +128,7 @@ def _explained(name: str, step: Callable[..., Any], where: str, error: BaseExcep
     matches = ((re.search(pattern, text), template) for pattern, template in _NUMPY_ERRORS)
     return InputError.at(
         place_of(error) or where,
-        wanted=f"a step of {name} without an error",
+        wanted=f"a step of {estimator.name} without an error",
         found=next((template.format(match[1]) for match, template in matches if match), text),
         fix=next(remedies, "use + - * /, comparisons and boresight.ops"),
     )
@@ -152,16 +145,11 @@ def check_arguments(where: str, name: str, method: Callable[..., Any]) -> None:
         raise InputError.at(where, wanted=wanted, found=f"{found} of the object", fix=fix) from None
 
 
-def check_constants(
-    name: str,
-    step: Callable[..., Any],
-    states: Sequence[State],
-    after: Mapping[str, Any],
-    outputs: Mapping[str, Any],
-) -> None:
+def check_constants(estimator: Any, after: Mapping[str, Any], outputs: Mapping[str, Any]) -> None:
     """Refuse constants returned by a recorded step that lie outside the declared range."""
-    largest, where = sys.float_info.max, placed(place_of_function(step), f"step of {name}")
-    returned = [(f"state {s.name}", after[s.name], s.low, s.high) for s in states]
+    largest, step = sys.float_info.max, place_of_function(estimator.step)
+    where = placed(step, f"step of {estimator.name}")
+    returned = [(f"state {s.name}", after[s.name], s.low, s.high) for s in estimator.states]
     returned += [(f"output {o}", value, -largest, largest) for o, value in outputs.items()]
     for place, value, low, high in returned:
         wanted = f"a constant in [{low:g}, {high:g}]" if high < largest else "a finite number"

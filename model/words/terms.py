@@ -24,9 +24,6 @@ __all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
 
 Condition = program.Condition[int]
 
-#: Which parts of a term are terms, if not all.
-_PARTS = {"sign": (0,), "index": (0,), "table": (2,), "amount": (2,), "term": (0,)}
-
 
 class Refuted(Exception):
     """A translation does not compute what its program says: a bug of the compiler."""
@@ -128,14 +125,10 @@ class Terms:
                 return cast(int, word)
         return None
 
-    def text(self, number: int, depth: int = 3) -> str:
-        """A term, down to a depth, for messages."""
+    def text(self, number: int) -> str:
+        """A term, for messages."""
         kind, *parts = self._terms[number]
-        if kind in ("symbol", "word") or not depth:
-            return str(parts[0]) if depth else "..."
-        of = _PARTS.get(kind, range(len(parts)))
-        shown = (self.text(x, depth - 1) if k in of else str(x) for k, x in enumerate(parts))
-        return f"{kind}({', '.join(shown)})"
+        return f"{kind}({', '.join(map(str, parts))})"
 
 
 @dataclass(frozen=True)
