@@ -64,7 +64,6 @@ def __getattr__(name: str) -> Any:
 
 
 def _plain(*numbers: Any) -> bool:
-    """Whether all are Python numbers, not elements of arrays."""
     return all(type(x) in (int, float) for x in numbers)
 
 
@@ -368,7 +367,6 @@ def solve(matrix: Any, right: Any, least: float | None = None) -> Any:
 
 
 def _interval(x: Any) -> tuple[float, float]:
-    """Least and largest value of a recorded value, or of numbers."""
     if isinstance(x, Scalar):
         from boresight.model.lowering.graph import Intervals  # which imports this
 

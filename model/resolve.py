@@ -124,7 +124,6 @@ def split_names(*texts: str) -> list[str]:
 
 
 def names_of_entry_points(group: str) -> list[str]:
-    """Names of the entry points of a group in installed packages."""
     return sorted({point.name for point in metadata.entry_points(group=group)})
 
 

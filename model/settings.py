@@ -38,7 +38,6 @@ CURRENT: ContextVar[Settings] = ContextVar("settings", default=_DECLARED)
 
 @contextmanager
 def using(**changes: Any) -> Iterator[None]:
-    """Change some settings inside a block."""
     token = CURRENT.set(replace(CURRENT.get(), **changes))
     try:
         yield

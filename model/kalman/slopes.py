@@ -28,7 +28,6 @@ def product(a: Scalar, b: Scalar) -> Scalar:
 
 
 def total(*slopes: Mapping[int, Scalar]) -> Slope:
-    """The sum of derivatives."""
     out: Slope = {}
     for slope in slopes:
         for k, value in slope.items():
@@ -205,7 +204,6 @@ def _array(values: Any) -> Any:
 
 
 def _times_unit(v: Sequence[Any], m: int) -> list[Any]:
-    """V x u of unit vector m."""
     out: list[Any] = [0.0, 0.0, 0.0]
     out[(m + 1) % 3] = v[(m + 2) % 3]
     out[(m + 2) % 3] = -v[(m + 1) % 3]

@@ -478,6 +478,5 @@ def _times(p: Any, q: Any) -> FloatArray:
 
 
 def _quaternion_of(turn: FloatArray) -> FloatArray:
-    """Quaternion of a rotation vector."""
     half = 0.5 * float(np.linalg.norm(turn))
     return np.concatenate([[np.cos(half)], 0.5 * np.sinc(half / np.pi) * turn])

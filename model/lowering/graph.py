@@ -89,7 +89,6 @@ class Node:
 
     @property
     def range(self) -> str:
-        """The interval as a text."""
         return f"[{self.low:g}, {self.high:g}]"
 
 

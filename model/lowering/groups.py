@@ -57,7 +57,6 @@ class Product:
 
     @property
     def times_one(self) -> bool:
-        """Whether there is no second factor."""
         return self.b is None and self.coefficient is None
 
     def term(self, shift: int, unit: int | None) -> Term:
@@ -167,7 +166,6 @@ class Groups:
         return self._constants[word, frac]
 
     def frac(self, number: int) -> int:
-        """Fraction bits of a value."""
         return self.values[number].frac
 
     # -- groups ---------------------------------------------------------------------------------
@@ -228,11 +226,11 @@ class Groups:
         frac = Format.for_range(arith.word, target.low, target.high).frac
         capacity = math.ldexp(1.0, arith.acc_width - 1 - arith.guard - frac)
         excess = -binary_exponent(capacity / reached) if math.isfinite(reached) else 0
+        bits = f", {excess} bits too many" * (excess > 0)
         return InputError.at(
             placed(target.line, f"{self.name}, value {target.name}"),
             wanted=f"terms up to {capacity:.3g} in a value of [{target.low:g}, {target.high:g}]",
-            found=f"{' * '.join(names)} up to {reached:.3g}"
-            + (f", {excess} bits too many" if excess > 0 else ""),
+            found=f"{' * '.join(names)} up to {reached:.3g}{bits}",
             fix=f"{fix} ({' and '.join(ranges)})",
         )
 

@@ -88,7 +88,6 @@ class OutputFile:
         return other or os.path.abspath(self._path).startswith("/dev/")
 
     def write(self, content: str | bytes) -> None:
-        """Write the whole file; see `opened`."""
         with self.opened() as file:
             file.write(content.encode("utf-8") if isinstance(content, str) else content)
 
@@ -308,7 +307,6 @@ class Cache:
         return folder
 
     def usage(self) -> int:
-        """Return the bytes of all entries."""
         return sum(size for _, size, _ in self._entries())
 
     def trim(self) -> None:

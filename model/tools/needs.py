@@ -82,7 +82,6 @@ def install_line(*names: str) -> str:
 
 
 def main() -> int:
-    """Print what is missing; return the exit status."""
     status = 0
     for name, need in NEEDS.items():
         if need.optional and "tests" not in sys.argv[1:] or need.present():

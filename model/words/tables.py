@@ -56,7 +56,6 @@ class Table:
     high: float
 
     def result_format(self, arith: Arithmetic) -> Format:
-        """Format of the function's result."""
         return Format(arith.word, arith.word - self.result_frac_below_word)
 
     @cached_property

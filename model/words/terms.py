@@ -51,7 +51,6 @@ class Terms:
         return self._number("symbol", name, number)
 
     def word(self, value: int) -> int:
-        """A constant."""
         return self._number("word", value)
 
     def value(self, number: int) -> int | None:
