@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from numbers import Integral, Real
 from types import NoneType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -251,13 +251,6 @@ class Output:
         require(truth, where, "a limit above 0 for the error against truth", self.truth, fix)
         tolerance = self.tolerance is None or 0.0 <= self.tolerance < math.inf
         require(tolerance, where, "a tolerance of 0 or more", self.tolerance, fix)
-
-
-class Named(Protocol):
-    """An object with a name."""
-
-    @property
-    def name(self) -> str: ...
 
 
 def _checked(declaration: Any, kind: str) -> str:

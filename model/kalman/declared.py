@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from boresight.model import declarations, ops
-from boresight.model.declarations import Named, check_kind
+from boresight.model.declarations import check_kind
 from boresight.model.errors import author_line, placed, require, require_choice
 from boresight.model.step import check_number
 from boresight.model.units import is_square, same_unit
@@ -93,7 +93,7 @@ class Attitude:
             good = good or (given is None and name == "sd_max")
             require(good, where, f"{name} of {'1 or ' * (n == 3)}{n} numbers", given)
         _check_sd(where, self.sds, self.largest_sds)
-        unit = abs(math.sqrt(math.fsum(c * c for c in self.initial)) - 1.0) < 1e-6
+        unit = abs(math.hypot(*self.initial) - 1.0) < 1e-6
         wanted = "a unit quaternion w, x, y, z as initial"
         require(unit, where, wanted, self.initial, "divide it by its norm")
 
@@ -221,7 +221,7 @@ def axes_of(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     return {s: members for s, members in vectors if s not in names and {*members} <= {*names}}
 
 
-def grouped(declared: Sequence[Named], values: Any) -> dict[str, Any]:
+def grouped(declared: Sequence[Any], values: Any) -> dict[str, Any]:
     """Values by name, and vectors of them as arrays of objects."""
     names = [d.name for d in declared]
     out = {name: getattr(values, name) for name in names}
@@ -268,11 +268,11 @@ def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
 
 
 def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:
+    fix = "give the deviation at the start, such as sd=0.5; declare what is not estimated as "
+    fix += "boresight.State in memory"
+    wanted = "a standard deviation sd above 0, and none above sd_max"
     for sd, bound in zip(sds, bounds, strict=True):
         check_number(f"{where}, sd", sd)
         check_number(f"{where}, sd_max", bound)
-        fix = "give the deviation at the start, such as sd=0.5; declare what is not estimated as "
-        fix += "boresight.State in memory"
-        wanted = "a standard deviation sd above 0, and none above sd_max"
         found = "no sd" if math.isnan(sd) else f"sd {sd:g}, sd_max {bound:g}"
         require(_LEAST < sd <= bound < 1.0 / _LEAST, where, wanted, found, fix)
