@@ -11,8 +11,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, is_dataclass
-from enum import Enum, StrEnum
+from dataclasses import dataclass, fields
+from enum import StrEnum
 from functools import cache, cached_property
 from typing import Any, TypeVar, cast
 
@@ -233,7 +233,7 @@ class Program:
 
     def to_json(self) -> str:
         """The program as JSON, the same text for the same program."""
-        return json.dumps(_plain(self), indent=1)
+        return json.dumps(self, default=_record, indent=1)
 
     @cached_property
     def digest(self) -> str:
@@ -243,14 +243,11 @@ class Program:
         words) and the meaning of its ports (names, units, declared ranges), but not the names and
         derived ranges of values in between.
         """
-        content = {**_plain(self), "values": [_identity(v) for v in self.values]}
-        documentation = {"in_ports", "ports", "urgent"}
-        text = json.dumps({key: content[key] for key in content if key not in documentation})
+        content = {**_record(self), "values": [_identity(v) for v in self.values]}
+        for documentation in ("in_ports", "ports", "urgent"):
+            del content[documentation]
+        text = json.dumps(content, default=_record)
         return hashlib.sha256(text.encode()).hexdigest()
-
-
-#: Types that JSON has, too; most fields of a program.
-_PLAIN = {str, int, float, type(None)}
 
 
 @cache
@@ -258,16 +255,9 @@ def _names(record_type: type) -> tuple[str, ...]:
     return tuple(sorted(f.name for f in fields(record_type)))
 
 
-def _plain(x: Any) -> Any:
-    """``x`` in JSON's types, keys in order."""
-    type_: Any = type(x)
-    if type_ in _PLAIN:
-        return x
-    if isinstance(x, tuple):
-        return [_plain(y) for y in x]
-    if is_dataclass(x):
-        return {name: _plain(getattr(x, name)) for name in _names(type_)}
-    return x.value if isinstance(x, Enum) else x
+def _record(x: Any) -> dict[str, Any]:
+    """A dataclass for JSON, keys in order."""
+    return {name: getattr(x, name) for name in _names(type(x))}
 
 
 def _identity(value: Value) -> list[Any]:
