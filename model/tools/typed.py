@@ -34,46 +34,33 @@ def typed(hint: Any, data: Any, location: str = "") -> Any:
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Annotated:
         value, limits = typed(arguments[0], data, location), arguments[1]
-        if value is not None and not limits.low <= value <= limits.high:
-            raise Malformed(location, data)
-        return value
-    if origin in (Union, UnionType):
-        return _one_of(arguments, data, location)
-    if origin is tuple:
-        return _tuple(arguments, data, location)
-    if is_dataclass(hint):
+        if value is None or limits.low <= value <= limits.high:
+            return value
+    elif origin in (Union, UnionType):
+        if data is None and NoneType in arguments:
+            return None
+        *others, last = (h for h in arguments if h is not NoneType)
+        for other in others:
+            with suppress(Malformed):
+                return typed(other, data, location)
+        return typed(last, data, location)
+    elif origin is tuple and isinstance(data, list):
+        kinds = arguments[:1] * len(data) if arguments[-1] is Ellipsis else arguments
+        if len(kinds) == len(data):
+            return tuple(typed(kinds[k], x, f"{location}[{k}]") for k, x in enumerate(data))
+    elif is_dataclass(hint) and isinstance(data, dict):
         return _record(hint, data, location)
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        if data not in [member.value for member in hint]:
-            raise Malformed(location, data)
-        return hint(data)
-    kinds = (int, float) if hint is float else hint
-    if not isinstance(data, kinds) or (isinstance(data, bool) and hint is not bool):
-        raise Malformed(location, data)
-    return data
-
-
-def _one_of(hints: tuple[Any, ...], data: Any, location: str) -> Any:
-    if data is None and NoneType in hints:
-        return None
-    *others, last = (h for h in hints if h is not NoneType)
-    for hint in others:
-        with suppress(Malformed):
-            return typed(hint, data, location)
-    return typed(last, data, location)
-
-
-def _tuple(hints: tuple[Any, ...], data: Any, location: str) -> tuple[Any, ...]:
-    any_length = hints[-1] is Ellipsis
-    if not isinstance(data, list) or not (any_length or len(data) == len(hints)):
-        raise Malformed(location, data)
-    kinds = [hints[0]] * len(data) if any_length else hints
-    return tuple(typed(kinds[k], x, f"{location}[{k}]") for k, x in enumerate(data))
+    elif isinstance(hint, type) and issubclass(hint, Enum):
+        if data in [member.value for member in hint]:
+            return hint(data)
+    elif isinstance(hint, type) and not is_dataclass(hint):
+        kinds = (int, float) if hint is float else (hint,)
+        if isinstance(data, kinds) and (hint is bool or not isinstance(data, bool)):
+            return data
+    raise Malformed(location, data)
 
 
 def _record(record_type: Any, data: Any, location: str) -> Any:
-    if not isinstance(data, dict):
-        raise Malformed(location, data)
     values = {}
     for field in fields(record_type):
         optional = field.default is not MISSING or field.default_factory is not MISSING
