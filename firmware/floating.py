@@ -20,7 +20,6 @@ from boresight.firmware.build import HostModel, compiled_library
 from boresight.firmware.host import host_source
 from boresight.firmware.layout import banner, head, header, source
 from boresight.firmware.names import identifier
-from boresight.model.declarations import Named
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.trace import Condition, Trace
 from boresight.model.ops import OPERATIONS
@@ -137,7 +136,7 @@ def emit_float_c(estimator: Estimator, *, single: bool = False) -> dict[str, str
     e, name = estimator, float_prefix(estimator, single=single)
     origin = f'Generated from the estimator "{comment(e.name)}"; do not edit.'
     brief = f"{'Single' if single else 'Double'}-precision estimator."
-    declared: dict[str, Sequence[Named]] = {"params": e.params, "state": e.states}
+    declared: dict[str, Sequence[Any]] = {"params": e.params, "state": e.states}
     declared |= {"in": e.inputs, "out": e.outputs}
     files = {
         f"{name}.h": header(
