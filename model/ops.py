@@ -129,7 +129,6 @@ def units_of(x: Any, depth: int = 6) -> list[tuple[str, float]]:
 
 
 def _check_half_turns(x: Any) -> None:
-    """Refuse a recorded angle of another unit than half turns."""
     unit, _ = unit_of(x)
     made, _ = ANGLES.get(unit, ("", 0.0))
     fix = f"write {made}, or declare the angle in ht" if made else "give it an angle"

@@ -192,7 +192,6 @@ def _numbers(where: str, name: str, given: Any) -> FloatArray:
 
 
 def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
-    """A covariance, of a matrix or of its diagonal."""
     wanted = f"a symmetric positive matrix ({n}, {n}) or its diagonal"
     place = f"{where}, {name}"
     require(given is not None, place, wanted, given, f"give {name}=")
@@ -241,7 +240,6 @@ def _sizes(
 
 
 def _of_states(where: str, name: str, given: Sizes, states: Sequence[str]) -> list[float]:
-    """A value of each state."""
     sizes = _sizes(where, name, given, len(states), states)
     wanted = f"a value of each state: {', '.join(states)}"
     require({*sizes} == {*states}, f"{where}, {name}", wanted, ", ".join(sizes))

@@ -201,7 +201,6 @@ class Textbook:
         )
 
     def _gates(self) -> list[str]:
-        """Of each measurement with a gate: how many it accepted and rejected."""
         return [
             f"gate {placed(m.line, 'measurement')}: {taken} accepted, {valid - taken} rejected"
             for m, valid, taken in zip(self.measurements, *self._valid, strict=True)

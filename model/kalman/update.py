@@ -238,7 +238,6 @@ class Update:
         return value + cast(Scalar, ops.where(self.full[i] | self.full[j], 0.0, added))
 
     def _bounded(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
-        """An element that has changed, within what the standard deviations allow."""
         return value if value is before[i, j] else self._element(value, i, j, self.bounds)
 
     def _reach(self, i: int, row: Slope, variance: Any) -> float:
@@ -369,7 +368,6 @@ class Update:
         return self._subtracted(value, [g[i] * g[j] for g in self.gains[count:]], count)
 
     def _limited_row(self, m: Measurement, row: Slope) -> Slope:
-        """The derivatives of h, none larger than the author says."""
         k, row = self.kalman, {**row}
         slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
         for name, limit in slope_max.items():

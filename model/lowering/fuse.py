@@ -156,7 +156,6 @@ class Fusion:
         return build(node, wrapped)
 
     def _fuses(self, node: Node, wrapped: float = 0.0) -> bool:
-        """Whether ``node`` becomes part of the group that uses it."""
         if node.name is not None or node.kind in (*LEAVES, "bounded", "saturated"):
             return False
         if node.kind == "wrap":

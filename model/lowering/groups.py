@@ -59,20 +59,11 @@ class Product:
     def times_one(self) -> bool:
         return self.b is None and self.coefficient is None
 
-    def term(self, shift: int, unit: int | None) -> Term:
-        """The term with this shift; ``unit`` is the second factor where there is no other."""
-        b, flags = self.b if unit is None else unit, (self.negate, self.when)
-        fractions = self.fraction_a, self.fraction_b
-        return Term(self.a, b, shift, self.coefficient, *flags, *fractions, self.scale)
-
     def times_power(self, power: float) -> Product:
         """The product times a power of two of either sign."""
-        return replace(
-            self,
-            exponent=self.exponent + binary_exponent(power),
-            limit=self.limit * abs(power),
-            negate=OPPOSITE[self.negate] if power < 0 else self.negate,
-        )
+        negate = OPPOSITE[self.negate] if power < 0 else self.negate
+        exponent, limit = self.exponent + binary_exponent(power), self.limit * abs(power)
+        return replace(self, exponent=exponent, limit=limit, negate=negate)
 
 
 @dataclass
@@ -297,10 +288,12 @@ class Groups:
         return number
 
     def _terms(self, placed: Sequence[_Placed]) -> tuple[Term, ...]:
-        return tuple(
-            product.term(shift, None if unit is None else self.unit(unit))
-            for product, shift, unit in placed
-        )
+        terms = []
+        for p, shift, unit in placed:
+            b = p.b if unit is None else self.unit(unit)
+            flags = p.negate, p.when, p.fraction_a, p.fraction_b, p.scale
+            terms.append(Term(p.a, b, shift, p.coefficient, *flags))
+        return tuple(terms)
 
     def exchanged(self, op: Op, products: list[Product]) -> Op | None:
         """An operation with other products in its sum; None: no word of its format holds it."""

@@ -411,7 +411,6 @@ def finite(number: float, where: Callable[[], str]) -> float:
 
 
 def _objects(inputs: Sequence[Any]) -> list[Any]:
-    """Arrays of Python's objects."""
     objects = (i.item() if isinstance(i, np.generic) else i for i in inputs)
     return [np.asarray(i, dtype=object) for i in objects]
 

@@ -196,7 +196,6 @@ def _listed(folder: Path) -> Files:
 
 
 def _manifest(known: Files) -> str:
-    """Text of a list, with its own hash."""
     files = dict(sorted(known.items()))
     own = hashlib.sha256(json.dumps(files).encode()).hexdigest()
     return json.dumps({"files": files, "sha256": own}, indent=1) + "\n"
@@ -240,7 +239,6 @@ def _staged(folder: Path) -> Iterator[Path]:
 
 
 def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
-    """Move all files of the temporary folder to the output folder, and list them there."""
     names = [p.relative_to(staging).as_posix() for p in staging.rglob("*") if p.is_file()]
     locks = cache_folder("boresight") / "locks"
     locks.mkdir(parents=True, exist_ok=True)

@@ -152,7 +152,6 @@ class Format:
 
 
 def _scaled(values: Any, power: Any) -> FloatArray:
-    """Each value times 2^power."""
     # A product with a normal number has the bits of `ldexp`, and takes a fifth of the time.
     real = np.asarray(values, dtype=np.float64)
     if real.ndim and np.abs(power).max() < 1000:
