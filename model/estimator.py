@@ -19,7 +19,11 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
-from boresight.model.declarations import Input, Output, Param, State, check_kind
+from boresight.model.declarations import Input as Input
+from boresight.model.declarations import Output as Output
+from boresight.model.declarations import Param as Param
+from boresight.model.declarations import State as State
+from boresight.model.declarations import check_kind
 from boresight.model.errors import author_line, placed, require, require_choice
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower, watched
@@ -28,18 +32,6 @@ from boresight.model.lowering.trace import Trace, Tracer, repeatable
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
 from boresight.model.words.program import InPort, Kind, Port, Program
-
-__all__ = [
-    "Estimator",
-    "FloatRun",
-    "Input",
-    "Output",
-    "Param",
-    "State",
-    "input_words",
-    "param_words",
-    "with_params",
-]
 
 
 @dataclass(frozen=True)

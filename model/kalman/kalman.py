@@ -229,11 +229,10 @@ class Kalman(Estimator):
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
     ) -> SecondForm | None:
         """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
-
-        def as_built() -> Mapping[str, FloatArray]:
-            return Textbook(self, floor=True).run(inputs, params).outputs
-
-        return replace(Textbook(self).run(inputs, params), as_built=as_built)
+        return replace(
+            Textbook(self).run(inputs, params),
+            as_built=lambda: Textbook(self, floor=True).run(inputs, params).outputs,
+        )
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]
