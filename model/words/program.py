@@ -231,10 +231,6 @@ class Program:
         """Numbers of all values of one kind, in order."""
         return [n for n, v in enumerate(self.values) if v.kind is kind]
 
-    def to_json(self) -> str:
-        """The program as JSON, the same text for the same program."""
-        return json.dumps(self, default=_record, indent=1)
-
     @cached_property
     def digest(self) -> str:
         """SHA-256 that identifies the program in reports and in the core's build register.

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import json
 import os
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +40,7 @@ def programs(folder: Path, words: Sequence[int]) -> None:
             program = kind().compile(word=word)
             place = folder / f"{name}-{word}"
             place.mkdir(parents=True)
-            (place / "program.json").write_text(program.to_json())
+            (place / "program.json").write_text(json.dumps(asdict(program), indent=1))
             (place / "digest").write_text(program.digest)
             for file, text in emit_c(program).items():
                 (place / file).write_text(text, encoding="utf-8")

@@ -141,7 +141,6 @@ def test_same_program_same_text() -> None:
     program = random_program(7)
     files = emit_c(program)
     assert list(files) == [f"{program.name}.h", f"{program.name}.c"]
-    assert emit_c(Program.from_json(program.to_json())) == files
     code = (
         "from boresight.firmware.emit import emit_c;"
         "from tests.support.random_program import random_program;"

@@ -2,12 +2,8 @@
 
 import dataclasses
 import enum
-import json
 from typing import Any
 
-import pytest
-
-from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
     InPort,
@@ -75,18 +71,6 @@ def small() -> Any:
         (Port("zed", "m", 0.5, "meant"),),
         1,
     )
-
-
-@pytest.mark.parametrize(
-    "program",
-    [small(), Complementary().compile(), Complementary().compile(word=19)],
-    ids=lambda p: p.name,
-)
-def test_json(program: Any) -> None:
-    text = program.to_json()
-    assert text.startswith('{\n "arithmetic": {\n  "guard": ')
-    again = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
-    assert [value["initial"] for value in again["values"]] == [v.initial for v in program.values]
 
 
 def variants(x: Any) -> Any:
