@@ -22,7 +22,7 @@ _WHERE, _WANTED, _FOUND = 120, 130, 130
 #: Longest list of names that a message shows whole, in characters.
 _LIST = 100
 #: Folders without estimators.
-_ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "kalman")]
+_ROOMS = [Path(__file__).parent / room for room in ("", "algebra", "kalman", "lowering", "words")]
 #: The whole package, whose files no user wrote.
 _PACKAGE = str(Path(__file__).parents[1]) + os.sep
 #: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.

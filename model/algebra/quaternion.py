@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.words.rounded import sum_of
 
 Vector = Sequence[Any]
 Matrix = Sequence[Sequence[Any]]
@@ -22,10 +23,7 @@ NO_ROTATION = "the matrix is no rotation"
 
 def dot(a: Vector, b: Vector) -> Any:
     """a . b, one slot per component."""
-    total: Any = 0.0  # not `sum`, which rounds floats otherwise from Python 3.12 on
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
+    return sum_of(x * y for x, y in zip(a, b, strict=True))
 
 
 def cross(a: Vector, b: Vector) -> tuple[Any, Any, Any]:
