@@ -10,7 +10,6 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -73,17 +72,6 @@ def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
         states=tuple((new[a], new[b]) for a, b in program.states),
     )
     return pruned, new
-
-
-@contextmanager
-def deep(nodes: int) -> Iterator[None]:
-    """Let calls nest as deep as a chain of so many nodes."""
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(before + _CALLS * nodes)
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)
 
 
 def _count_uses(roots: Sequence[Node]) -> None:
@@ -200,9 +188,13 @@ def lower(
     states = [low.leaf(expanded[e.number], initial) for e, initial, _ in trace.states]
     for number, node in zip(states, after, strict=True):
         low.limit(node, number)
-    with deep(len(graph.nodes)):
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(limit + _CALLS * len(graph.nodes))  # as deep as a chain of them
+    try:
         outputs = tuple(low.word(node) for node in results)
         replaced = tuple((s, low.replacing(node, s)) for s, node in zip(states, after, strict=True))
+    finally:
+        sys.setrecursionlimit(limit)
     share(low.groups)
     values, ops = tuple(low.groups.values), tuple(low.groups.ops)
     ports = inputs, outputs, tuple(trace.outputs), replaced

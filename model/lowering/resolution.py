@@ -52,7 +52,9 @@ class _Walk:
         #: Values that are not rounded (constants, their sums and selections), and how often two
         #: divides their words.
         constants = {n: program.values[n].initial for n in program.of_kind(Kind.CONST)}
-        self.exact: dict[int | None, int] = {n: _twos(word) for n, word in constants.items()}
+        self.exact: dict[int | None, int] = {
+            n: (word & -word).bit_length() - 1 if word else 64 for n, word in constants.items()
+        }
         for op in program.ops:
             if all(n in self.exact for t in op.terms for n in (t.a, t.b)):
                 twos = [self.exact[t.a] + self.exact[t.b] + self._power(op, t) for t in op.terms]
@@ -137,8 +139,3 @@ class _Walk:
 
 def _size(x: Value | Node) -> float:
     return max(abs(x.low), abs(x.high))
-
-
-def _twos(word: int) -> int:
-    """How often two divides a word; of zero, more often than any word's."""
-    return (word & -word).bit_length() - 1 if word else 64
