@@ -190,22 +190,20 @@ class Textbook:
             after = self._leaves(x, fixed | {("input", i.name): v for i, v in columns})
             return [*self._absences(len(inputs), unseen, never, len(later), after)]
 
+        gates = [
+            f"gate {placed(m.line, 'measurement')}: {taken} accepted, {valid - taken} rejected"
+            for m, valid, taken in zip(self.measurements, *self._valid, strict=True)
+            if m.gate is not None
+        ]
         return SecondForm(
             outputs,
             [*self._remarks(len(inputs), unseen)],
             [*self._faults(inputs)],
             {} if any(i.name == "dt" for i in k.inputs) else steps,
-            gates=self._gates(),
+            gates=gates,
             covariances=np.array(covariances),
             absent=absent,
         )
-
-    def _gates(self) -> list[str]:
-        return [
-            f"gate {placed(m.line, 'measurement')}: {taken} accepted, {valid - taken} rejected"
-            for m, valid, taken in zip(self.measurements, *self._valid, strict=True)
-            if m.gate is not None
-        ]
 
     def _faults(self, inputs: FloatArray) -> Iterator[tuple[str, str]]:
         """Faults of the measurements in a run, each with its kind."""
@@ -339,8 +337,10 @@ class Textbook:
                 q_before = [x[c] for c in s.components]
                 f[at : at + 3] = np.array(quaternion.matrix(q_before)) @ slope[at : at + 3]
                 f[at : at + 3, at : at + 3] += np.eye(3)
-                turn = np.array([next_x[e] for e in s.errors], dtype=float)
-                after |= zip(s.components, _times(q_before, _quaternion_of(turn)), strict=True)
+                half = 0.5 * np.array([next_x[e] for e in s.errors], dtype=float)
+                angle = np.linalg.norm(half)
+                dq = np.cos(angle), *(np.sinc(angle / np.pi) * half)
+                after |= zip(s.components, _times(q_before, dq), strict=True)
             else:
                 after[s.name] = ops.wrap_ht(next_x[s.name]) if s.unit == "ht" else next_x[s.name]
         after |= {s.name: next_x[s.name] for s in k.memory}
@@ -474,8 +474,3 @@ def _moved_by(kalman: Kalman, x: Mapping[str, Any], change: FloatArray) -> dict[
 
 def _times(p: Any, q: Any) -> FloatArray:
     return np.array(quaternion.product(p, q))
-
-
-def _quaternion_of(turn: FloatArray) -> FloatArray:
-    half = 0.5 * float(np.linalg.norm(turn))
-    return np.concatenate([[np.cos(half)], 0.5 * np.sinc(half / np.pi) * turn])

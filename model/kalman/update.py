@@ -306,7 +306,9 @@ class Update:
         valid, gains = m.valid, [c * weight for c in column]
         if m.gate is not None:
             # A condition of its own: cheaper once for each L than wherever these are used.
-            beyond = self._exceeds_gate(m.gate, innovation, variance)
+            limit = m.gate * math.sqrt(self.intervals(variance)[1])
+            nu = ops.saturated(innovation, math.ldexp(1.0, math.frexp(limit)[1]))
+            beyond = nu * nu > (m.gate * m.gate) * variance  # known before the root
             within = ~beyond if valid is None else ~beyond & valid
             beyond = beyond if valid is None else beyond & valid
             self.counts["rejected"] += ops.where(beyond, 1.0, 0.0)
@@ -334,13 +336,6 @@ class Update:
         except InputError as error:  # of another unit: no line of the author is running
             where = placed(m.line, "measurement, wrap")
             raise InputError.at(**{**error.parts, "where": where}) from None
-
-    def _exceeds_gate(self, gate: float, innovation: Any, variance: Any) -> Any:
-        """nu^2 > gate^2 s: known before the root of s."""
-        limit = gate * math.sqrt(self.intervals(variance)[1])
-        bound = math.ldexp(1.0, math.frexp(limit)[1])
-        nu = ops.saturated(innovation, bound)
-        return nu * nu > (gate * gate) * variance
 
     def _reduced_column(
         self, column: list[Any], row: Slope, dots: Sequence[Scalar], spread: float, unless: str
