@@ -287,18 +287,21 @@ class Update:
         low, high = self.intervals(m.r)
         fix = "raise the least value of its parameters" if low < high else "give the noise's"
         require(low > 0.0, where, "a variance above 0", f"[{low:g}, {high:g}]", fix)
-        row = self._limited_row(m, row)
+        slope_max = spread(m.slope_max, self.kalman.groups, where, "slope_max")
+        for i, limit in ((self.kalman.errors.index(name), v) for name, v in slope_max.items()):
+            if i in row and self.intervals.size(row[i]) > limit:
+                row = {**row, i: ops.saturated(row[i], limit)}
         innovation = self._innovation(m)
-        spread, unless = self._spread(m, row)
+        sd, unless = self._spread(m, row)
         # |h L| <= sqrt(h P h), by Cauchy and Schwarz.
-        dots = [self._within(_dot(row, g), spread, unless) for g in self.gains]
+        dots = [self._within(_dot(row, g), sd, unless) for g in self.gains]
         full_column = [_dot(row, [self.cov[j, i] for j in self.range]) for i in self.range]
-        column = self._reduced_column(full_column, row, dots, spread, unless)
+        column = self._reduced_column(full_column, row, dots, sd, unless)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
         variance = _dot(row, full_column if dots else column)
         variance = self._subtracted(variance, [a * a for a in dots]) + m.r
         if dots or not _is_unit(row):  # else its interval is as good
-            variance = _claimed(variance, low, spread * spread + high, SPREAD, unless)
+            variance = _claimed(variance, low, sd * sd + high, SPREAD, unless)
         pairs = zip(dots, self.moves, strict=True)
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
@@ -319,7 +322,7 @@ class Update:
             self.counts["accepted"] += _if_valid(valid, 1.0)
         self.counts["nis"] += _if_valid(valid, move * move)
         pairs = zip(gains, self.bounds, strict=True)
-        self.gains.append([_claimed(g, -sd, sd, "root of a variance") for g, sd in pairs])
+        self.gains.append([_claimed(g, -most, most, "root of a variance") for g, most in pairs])
         self.moves.append(move)
         self.conditions.append(valid)
 
@@ -361,15 +364,6 @@ class Update:
     def _reduced_by(self, i: int, j: int, value: Any, count: int) -> Any:
         """An element of P - L L^T of all updates, of which ``count`` are subtracted already."""
         return self._subtracted(value, [g[i] * g[j] for g in self.gains[count:]], count)
-
-    def _limited_row(self, m: Measurement, row: Slope) -> Slope:
-        k, row = self.kalman, {**row}
-        slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
-        for name, limit in slope_max.items():
-            i = k.errors.index(name)
-            if i in row and self.intervals.size(row[i]) > limit:
-                row[i] = ops.saturated(row[i], limit)
-        return row
 
     def _spread(self, m: Measurement, row: Slope) -> tuple[float, str]:
         """Largest standard deviation of h, without the noise, and when h has a larger one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
 from typing import Any
 
@@ -70,9 +70,7 @@ class Interpreter:
         self.saturations[self._clamps] += np.count_nonzero(clamped, axis=1)
         outputs = np.stack([self.values[n] for n in p.outputs])
         self._previous_states = [self.values[n] for n, _ in p.states]
-        after = [self.values[n] for _, n in p.states]
-        for (state, _), word in zip(p.states, after, strict=True):
-            self.values[state] = word
+        self.states = [self.values[n] for _, n in p.states]
         return outputs, np.any(clamped, axis=0)
 
     def run(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
@@ -94,7 +92,7 @@ class Interpreter:
         return np.array(words, dtype=np.int64).reshape(len(words), self.runs)
 
     @states.setter
-    def states(self, words: IntArray) -> None:
+    def states(self, words: Iterable[IntArray]) -> None:
         for (state, _), word in zip(self.program.states, words, strict=True):
             self.values[state] = word
 
