@@ -218,7 +218,7 @@ def next_attitude(
     slow_turn = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
     fast_turn = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
     norm_error = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
-    after = {}
+    after: dict[str, Any] = {}
     for k, a in enumerate("wxyz"):
         slowly = ops.saturated(slow_turn[k], 2.0 * SLOW)
         fast = ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * FAST)

@@ -123,7 +123,7 @@ class Format:
         limit = 2 ** (self.word - 1)
         np.floor(scaled, out=scaled)
         words = scaled.clip(-limit, limit - 1, out=scaled).astype(np.int64)
-        return cast(IntArray, words[()])  # of one value a scalar
+        return words[()]  # of one value a scalar
 
     def real(self, integer: Any) -> FloatArray:
         return _scaled(integer, -self.frac)

@@ -253,7 +253,8 @@ def _names(record_type: type) -> tuple[str, ...]:
 
 def _record(x: Any) -> dict[str, Any]:
     """A dataclass for JSON, keys in order."""
-    return {name: getattr(x, name) for name in _names(type(x))}
+    record_type: Any = type(x)
+    return {name: getattr(x, name) for name in _names(record_type)}
 
 
 def _identity(value: Value) -> list[Any]:
