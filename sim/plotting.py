@@ -96,15 +96,6 @@ def legend(axes: Any, columns: int) -> None:
     axes.legend(ncols=columns, handlelength=2.0, columnspacing=1.6, **place)
 
 
-def _log_ticks(axis: Any, digits: tuple[float, ...]) -> None:
-    """Ticks of a logarithmic axis at these digits of each decade, as plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(base=10.0, subs=digits))
-    axis.set_major_formatter(FuncFormatter(lambda x, _: number(x)))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:
     """Plot minimum and maximum in each of ``parts`` pieces of a curve, points ``step`` apart."""
     length = max(1, len(values) // parts)
@@ -137,6 +128,9 @@ def histories(
     time between two values. With ``log`` values have logarithmic axes; else a first eighth that
     would hide the rest is cut. ``name`` is the salt of `svg`.
     """
+    _matplotlib()
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     with settings():
         figure, plots = figure_and_axes(0.4 + 1.4 * len(panels), len(panels), sharex=True)
         names = dict.fromkeys(name for curves in panels.values() for name in curves)
@@ -149,7 +143,10 @@ def histories(
             if log:
                 plot.set_yscale("log")
                 low, high = plot.get_ylim()
-                _log_ticks(plot.yaxis, (1.0,) if high > 100.0 * low else (1.0, 3.0))
+                digits = (1.0,) if high > 100.0 * low else (1.0, 3.0)  # of each decade
+                plot.yaxis.set_major_locator(LogLocator(base=10.0, subs=digits))
+                plot.yaxis.set_major_formatter(FuncFormatter(lambda x, _: number(x)))
+                plot.yaxis.set_minor_formatter(NullFormatter())
             else:
                 shown = np.stack(list(curves.values()))
                 late = shown[:, shown.shape[1] // 8 :]

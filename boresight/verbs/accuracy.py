@@ -40,7 +40,7 @@ GROUPS = (options.rows, options.profiles, options.judged)
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 
-#: Figures that can be compared with an earlier result (`sim.baseline`).
+#: Figures that can be compared with an earlier result (`sim.result.baseline`).
 JUDGED = {
     "word": Figure("word", "same"),
     "parameters.*.*": Figure("value", "parameter"),
