@@ -35,9 +35,9 @@ from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
-from boresight.systems.array import alignment, interface
+from boresight.systems.array import alignment
 from boresight.systems.array import error_filter as errors
-from boresight.systems.array.interface import KINDS, UNITS
+from boresight.systems.array.error_filter import KINDS, UNITS
 
 READINGS = ("heading", "literal")
 CUT_NOISE = 0.35  #: with which a heading whose variance is at its limit is cut, scaled.
@@ -70,8 +70,8 @@ class ArrayAttitude(Estimator):
 
     name = "array_attitude"
     summary = "array that turns for hours: strapdown, 13-state filter, zero velocity, azimuth index"
-    inputs = interface.INPUTS
-    status_bits = interface.STATUS_BITS
+    inputs = errors.INPUTS
+    status_bits = errors.STATUS_BITS
     urgent = 3
 
     def __init__(
@@ -106,12 +106,12 @@ class ArrayAttitude(Estimator):
         self.states = sd.states(sd.ahead(start, place))
         self.outputs = sd.OUTPUTS
         if aided:
-            self.params += interface.filter_params(self.align)
+            self.params += errors.filter_params(self.align)
             first = errors.first_variances(SimpleNamespace(**self.param_values()))
-            self.states += interface.filter_states(
+            self.states += errors.filter_states(
                 start, [first[k] for k in KINDS], rate, self.align, self.literal
             )
-            self.outputs += interface.OUTPUTS
+            self.outputs += errors.OUTPUTS
         if self.align:
             self.states += alignment.states(self.align, self.dt)
 
@@ -217,7 +217,7 @@ class ArrayAttitude(Estimator):
         moves = errors.moves(update)
         learnt = {
             name: ops.saturated(ops.where(hold, 0.0, getattr(x, name) + moves[k]), limit)
-            for k, (name, limit) in interface.LEARNT.items()
+            for k, (name, limit) in errors.LEARNT.items()
         }
         used = accepted & ~update.beyond
         states = {

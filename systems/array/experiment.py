@@ -33,7 +33,6 @@ _BOTH: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
     "index": ("with index", {}, {}, 1000),
     "none": ("no index", {"index": "none"}, {}, 1000),
     "literal": ("index read literally: H = [I 0]", {}, {"reading": "literal"}, 4),
-    "plus": ("all errors plus, exact start", {"plus": True}, {}, 1),
     "noise": ("fibre-optic noise", _NOISE, {}, 2),
     "tilt": ("any start, fibre-optic noise", {**_NOISE, "tilt_deg": 5.0}, {}, 4),
 }
@@ -73,14 +72,10 @@ class Array(CasesExperiment):
         for key, deg_s in (("a", 0.35), ("b", 36.0))
     } | {
         "b_calibrated": Case("36 deg/s, calibrated", {"deg_s": 36.0}),
-        "b_encoder": Case("36 deg/s, encoder of 18 bits", {"deg_s": 36.0, "index": "encoder"}),
         "b_faults": Case("36 deg/s, pulses missed, doubled, wrong", {"deg_s": 36.0, **_FAULTS}),
-        "other": Case(
-            "7.3 deg/s, mark at 17 deg, noise", {"deg_s": 7.3, "mark_deg": 17.0, **_NOISE}
-        ),
     }
     most_runs = {f"{key}_{name}": row[3] for name, row in _BOTH.items() for key in "ab"} | {
-        **{"b_calibrated": 2, "b_encoder": 1, "b_faults": 2, "other": 2}
+        **{"b_calibrated": 2, "b_faults": 2}
     }
     intro = """
         A radar array rests for 300 s, in which its attitude is found from gyros and

@@ -22,7 +22,8 @@ DT = 0.01  #: s
 ALIGNED, ERECTED = 30_000, 31_300  #: samples at the end of the alignment, of the erection.
 START_DEG = (1.0, 2.0, 90.0)  #: pitch, roll, heading before the erection.
 LATITUDE_DEG, HEIGHT = 31.9521, 45.0
-#: The paper's constant errors: bias, scale, misalignment of gyros, of accelerometers.
+#: The paper's constant errors, bias, scale, misalignment: of gyros 0.003 deg/h, 1e-5, 20e-6, of
+#: accelerometers 20 ug, 1e-4, 20e-6.
 ERRORS = np.array([[0.003 * sensors.PER_HOUR, 1e-5, 20e-6], [20.0 * MICRO_G, 1e-4, 20e-6]])
 _PIECE = 20_000  #: records made at once.
 
@@ -39,10 +40,7 @@ class TurningArray(World):
     hours : float
         How long it turns.
     errors : float
-        Factor on the paper's errors: gyro 0.003 deg/h, 1e-5, 20e-6; accelerometer 20 ug, 1e-4,
-        20e-6.
-    plus : bool
-        All of them positive. Else signs are drawn.
+        Factor on the paper's errors (`ERRORS`), whose signs are drawn.
     noise : float
         Factor on the noise of a fibre-optic gyro and an accelerometer beside it, which the paper
         does not have (`sensors.FIBRE_OPTIC`).
@@ -67,7 +65,6 @@ class TurningArray(World):
         *,
         hours: float = 8.0,
         errors: float = 1.0,
-        plus: bool = False,
         noise: float = 0.0,
         tilt_deg: float = 0.0,
         counts_bits: int = 32,
@@ -87,8 +84,7 @@ class TurningArray(World):
             (16 <= counts_bits <= 48, "counts_bits", "16 to 48", counts_bits),
         ):
             require(valid, f"turning_array, {where}", wanted, found)
-        self.deg_s, self.errors, self.plus = deg_s, errors, plus
-        self.truths, self.tilt_deg = truths, tilt_deg
+        self.deg_s, self.errors, self.truths, self.tilt_deg = deg_s, errors, truths, tilt_deg
         self.mark = Mark(mark_deg, index, missed, doubled, wrong)
         full = (2.0**-7, 2.0**-2)
         self.noise = [
@@ -99,9 +95,9 @@ class TurningArray(World):
         self.draw(seed)
 
     def draw(self, seed: int) -> None:
-        self.seed, plus = seed, self.plus
+        self.seed = seed
         signs, luck, tilts = (np.random.default_rng([seed, k]) for k in (0, 2, 3))
-        off = np.ones(3) if plus else signs.choice([-1.0, 1.0], 3)
+        off = signs.choice([-1.0, 1.0], 3)
         turn = 180.0 * tilts.random() if self.tilt_deg else 0.0
         angles = START_DEG + off * (self.tilt_deg, self.tilt_deg, turn)
         start = euler_to_matrix(np.radians(angles))
@@ -119,9 +115,7 @@ class TurningArray(World):
         )
         heading = float(matrix_to_euler(self.motion.starts[2])[2])
         self.pulses = pulses(self.mark, heading, rate, lengths[2], DT, luck)
-        self.constant = [
-            sensors.signed(None if plus else signs, *(self.errors * e)) for e in ERRORS
-        ]
+        self.constant = [sensors.signed(signs, *(self.errors * e)) for e in ERRORS]
 
     def truth(self, first: int, last: int, every: int = 1) -> FloatArray:
         """Pitch, roll, heading (n, 3) [rad] at the ends of samples; see `Turning.matrix`."""

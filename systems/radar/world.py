@@ -12,7 +12,7 @@ import pymap3d
 from boresight import InputError, World
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require, require_choice
-from boresight.systems.radar.interface import AXES, BIASES
+from boresight.systems.radar.estimator import BIASES
 
 GM = 3.986004418e14  #: m^3/s^2
 J2 = 1.08262668e-3
@@ -192,8 +192,6 @@ class TwoRadars(World):
         Standard deviations [m, deg] from which each draw has other biases, in place of ``bias``.
     missed : float
         Share of its samples that each radar misses.
-    late_s : float
-        How long after radar 1 radar 2 measures, though both say the same time.
     sites : two of (longitude, latitude, height)
         [deg, deg, m]
 
@@ -214,7 +212,6 @@ class TwoRadars(World):
         noises: Sequence[float] = NOISE,
         drawn: tuple[float, float] | None = None,
         missed: float = 0.0,
-        late_s: float = 0.0,
         sites: Sequence[Sequence[float]] = SITES,
     ) -> None:
         for valid, where, wanted, found in (
@@ -222,20 +219,14 @@ class TwoRadars(World):
             (dt <= seconds <= 1000.0, "seconds", "dt to 1,000 s", seconds),
             (noise >= 0.0, "noise", "0 or more", noise),
             (0.0 <= missed < 1.0, "missed", "a share below 1", missed),
-            (0.0 <= late_s <= 10.0, "late_s", "0 to 10 s", late_s),
             (len(bias) == len(noises) == 6, "bias and noises", "six numbers each", bias),
             (len(sites) == 2, "sites", "two radars", sites),
         ):
             require(valid, f"two_radars, {where}", wanted, found)
         self.sites, self.dt, self.missed, self.drawn = sites, dt, missed, drawn
-        self.noises = noise * np.array(noises) * _UNITS
-        self.nominal_bias = np.array(bias) * _UNITS
-        n = round(seconds / dt) + 1
-        t: FloatArray = np.arange(n + math.ceil(late_s / dt)) * np.float64(dt)
-        path = flight(on, t)
-        self.place = path[:n]
-        late = np.stack([np.interp(t[:n] + late_s, t, axis) for axis in path.T], axis=1)
-        self.seen = [seen_from(s, p) for s, p in zip(sites, (self.place, late), strict=True)]
+        self.noises, self.nominal_bias = noise * np.array(noises) * _UNITS, np.array(bias) * _UNITS
+        self.place = flight(on, dt * np.arange(round(seconds / dt) + 1.0))
+        self.seen = [seen_from(site, self.place) for site in sites]
         self.draw(seed)
 
     def draw(self, seed: int) -> None:
@@ -267,7 +258,7 @@ class TwoRadars(World):
         self._k += 1
         data = {"dt": self.dt if k else -self.dt}
         for i, reported in enumerate(self.reported[:, k].tolist()):
-            for axis, value, true in zip(AXES, reported, self.place[k].tolist(), strict=True):
+            for axis, value, true in zip("xyz", reported, self.place[k].tolist(), strict=True):
                 data |= {f"{axis}{i + 1}": value, f"{axis}{i + 1}_corrected_true": true}
         data |= {f"{b}_bias_true": float(v) for b, v in zip(BIASES, self.bias, strict=True)}
         return data

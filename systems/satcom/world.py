@@ -8,14 +8,16 @@ into the next record.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from boresight.model.algebra.quaternion import matrix, multiply, turn
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import require
+from boresight.model.errors import require, require_choice
 from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -23,8 +25,108 @@ from boresight.sim.rotations.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.worlds.world import BatchedWorld
-from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.pointing import direction
+from boresight.systems.worlds.road import Ride, profile, ride
+
+SHADOW_DB = 60.0  #: loss of a tunnel and of a bridge.
+#: Duration [s], acceleration [m/s^2], turn to the right [deg/s].
+_SPECIFIED = (
+    *((20, 0, 0), (8, 2, 0), (25, 0, 0), (10, 0, 12), (30, 0, 0), (6, -2, 0), (20, 0, 0)),
+    *((10, 1.5, 0), (25, 0, 0), (12, 0, -8), (30, 0, 0), (15, -1, 0), (25, 0, 0), (5, 1, 0)),
+    *((24, 0, 0), (15, 0, 6), (20, 0, 0)),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """A ride, and the loss of bridges and tunnels (n,) [dB]."""
+
+    ride: Ride
+    loss_db: FloatArray
+
+    @property
+    def accelerated(self) -> npt.NDArray[np.bool_]:
+        """Whether the acceleration is beyond (0.3, 0.3, 0.5) m/s^2 (n,)."""
+        return np.asarray((np.abs(self.ride.acceleration) > [0.3, 0.3, 0.5]).any(axis=1))
+
+
+def specification_drive(
+    rate_hz: float = 50.0, *, turns: float = 1.0, road: float = 1.0, slope: float = 0.0
+) -> Drive:
+    """Five minutes: accelerations of 2, -2, 1.5, -1, 1 m/s^2, turns of 12, -8, 6 deg/s, road.
+
+    ``turns`` and ``road`` times as fast and as rough, the road ``slope`` degrees aslant.
+    """
+    accel, turn = profile(_SPECIFIED, rate_hz)
+    t = np.arange(len(accel)) / rate_hz
+    roll = slope + road * (3.0 * _wave(t, 7.0) + 1.5 * _wave(t, 1.9))
+    pitch = road * (2.0 * _wave(t, 5.0) + 2.0 * _wave(t, 60.0))
+    return Drive(
+        ride(rate_hz, accel, turns * turn, roll_deg=roll, pitch_deg=pitch), np.zeros_like(t)
+    )
+
+
+def city_drive(rate_hz: float = 50.0, seed: int = 1) -> Drive:
+    """Half an hour: junctions, roundabouts, speed bumps, hills, bridges, and four tunnels."""
+    rng = np.random.default_rng([seed, 30])
+    parts: list[tuple[float, float, float]] = [(30.0, 0.0, 0.0)]
+    bumps: list[float] = []
+    while (start := sum(p[0] for p in parts)) < 1780.0:
+        a, gain = rng.uniform(0.8, 2.2), rng.uniform(8.0, 18.0)
+        side = float(rng.choice(np.array([-1.0, 1.0])))
+        corner = {
+            "junction": [(7.5, 0.0, 12.0 * side)],
+            "roundabout": [(2.5, 0.0, 18.0), (rng.uniform(6, 14), 0.0, -20.0), (2.5, 0.0, 18.0)],
+            "bend": [(rng.uniform(6, 12), 0.0, 4.0 * side)],
+            "bump": [(3.0, 0.0, 0.0)],
+        }
+        kind = str(rng.choice(list(corner)))
+        slow = 0.7 * gain if kind != "bend" else 0.0
+        cruise, rise = rng.uniform(8.0, 40.0), gain / a
+        parts += [(rise, a, 0.0), (cruise, 0.0, 0.0), (max(slow, 0.1) / 2.0, -2.0, 0.0)]
+        if kind == "bump":
+            bumps.append(start + rise + cruise + slow / 2.0 + 1.5)
+        parts += [*corner[kind], ((gain - slow) / 2.0, -2.0, 0.0), (rng.uniform(1, 10), 0.0, 0.0)]
+    accel, turn = profile(parts, rate_hz)[:, : int(1800 * rate_hz)]
+    t = np.arange(len(accel)) / rate_hz
+    moving = np.minimum(np.cumsum(accel) / rate_hz / 5.0, 1.0).clip(0.0)
+    roll = moving * (1.5 * _wave(t, 7.3) + 0.8 * _wave(t, 1.7)) + 2.0 * _wave(t, 83.0)
+    pitch = moving * (1.0 * _wave(t, 5.1) + 0.5 * _wave(t, 1.3)) + 3.0 * _wave(t, 110.0)
+    lift = np.zeros_like(t)
+    for at in bumps:
+        since = (t - at) / 0.15
+        nod = -1.6487 * since * np.exp(-0.5 * since**2)  # from 1 to -1
+        pitch, lift = pitch + 3.0 * nod, lift - 4.0 * nod
+    loss = np.zeros_like(t)
+    for at, length in [
+        *zip((300.0, 700.0, 1150.0, 1550.0), (15.0, 30.0, 60.0, 25.0), strict=True),
+        *zip(rng.uniform(40.0, 1780.0, 25), rng.uniform(0.4, 2.0, 25), strict=True),
+    ]:
+        loss[(t >= at) & (t < at + length)] = SHADOW_DB
+    return Drive(ride(rate_hz, accel, turn, roll_deg=roll, pitch_deg=pitch, lift=lift), loss)
+
+
+#: Drives by name.
+DRIVES: dict[str, Callable[[float], Drive]] = {
+    "specification": specification_drive,
+    "rough": partial(specification_drive, turns=3.0, road=2.0, slope=12.0),
+    "city": city_drive,
+}
+
+
+def drive(name: str, rate_hz: float = 50.0) -> Drive:
+    """One of `DRIVES`, at 10 to 1000 records a second.
+
+    `InputError`: no such drive, another rate.
+    """
+    require_choice("drive", name, DRIVES)
+    require(10.0 <= rate_hz <= 1000.0, "drive, rate_hz", "10 to 1000 Hz", rate_hz)
+    return DRIVES[name](rate_hz)
+
+
+def _wave(t: FloatArray, period: float) -> FloatArray:
+    return np.sin(2.0 * np.pi * t / period)
+
 
 _DEG = math.pi / 180.0
 _TRUTHS = tuple(f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz"))
@@ -34,40 +136,24 @@ DWELL_S, SQUINT = 0.005, math.radians(0.35)  #: of each position of the beam [s]
 LOCK_DB = 6.0  #: power below the nominal one that still counts as tracking.
 
 
-@dataclass(frozen=True)
-class Link:
-    """A beacon in Ku band, received with a small dish of tapered illumination.
+#: pi D / lambda of a dish of 0.6 m in Ku band, 12.5 GHz.
+APERTURE = math.pi * 0.6 * 12.5e9 / LIGHT
+#: Carrier over noise density on the axis [Hz]: a beacon of 6 dBW, 37,200 km away, an efficiency of
+#: the dish of 0.62, noise of 170 K.
+CN0 = 10.0**0.6 * 0.62 * APERTURE**2 / (4.0 * math.pi * 3.72e7 * 12.5e9 / LIGHT) ** 2
+CN0 /= 1.380649e-23 * 170.0
 
-    The aperture's field falls as sqrt(1 - r^2) to the rim, so the pattern is a closed form,
-    first sidelobe -21 dB::
+
+def pattern(sine: FloatArray) -> FloatArray:
+    """Power at an angle off the axis, by its sine, over that on the axis.
+
+    The aperture's field falls as sqrt(1 - r^2) to the rim, first sidelobe -21 dB::
 
         E(u)/E(0) = 3 (sin u - u cos u)/u^3        u = pi D sin(angle)/lambda
     """
-
-    eirp_dbw: float = 6.0
-    frequency_hz: float = 12.5e9
-    diameter_m: float = 0.6
-    efficiency: float = 0.62
-    noise_k: float = 170.0
-    distance_m: float = 3.72e7
-
-    @property
-    def aperture(self) -> float:
-        """pi D / lambda."""
-        return math.pi * self.diameter_m * self.frequency_hz / LIGHT
-
-    @property
-    def cn0(self) -> float:
-        """Carrier over noise density on the axis [Hz]."""
-        gain = self.efficiency * self.aperture**2
-        spread = (4.0 * math.pi * self.distance_m * self.frequency_hz / LIGHT) ** 2
-        return float(10.0 ** (self.eirp_dbw / 10.0)) * gain / spread / (1.380649e-23 * self.noise_k)
-
-    def pattern(self, sine: FloatArray) -> FloatArray:
-        """Power at an angle off the axis, by its sine, over that on the axis."""
-        u = np.maximum(self.aperture * np.abs(sine), 1e-3)
-        field: FloatArray = 3.0 * (np.sin(u) - u * np.cos(u)) / u**3
-        return field * field
+    u = np.maximum(APERTURE * np.abs(sine), 1e-3)
+    field: FloatArray = 3.0 * (np.sin(u) - u * np.cos(u)) / u**3
+    return field * field
 
 
 class Receiver:
@@ -77,10 +163,9 @@ class Receiver:
     error, the sum tells whether there is a signal. ``interval``: in samples, in the mean.
     """
 
-    def __init__(self, link: Link, interval: float) -> None:
-        self.link, self.interval = link, interval
-        self.snr = link.cn0 * DWELL_S
-        gain, next_gain = (float(link.pattern(np.array(s))) for s in (SQUINT, SQUINT + 1e-6))
+    def __init__(self, interval: float) -> None:
+        self.interval, self.snr = interval, CN0 * DWELL_S
+        gain, next_gain = (float(pattern(np.array(s))) for s in (SQUINT, SQUINT + 1e-6))
         self.slope = (gain - next_gain) / 1e-6 / (2.0 * gain)  # of the difference over the sum
         self.lock_power = self.snr * gain * 10.0 ** (-LOCK_DB / 10.0)
         self.reset()
@@ -101,7 +186,7 @@ class Receiver:
         across = right + SQUINT * np.array([[-1.0], [1.0], [0.0], [0.0]])
         along = up + SQUINT * np.array([[0.0], [0.0], [-1.0], [1.0]])
         sine = np.where(ahead > 0.0, np.hypot(across, along), 1.0)
-        amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
+        amplitude = np.sqrt(self.snr * loss * pattern(sine))
         noise = math.sqrt(0.5) * noise
         power = (amplitude + noise[:, 0]) ** 2 + noise[:, 1] ** 2 - 1.0
         self._powers = self._powers + power
@@ -148,7 +233,6 @@ class OnTheMove(BatchedWorld):
     start_deg : float
         Error of the heading 0 that the estimator starts with.
     errors : SensorErrors
-    link : Link
     place : (latitude, longitude, satellite)
         [deg]
 
@@ -168,12 +252,11 @@ class OnTheMove(BatchedWorld):
         *,
         start_deg: float = 2.0,
         errors: SensorErrors = SensorErrors(),
-        link: Link = Link(),
         place: tuple[float, float, float] = (34.2, 108.9, 110.5),
     ) -> None:
         super().__init__(seeds)
         self.drive, self.tracking_hz, self.beam = drive(on, rate_hz), tracking_hz, beam
-        self.start_deg, self.errors, self.link, self.place = start_deg, errors, link, place
+        self.start_deg, self.errors = start_deg, errors
         latitude, longitude, satellite = (angle / 180.0 for angle in place)
         toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])
         self._up = toward / np.linalg.norm(toward)
@@ -186,7 +269,7 @@ class OnTheMove(BatchedWorld):
             (elevation > 0.0, "place", "a satellite above the horizon", f"{elevation:.1f} deg"),
         ):
             require(valid, f"on_the_move, {where}", wanted, found)
-        self.receiver = Receiver(link, rate_hz / tracking_hz if tracking_hz else 1.0)
+        self.receiver = Receiver(rate_hz / tracking_hz if tracking_hz else 1.0)
         self.start()
 
     def start(self) -> None:
@@ -196,7 +279,8 @@ class OnTheMove(BatchedWorld):
         draws = [np.random.default_rng([seed, 2015]) for seed in self.seeds]
         white = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1)
         walk = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1).cumsum(axis=0)
-        self.bias = (np.array(e.gyro_bias) + e.gyro_walk / math.sqrt(ride.rate_hz) * walk) * _DEG
+        bias = np.array(e.gyro_bias) + e.gyro_walk / math.sqrt(ride.rate_hz) * walk
+        self.bias = bias * _DEG
         gyro = ride.rate[:, None] + self.bias + e.gyro_noise * _DEG * white
         white = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1)
         force = ride.force[:, None] + e.acc_bias + e.acc_noise * white
@@ -230,7 +314,7 @@ class OnTheMove(BatchedWorld):
         ahead = x * north + y * east + z * down
         right, above = (y * north - x * east) / level, (ahead * down - z) / level
         off = np.where(ahead > 0.0, np.hypot(right, above), 1.0)
-        self.losses_db.append(-10.0 * np.log10(np.maximum(self.link.pattern(off), 1e-9)))
+        self.losses_db.append(-10.0 * np.log10(np.maximum(pattern(off), 1e-9)))
         error = np.full(len(self.seeds), np.nan)
         if self.tracking_hz:
             loss = 10.0 ** (-self.drive.loss_db[k] / 10.0)

@@ -24,16 +24,14 @@ from boresight.sim.records.files import bundled, read_record
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.experiment import Array
 from boresight.systems.array.world import TurningArray
-from boresight.systems.mls.deck import deck
 from boresight.systems.mls.estimator import MlsAttitude
-from boresight.systems.mls.linear_array import Array as LinearArray
+from boresight.systems.mls.phases import Array as LinearArray
 from boresight.systems.mls.phases import ArrayPhases
-from boresight.systems.mls.world import Landing
+from boresight.systems.mls.world import Landing, deck
 from boresight.systems.radar.estimator import Registration
 from boresight.systems.radar.world import TwoRadars
-from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.world import OnTheMove
+from boresight.systems.satcom.world import OnTheMove, drive
 from tests.support import exact_sensors
 from tests.support.estimators import ALL
 from tests.support.exact_sensors import apart, at_rest, bits, sphere
@@ -105,7 +103,6 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
         ("seconds", 0.01, "seconds: wanted"),
         ("noise", -1.0, "noise: wanted 0 or more"),
         ("missed", 1.0, "missed: wanted a share below 1"),
-        ("late_s", 11.0, "late_s: wanted 0 to 10 s"),
         ("bias", (1.0,), "bias and noises: wanted six"),
         ("sites", ((0, 0, 0),), "sites: wanted two radars"),
     ],

@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.algebra.strapdown import Angles, angles
 from boresight.systems.array import error_filter as errors
-from boresight.systems.array.error_filter import PHI
+from boresight.systems.array.error_filter import KINDS, PHI, UNITS
 from boresight.systems.array.estimator import ArrayAttitude
-from boresight.systems.array.interface import KINDS, UNITS
 from tests.support.rotating_array import EARTH, LATITUDE
 
 # -- propagation against matrices in SI units; what grows, and what stops growing -----------------

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.systems.array.error_filter import KINDS, UNITS
 from boresight.systems.array.estimator import ArrayAttitude
-from boresight.systems.array.interface import KINDS, UNITS
 from tests.support.rotating_array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, turning
 from tests.support.rotating_array import increments as exact
 

@@ -22,7 +22,7 @@ def vectors(columns: dict[str, np.ndarray], what: str) -> np.ndarray:
 
 def test_motion() -> None:
     """Level for 300 s at 1, 2, 90 deg; erected to 66; then 36 deg/s counter-clockwise."""
-    result = whole(TurningArray(36.0, plus=True, **SHORT))
+    result = whole(TurningArray(36.0, **SHORT))
     angles = 180.0 * np.stack([result[f"{n}_true"] for n in ("pitch", "roll", "heading")], axis=1)
     np.testing.assert_allclose(angles[: ALIGNED + 1], [[1.0, 2.0, 90.0]] * 30001, atol=1e-12)
     k = np.arange(1301)
@@ -39,7 +39,7 @@ def test_motion() -> None:
 
 def test_increments_of_a_perfect_unit() -> None:
     """Earth rate and gravity at rest; 36 deg/s about the vertical, which is 66 deg away."""
-    world = TurningArray(36.0, errors=0.0, plus=True, **SHORT)
+    world = TurningArray(36.0, errors=0.0, **SHORT)
     result = whole(world)
     turn, push = vectors(result, "dtheta") / DT, vectors(result, "dv") / DT
     latitude = math.radians(31.9521)

@@ -14,8 +14,8 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.systems.mls.deck import SensorErrors, deck, records
 from boresight.systems.mls.estimator import ALIGN_STEPS, MlsAttitude
+from boresight.systems.mls.world import SensorErrors, deck, records
 
 EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 SCALE = 96.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.systems.mls.deck import SensorErrors, deck, records
-from boresight.systems.mls.linear_array import Array, direction
+from boresight.systems.mls.phases import Array, direction
+from boresight.systems.mls.world import SensorErrors, deck, records
 
 # -- patterns in closed form and summed, displacements, main lobes --------------------------------
 

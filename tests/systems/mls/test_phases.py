@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.mls import estimator, phases
-from boresight.systems.mls.phases import STATUS_BITS, ArrayPhases
+from boresight.systems.mls.phases import ArrayPhases
 
 FILE, OTHER = phases.__file__, estimator.__file__
 
@@ -43,4 +43,4 @@ def test_phases_of_the_turned_beam(elements: int, spacing: float, axis: str) -> 
     wanted = spacing * inside[:, ["xyz".index(axis)]] * np.arange(elements)
     assert apart(phases(out, elements), wanted) < 1e-12
     assert out["status"].tolist() == (inside[:, 0] < 0.25).astype(float).tolist()
-    assert set(STATUS_BITS) == {0}
+    assert set(ArrayPhases.status_bits) == {0}

@@ -8,8 +8,7 @@ import pytest
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop
-from boresight.systems.mls.linear_array import Array
-from boresight.systems.mls.phases import AXES, ArrayPhases
+from boresight.systems.mls.phases import AXES, Array, ArrayPhases
 from boresight.systems.mls.world import SCANS, Landing
 
 

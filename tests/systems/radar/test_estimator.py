@@ -10,8 +10,7 @@ import pytest
 
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.systems.radar.estimator import KNOWN, YOUNG, Registration, site
-from boresight.systems.radar.interface import BIASES
+from boresight.systems.radar.estimator import BIASES, KNOWN, YOUNG, Registration, site
 from tests.support.radar import (
     BIAS,
     NOISE,

@@ -15,7 +15,7 @@ from boresight.systems.radar.world import (
     seen_from,
 )
 
-# -- two radars: what they report, miss and are late by; draws; what is refused -------------------
+# -- two radars: what they report and miss; draws -------------------------------------------------
 
 DEG = math.pi / 180.0
 
@@ -43,18 +43,13 @@ def test_biases_and_noise_are_those_asked_for() -> None:
         assert (np.abs(off.mean(axis=0) / unit - BIAS[own]) < 4.0 * error).all()
 
 
-def test_missed_samples_and_a_late_radar() -> None:
+def test_missed_samples() -> None:
     world = TwoRadars(seconds=100.0, missed=0.2)
     missing = np.isnan(reported(world)[:, ::3])
     assert missing.mean(axis=0) == pytest.approx([0.2, 0.2], abs=0.04)
     assert (missing[:, 0] != missing[:, 1]).any()
-    late = TwoRadars(seconds=10.0, noise=0.0, bias=(0.0,) * 6, late_s=0.3)
-    data, place = reported(late), late.place
-    assert data[:-3, 3:] == pytest.approx(place[3:], abs=0.05)
-    assert data[:, :3] == pytest.approx(place, abs=1e-6)
-    between = TwoRadars(seconds=10.0, noise=0.0, bias=(0.0,) * 6, late_s=0.05)
-    middle = 0.5 * (between.place[:-1] + between.place[1:])
-    assert reported(between)[:-1, 3:] == pytest.approx(middle, abs=0.05)
+    exact = TwoRadars(seconds=10.0, noise=0.0, bias=(0.0,) * 6)
+    assert reported(exact) == pytest.approx(np.hstack([exact.place] * 2), abs=1e-6)
 
 
 # -- flights: an orbit and energy against closed forms, lines, the ground -------------------------

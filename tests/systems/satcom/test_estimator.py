@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.interface import BIAS_UNIT
+from boresight.systems.satcom.estimator import BIAS_UNIT, Satcom
 from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
