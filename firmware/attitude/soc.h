@@ -9,7 +9,6 @@
 #include <stdint.h>
 
 #define SOC_CYCLES (*(volatile uint32_t *) UINT32_C(0x80000000))  // clock cycles, modulo 2^32
-#define SOC_UPDATED (*(volatile uint32_t *) UINT32_C(0x80000004)) // not 0: an update; write clears
 #define SOC_WORD (*(volatile uint32_t *) UINT32_C(0x80000008))    // a written word goes to the bench
 #define SOC_SLOT ((volatile uint32_t *) UINT32_C(0x80004000))     // words of the device
 

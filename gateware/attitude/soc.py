@@ -1,4 +1,4 @@
-"""A RISC-V soft core, to measure software beside the attitude core, and as its host."""
+"""A RISC-V soft core, to measure software beside the attitude core."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.bus.wishbone import WishboneSignature
-from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import ToolMissing
 
@@ -131,18 +130,14 @@ class Soc(wiring.Component):
     ============= =================================================================
     0             memory
     0x8000_0000   clock cycles since reset
-    0x8000_0004   1 if the device has an update; a write clears it
     0x8000_0008   a written word appears at ``word`` for one cycle
     0x8000_4000   4096 words of the device in the slot
     ============= =================================================================
-
-    ``updated``: the device has an update in this cycle.
     """
 
     def __init__(self, *, words: int) -> None:
         self.ram = Ram(words=words)
-        members = {"slot": Out(WishboneSignature()), "updated": In(1)}
-        super().__init__({**members, "word": Out(32), "word_valid": Out(1)})
+        super().__init__({"slot": Out(WishboneSignature()), "word": Out(32), "word_valid": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         """Instructions come from the memory; data from memory, counter or slot."""
@@ -154,7 +149,7 @@ class Soc(wiring.Component):
         m.d.comb += [cpu.ibus.dat_r.eq(ram.ibus.dat_r), cpu.ibus.ack.eq(ram.ibus.ack)]
 
         is_slot, is_own, own_ack = (Signal(name=n) for n in ("is_slot", "is_own", "own_ack"))
-        asked, waiting = (Signal(name=name) for name in ("asked", "waiting"))
+        asked = Signal()
         cycles, own_r = (Signal(32, name=name) for name in ("cycles", "own_r"))
         m.d.comb += [
             is_slot.eq(dbus.adr[_SLOT_BITS:] == _SLOT_BASE >> 2 + _SLOT_BITS),
@@ -167,15 +162,7 @@ class Soc(wiring.Component):
             self.word.eq(dbus.dat_w),
             self.word_valid.eq(asked & dbus.we & (dbus.adr[:2] == 2)),
         ]
-        m.d.sync += [
-            cycles.eq(cycles + 1),
-            own_ack.eq(asked),
-            own_r.eq(Mux(dbus.adr[0], waiting, cycles)),
-        ]
-        with m.If(asked & dbus.we & (dbus.adr[:2] == 1)):
-            m.d.sync += waiting.eq(0)
-        with m.If(self.updated):
-            m.d.sync += waiting.eq(1)
+        m.d.sync += [cycles.eq(cycles + 1), own_ack.eq(asked), own_r.eq(cycles)]
         return m
 
 
@@ -188,36 +175,6 @@ def _forward(source: Any, target: Any, selected: Any) -> list[Any]:
     return [target.cyc.eq(selected), *outputs]
 
 
-class AttitudeSoc(wiring.Component):
-    """`AttitudeSystem`, made with ``wishbone``, with its registers in the slot of a `Soc`.
-
-    The attitude system does not depend on the software. The members are those of the system
-    without its Wishbone, and the program's ``word`` and ``word_valid``.
-    """
-
-    def __init__(self, *, system: AttitudeSystem, words: int) -> None:
-        self.system, self.soc = system, Soc(words=words)
-        members = system.signature.members
-        self._members = {n: m for n, m in members.items() if n not in ("wb", "interrupt")}
-        super().__init__({**self._members, "word": Out(32), "word_valid": Out(1)})
-
-    def elaborate(self, platform: Any) -> Module:
-        """Connect the two parts."""
-        m = Module()
-        m.submodules.system = system = self.system
-        m.submodules.soc = soc = self.soc
-        wiring.connect(m, soc.slot, system.wb)
-        m.d.comb += [
-            soc.updated.eq(system.interrupt),
-            self.word.eq(soc.word),
-            self.word_valid.eq(soc.word_valid),
-        ]
-        for name, member in self._members.items():
-            inner, outer = getattr(system, name), getattr(self, name)
-            m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
-        return m
-
-
 def cpu_verilog() -> str:
     """Verilog text of the module ``VexRiscv``: RV32IM, caches of 4 KB, one-cycle multiplier."""
     spec = importlib.util.find_spec(_PACKAGE)
@@ -228,10 +185,10 @@ def cpu_verilog() -> str:
     raise ToolMissing("the soft core was not found: pip install 'boresight[softcore]'")
 
 
-def soc_verilog(top: wiring.Component, name: str) -> dict[str, str]:
-    """Return Verilog texts by file name: a component with a `Soc`, its memory and processor."""
+def soc_verilog(soc: Soc) -> dict[str, str]:
+    """Return Verilog texts by file name: a `Soc`, its memory and processor."""
     return {
-        f"{name}.sv": to_verilog(top, name, instances=False),
+        "soc.sv": to_verilog(soc, "soc", instances=False),
         "ram.v": Path(__file__).with_name("ram.v").read_text(encoding="utf-8"),
         "VexRiscv.v": cpu_verilog(),
     }

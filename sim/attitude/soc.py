@@ -1,8 +1,7 @@
-"""``python -m boresight.sim.attitude.soc``: C on the soft core, and the core as its part.
+"""``python -m boresight.sim.attitude.soc``: the paper's software figures, measured beside the core.
 
-The paper's software figures are measured again, beside the core: its Figure 8 has 316 us for the
-complementary filter and 1.14 ms for the Kalman filter of four states, C on a soft processor at
-100 MHz. `offload` is a program that uses the core through the bus.
+Its Figure 8 has 316 us for the complementary filter and 1.14 ms for the Kalman filter of four
+states, C on a soft processor at 100 MHz.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,11 +20,8 @@ from boresight.firmware.attitude.image import build_image, source
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.firmware.floating import emit_float_c, float_prefix
-from boresight.gateware.attitude.soc import AttitudeSoc, Soc, soc_verilog
-from boresight.gateware.attitude.system.interface import Place
-from boresight.gateware.attitude.system.system_bus import RESULTS
+from boresight.gateware.attitude.soc import Soc, soc_verilog
 from boresight.gateware.core import build_core
-from boresight.gateware.texts.core import c_header
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.attitude import FILTERS, estimator
 from boresight.model.errors import InputError, ToolMissing, require
@@ -34,8 +29,6 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import gives_attitude
-from boresight.sim.attitude.board.build import SCALED, board_parameters, board_sources, make_board
-from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, read_trace, stimulus
 from boresight.sim.attitude.ma2014.paper import BESIDE, CYCLES
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
@@ -45,8 +38,8 @@ from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
 from boresight.sim.rtl.simulators import SimulationFailed
 from boresight.sim.rtl.verilator import build
 
-#: Bytes of memory: more than an FPGA has, so that every filter fits; of the board's program.
-_RAM, _BOARD_RAM = 256 * 1024, 64 * 1024
+#: Bytes of memory: more than an FPGA has, so that every filter fits.
+_RAM = 256 * 1024
 #: Cycles after which an update counts as hung.
 _UPDATE_LIMIT = 1_000_000
 #: Cycles of the paper's C, by the filters most similar to its own.
@@ -68,13 +61,6 @@ class Measured(NamedTuple):
     code_bytes: int
 
 
-def _printed(stdout: str, width: int) -> npt.NDArray[np.uint32]:
-    """Return the words that a bench printed, ``width`` in a row."""
-    lines = re.findall(r"(?m)^W ([0-9a-f]{8})$", stdout)
-    words = np.array([int(word, 16) for word in lines], dtype=np.uint32)
-    return words[: len(words) // width * width].reshape(-1, width)
-
-
 def _measure(
     files: Mapping[str, str], prefix: str, records: npt.NDArray[np.uint32], outputs: int
 ) -> Measured:
@@ -90,7 +76,7 @@ def _measure(
     )
     bench = Path(__file__).with_name("soc.sv").read_text(encoding="utf-8")
     n, width = records.shape
-    run = build("bench", soc_verilog(Soc(words=_RAM // 4), "soc") | {"bench.sv": bench}).run(
+    run = build("bench", soc_verilog(Soc(words=_RAM // 4)) | {"bench.sv": bench}).run(
         {"records": n, "words": width},
         max_cycles=(n + 1) * _UPDATE_LIMIT,
         files={
@@ -98,7 +84,9 @@ def _measure(
             "records.hex": "".join(f"{word:08x}\n" for word in records.ravel()),
         },
     )
-    words = _printed(run.stdout, 1 + outputs)
+    lines = re.findall(r"(?m)^W ([0-9a-f]{8})$", run.stdout)
+    words = np.array([int(word, 16) for word in lines], dtype=np.uint32)
+    words = words[: len(words) // (1 + outputs) * (1 + outputs)].reshape(-1, 1 + outputs)
     return Measured(words[:, 1:], words[:, 0].astype(np.int64), code_bytes)
 
 
@@ -150,59 +138,6 @@ def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
     }
 
 
-def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) -> dict[str, Any]:
-    """Simulate the complete board with the soft core that reads its updates; the first filter runs.
-
-    Every update in the program's memory is compared with the integer model on the inputs beside it.
-    """
-    board = make_board(SCALED, filters=filters, wishbone=True)
-    system, program = board.system, board.core.parts[0].program
-    outputs, inputs = len(program.outputs), len(program.inputs)
-    sizes = {
-        "RECORD_OUTPUTS": outputs,
-        "RECORD_INPUTS": inputs,
-        "RECORD_OUTPUT_ADDR": RESULTS + Place.OUTPUTS,
-        "RECORD_INPUT_ADDR": RESULTS + Place.INPUTS,
-    }
-    image, _ = build_image(
-        {
-            "records.h": "".join(f"#define {name} {int(n)}u\n" for name, n in sizes.items()),
-            "registers.h": c_header(system.map()),
-            "offload.c": source("offload.c"),
-        },
-        sources=("offload.c",),
-        ram=_BOARD_RAM,
-    )
-    soc = soc_verilog(AttitudeSoc(system=system, words=_BOARD_RAM // 4), "system")
-    bench = build(
-        "bench",
-        {"soc.v": "`define SOC\n", **board_sources(board), **soc},
-        parameters=board_parameters(board.setup),
-    )
-    files, arguments = files_and_arguments(board, stimulus(log, board), updates, {}, {})
-    with tempfile.TemporaryDirectory(prefix="boresight-offload-") as folder:
-        run = bench.run(
-            arguments,
-            max_cycles=cycles_limit(board, updates),
-            files={**files, "firmware.hex": image},
-            folder=Path(folder),
-        )
-        trace = read_trace((Path(folder) / "trace.txt").read_text())
-    words = _printed(run.stdout, 2 + outputs + inputs)
-    expected, _ = CModel(program).update(words[:, 2 + outputs :].view(np.int32))
-    computed = words[:, 2 : 2 + outputs].view(np.int32)
-    numbers = words[:, 0].astype(np.int64) & 0xFFFF
-    ready = trace.ready[np.searchsorted(trace.ready[:, 0], trace.updates) - 1, 0]
-    in_registers = (trace.updates - ready)[numbers - 1]
-    return {
-        "filter": program.name,
-        "updates": len(trace.updates),
-        "in_memory": len(words),
-        "mismatches": int((computed != expected).any(axis=1).sum()),
-        "bus_cycles": int(np.max(words[:, 1].astype(np.int64) - in_registers)),
-    }
-
-
 def main(arguments: Sequence[str]) -> int:
     """Print the figures; return 1 if words differ, 2 for bad usage or a missing compiler."""
     parser = argparse.ArgumentParser(prog="python -m boresight.sim.attitude.soc")
@@ -216,18 +151,12 @@ def main(arguments: Sequence[str]) -> int:
             wanted = "filters with outputs qw qx qy qz"
             require(gives_attitude(estimator(name)), "filters", wanted, name, "name others")
         rows = [compare(name, log, updates=given.updates) for name in given.filters or FILTERS]
-        bus = offload(log, updates=given.updates)
     except (InputError, ToolMissing, ToolFailed, SimulationFailed) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
     failures = [f"{row['filter']}: its C differs from the model" for row in rows if not row["good"]]
-    if bus["mismatches"] or bus["in_memory"] < bus["updates"] - 1:
-        failures.append(f"{bus['filter']}: words over the bus differ from the model")
-    result = Result(
-        data={"software": rows, "offload": bus},
-        tables={"Median cycles of an update": rows, "The core through the bus": [bus]},
-        failures=failures,
-    )
+    tables = {"Median cycles of an update": rows}
+    result = Result({"software": rows}, tables, failures=failures)
     print(result)
     return int(not result.good)
 

@@ -18,7 +18,6 @@ from typing import Any
 import pytest
 from amaranth.back import rtlil
 
-from boresight.gateware.attitude.soc import AttitudeSoc
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.top import Top
@@ -130,7 +129,7 @@ def test_signals() -> None:
     """
     core = system_core(("complementary", "mekf"))
     designs = {
-        "system": (AttitudeSoc(system=AttitudeSystem(core=core, wishbone=True), words=1024), ""),
+        "system": (AttitudeSystem(core=core, wishbone=True), ""),
         "core on a board": (Top(core=filters("small"), clock_hz=100e6), "xc6slx9"),
         "AXI": (AxiCore(word=24), ""),
     }

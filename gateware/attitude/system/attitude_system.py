@@ -163,7 +163,7 @@ class AttitudeSystem(wiring.Component):
         orders = self._orders(m, bus)
         self._pins(m)
         self._sensors(m, bus, orders, time)
-        self._filter(m, bus, orders, time)
+        self._filter(m, bus, orders)
         self._results(m, bus)
         self._initiators(m, bus, self._bridge)
         self._lights(m, time)
@@ -218,11 +218,10 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [queue.w_en.eq(csr.compass_command_stb), queue.w_data.eq(csr.compass_command)]
         wiring.connect(m, queue.r_stream, compass.command)
 
-    def _filter(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
+    def _filter(self, m: Module, bus: SystemBus, orders: Any) -> None:
         """Readers and registers to the core."""
         inertial, compass, attitude = self._inertial, self._compass, self._attitude
         m.d.comb += [
-            attitude.time.eq(time),
             inertial.index.eq(attitude.index),
             attitude.word.eq(inertial.word),
             attitude.sample.eq(inertial.sample),

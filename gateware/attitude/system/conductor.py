@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.data import Layout
 from amaranth.lib.wiring import In, Out
@@ -28,26 +27,19 @@ from boresight.gateware.attitude.system.programs import (
 )
 from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.core import Core
-from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.engine.engine import Engine
 
 
 class State(Enum):
-    """State within a job; unused codes count as FLUSH."""
+    """State within a job; unused codes count as TURN."""
 
-    IDLE, FEED, COLLECT, FINISH, FLUSH, TURN = range(6)
+    IDLE, FEED, COLLECT, FINISH, TURN = range(5)
 
 
 class Job(Enum):
     """Job of the core."""
 
     INERTIAL, FILTER, HEADING, COUNTS = range(4)
-
-
-class Source(Enum):
-    """Source of a word for the core."""
-
-    WAITING, STAMP, SAMPLE, LINE = range(4)
 
 
 class Step:
@@ -83,29 +75,13 @@ class Step:
         self.chosen = Signal()  # the core runs ``choice`` since the cycle before
 
 
-def table(index: Value, entries: Sequence[Any]) -> Value:
-    """Entry with a number; the last one for larger numbers."""
-    entries = [Value.cast(e) for e in entries]
-    first = entries[0]
-    equal = all(
-        isinstance(e, Const) and isinstance(first, Const) and e.value == first.value
-        for e in entries
-    )
-    if len(entries) == 1 or equal:
-        return first
-    chosen = entries[-1]
-    for k in reversed(range(len(entries) - 1)):
-        chosen = Mux(index == k, entries[k], chosen)
-    return chosen
-
-
 def last_words(plan: Plan, s: Step, *, before: int = 0) -> Value:
     """Number of the word so many ``before`` the last one of the current job's record."""
     last = 1 + before
     counts = [(len(record) - last) % (1 << len(s.count)) for record in plan.feed.records]
-    of_filter = table(s.running, counts)
     is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
-    return Mux(is_inertial, len(RAW) - last, Mux(is_filter, of_filter, 3 - last))
+    of_filter = Mux(is_filter, Array(counts)[s.running], 3 - last)
+    return Mux(is_inertial, len(RAW) - last, of_filter)
 
 
 class Words:
@@ -161,7 +137,7 @@ class Words:
         s = self.s
         records = self.plan.feed.records
         distinct = sorted(set(records), key=records.index)
-        which = table(s.running, [distinct.index(r) for r in records])
+        which = Array([distinct.index(r) for r in records])[s.running]
         with m.Switch(which):
             for number, record in enumerate(distinct):
                 case = m.Case(number) if number < len(distinct) - 1 else m.Default()
@@ -186,32 +162,20 @@ class Words:
 
     def offered(self, m: Module) -> Value:
         """The word for the core: from the memory, or raw."""
-        s, bits = self.s, self.plan.count_bits
-        source = Signal(Source)
-        which = Signal(2)  # number of the value
+        s, bits, word = self.s, self.plan.count_bits, Signal(WORD)
         with m.Switch(s.job):
-            with m.Case(Job.INERTIAL):
-                counts = Const((1 << RAW.index("stamp")) - 1, 8).bit_select(s.count[:3], 1)
-                rest = Mux(s.count[0], Source.LINE, Source.STAMP)
-                m.d.comb += [which.eq(3), source.eq(Mux(counts, Source.SAMPLE, rest))]
+            with m.Case(Job.INERTIAL), m.Switch(s.count[:3]):
+                with m.Case(RAW.index("stamp")):
+                    m.d.comb += word.eq(self.conductor.stamp)
+                with m.Case(RAW.index("restart")):
+                    m.d.comb += word[-1].eq(s.restarting)
+                with m.Default():
+                    m.d.comb += word.eq(self.conductor.word << bits - FRACTION)
             with m.Case(Job.FILTER):
-                m.d.comb += source.eq(Source.WAITING)
+                m.d.comb += word.eq(self.waits)
             with m.Default():
-                m.d.comb += [source.eq(Source.LINE), which.eq(s.count)]
-        # The fourth value of a line is the sample's word ``restart``.
-        m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
-        m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
-        m.submodules.low = low = Bitwise(function=_either, inputs=5, width=bits)
-        value.connect(
-            m, *self.conductor.values, Cat(Const(0, 15), s.restarting), which[0], which[1]
-        )
-        stamp, (s0, s1) = self.conductor.stamp, source
-        fraction = Cat(Const(0, bits - FRACTION), self.conductor.word[:FRACTION])
-        high.connect(
-            m, self.waits[bits:], stamp[bits:], self.conductor.word[FRACTION:], value.o, s0, s1
-        )
-        low.connect(m, self.waits[:bits], stamp[:bits], fraction, s0, s1)
-        return Cat(low.o, high.o)
+                m.d.comb += word.eq(Array(self.conductor.values)[s.count[:2]] << bits)
+        return word
 
     def put_away(self, m: Module, results: Results, header: Value) -> None:
         """Write words to the result memory."""
@@ -227,11 +191,11 @@ class Words:
             m.d.comb += early.eq((s.state == State.FEED) & o.valid)
             count, taking = Mux(early, number, s.count), Mux(early, State.COLLECT, s.state)
             count = Mux(s.state == State.COLLECT, number, count)
-            # Not those of a record that the watchdog has completed: they come before INERTIAL's.
             with m.If(o.valid & (s.job == Job.FILTER)):
                 m.d.sync += [number.eq(number + 1), s.ended.eq(o.payload.last)]
             with m.If((s.state == State.FINISH) | (s.state == State.IDLE)):
                 m.d.sync += [number.eq(0), s.ended.eq(0)]
+        m.d.comb += results.w_data.eq(i.payload.data)
         with m.Switch(taking):
             with m.Case(State.FEED):
                 m.d.comb += [
@@ -240,27 +204,13 @@ class Words:
                 ]
             with m.Case(State.COLLECT):
                 m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(Place.OUTPUTS >> 4)]
+                m.d.comb += results.w_data.eq(o.payload.data)
             with m.Case(State.FINISH):
-                m.d.comb += results.w_en.eq(is_filter)
-        m.submodules.put = put = Bitwise(function=_put, inputs=5, width=WORD)
-        s0, s1, _ = Value.cast(taking)
+                m.d.comb += [results.w_en.eq(is_filter), results.w_data.eq(header)]
         of_line = s.job[1] << Place.LINE.bit_length() - 3
         is_stamp = (region == Place.RAWS >> 4) & (count == RAW.index("stamp"))
-        header = Cat(header, Const(0, WORD - len(header)))
-        m.d.comb += [
-            results.w_index.eq(Mux(is_stamp, Place.STAMP, Cat(count, region) | of_line)),
-            results.w_data.eq(put.connect(m, i.payload.data, o.payload.data, header, s0, s1)),
-        ]
-
-
-def _either(waits: Any, stamp: Any, sample: Any, s0: Any, s1: Any) -> Any:
-    """`multiplex` of bits that a line's words lack."""
-    return multiplex(waits, stamp, sample, 0, s0, s1)
-
-
-def _put(offered: Any, collected: Any, header: Any, s0: Any, s1: Any) -> Any:
-    """Word to write, by the state: FEED, COLLECT, FINISH."""
-    return multiplex(offered, offered, collected, header, s0, s1)
+        index = Mux(is_stamp, Place.STAMP, Cat(count, region) | of_line)
+        m.d.comb += results.w_index.eq(index)
 
 
 class StreamBuffer(wiring.Component):
@@ -301,8 +251,8 @@ class Conductor(wiring.Component):
     that. `calibrate_inertial` is selected while the controller is idle.
 
     The time step is the difference of the stamps of the samples used. It is negative, which
-    restarts the filter, for the first sample, after ``restart``, ``run`` low or a watchdog, when
-    another filter is chosen, and after a gap (`model.attitude.front.GAP_S`).
+    restarts the filter, for the first sample, after ``restart`` or ``run`` low, when another filter
+    is chosen, and after a gap (`model.attitude.front.GAP_S`).
 
     Words of a record that no sensor gives come from input registers. They are written one by one;
     ``feed_take`` copies all of them to the controller's memory while no estimator is being fed, so
@@ -310,8 +260,7 @@ class Conductor(wiring.Component):
     no word is written meanwhile.
 
     A sample that comes during the update of the last one is dropped, one that comes while the field
-    is computed waits. If the core does not finish a job within `patience`, the job is aborted: one
-    word with ``last`` brings the core back to the start of a record.
+    is computed waits.
 
     With a core whose memories have a register behind them (`Machine.has`), so have the results, and
     two words wait between controller and core.
@@ -323,15 +272,7 @@ class Conductor(wiring.Component):
     """
 
     #: Meaning of the bits of ``events``.
-    EVENTS = (
-        "update",
-        "field_used",
-        "restart",
-        "sample_dropped",
-        "field_dropped",
-        "framing",
-        "watchdog",
-    )
+    EVENTS = ("update", "field_used", "restart", "sample_dropped", "field_dropped", "framing")
 
     def __init__(self, *, core: Core) -> None:
         self.core = core
@@ -342,7 +283,6 @@ class Conductor(wiring.Component):
         feed |= {"feed_take": In(1), "feed_busy": Out(1)}
         super().__init__(
             {
-                "time": In(32),  # running count of clock cycles, for the watchdog
                 # A complete sample with the clock cycle of its edge: stable for 500 cycles.
                 "sample": In(1),
                 "stamp": In(32),
@@ -376,18 +316,6 @@ class Conductor(wiring.Component):
             }
         )
 
-    @property
-    def _watch_bit(self) -> int:
-        """Bit of ``time`` whose half period is longer than 1.5 times any update."""
-        loading = self.core.image.restarts
-        longest = max(self.latency(number) + cycles for number, cycles in enumerate(loading))
-        return (longest + longest // 2).bit_length()
-
-    @property
-    def patience(self) -> int:
-        """Maximum cycles from the start of a job until it is aborted; the minimum is half of it."""
-        return 2 << self._watch_bit
-
     def latency(self, number: int) -> int:
         """Cycles from ``sample`` to ``updated`` with this filter.
 
@@ -416,7 +344,7 @@ class Conductor(wiring.Component):
         self._bus(m, engine)
         fire = s.offer & i.ready
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
-        late = self._requests(m, s, accepted, engine.framing)
+        self._requests(m, s, accepted, engine.framing)
         words = Words(self, s, i=i, o=engine.o, fire=fire)
         new_set = self._registers(m, s, words)
         m.d.comb += [s.next_count.eq(s.count), i.valid.eq(s.offer), engine.o.ready.eq(1)]
@@ -438,13 +366,9 @@ class Conductor(wiring.Component):
                 self._collect(m, s, engine.o)
             with m.Case(State.FINISH):
                 self._finish(m, s, accepted, new_set)
-            with m.Case(State.TURN):  # until ``chosen`` is that of the new choice
+            with m.Default():  # TURN: until ``chosen`` is that of the new choice
                 m.d.comb += s.next_count.eq(0)
                 m.d.sync += s.state.eq(State.FEED)
-            with m.Default():
-                self._flush(m, s, fire)
-        with m.If(late):
-            m.d.sync += [s.state.eq(State.FLUSH), s.ends.eq(1)]
         self._outputs(m, s, words, i.payload, engine.saturated_update)
         return m
 
@@ -476,8 +400,8 @@ class Conductor(wiring.Component):
         ]
         m.d.sync += [core.w_stb.eq(bus.w_stb & ~core.w_ack & ~done), done.eq(core.w_ack)]
 
-    def _requests(self, m: Module, s: Step, accepted: Value, framing: Value) -> Value:
-        """Requests of samples, lines, host and clock; events. Returns the watchdog."""
+    def _requests(self, m: Module, s: Step, accepted: Value, framing: Value) -> None:
+        """Requests of samples, lines and host; events."""
         with m.If(self.line):  # also one that is not used has changed the words
             m.d.sync += [
                 s.line_waits.eq(accepted),
@@ -489,13 +413,10 @@ class Conductor(wiring.Component):
             m.d.sync += s.waiting.eq(1)
         with m.If(~self.run):  # its words do not stay
             m.d.sync += s.waiting.eq(0)
-        with m.If(self.restart | ~self.run):
-            m.d.sync += s.restart_next.eq(1)
-        with m.If(s.complete & s.load):
+        with m.If(self.restart | ~self.run | (s.complete & s.load)):
             m.d.sync += s.restart_next.eq(1)
         with m.If(self.load_states):
             m.d.sync += s.load_next.eq(1)
-        late = self._watch(m, (s.state == State.IDLE) | s.complete)
         pulses = {
             "update": self.updated,
             "field_used": self.updated & s.use_field,
@@ -503,10 +424,8 @@ class Conductor(wiring.Component):
             "sample_dropped": self.sample & self.run & (busy | s.waiting),
             "field_dropped": self.line & s.line_waits,
             "framing": framing,
-            "watchdog": late,
         }
         m.d.comb += self.events.eq(Cat(pulses[name] for name in self.EVENTS))
-        return late
 
     def _idle(self, m: Module, s: Step) -> None:
         """Wait for a sample."""
@@ -583,20 +502,6 @@ class Conductor(wiring.Component):
             good = s.line_alone & ~self.line
             m.d.sync += [s.state.eq(State.IDLE), s.fresh.eq(good), s.bank.eq(s.bank ^ good)]
 
-    def _flush(self, m: Module, s: Step, fire: Value) -> None:
-        """Bring the core back to the start of a record."""
-        m.d.comb += s.next_count.eq(0)
-        m.d.sync += [
-            s.offer.eq(~fire),
-            s.ends.eq(1),
-            self.choice.eq(self.plan.inertial),
-            s.job.eq(Job.INERTIAL),
-            s.restart_next.eq(1),
-            s.waiting.eq(0),
-        ]
-        with m.If(fire):
-            m.d.sync += s.state.eq(State.IDLE)
-
     def _registers(self, m: Module, s: Step, words: Words) -> Value:
         """Input registers, and their copy to the memory. Returns whether a copy is under way."""
         plan = self.plan
@@ -648,7 +553,7 @@ class Conductor(wiring.Component):
         m.d.comb += [
             results.complete.eq(s.complete),
             self.index.eq(s.count),
-            self.last_output.eq(table(s.running, [n - 1 for n in plan.outputs])),
+            self.last_output.eq(Array([n - 1 for n in plan.outputs])[s.running]),
             self.from_initial.eq(s.initial),
             payload.last.eq(s.ends),
             payload.data.eq(words.offered(m)),
@@ -666,16 +571,3 @@ class Conductor(wiring.Component):
             },
         )
         words.put_away(m, results, header)
-
-    def _watch(self, m: Module, done: Value) -> Value:
-        """A pulse after the watched bit of the time has changed twice without ``done``."""
-        bit = Signal()
-        once = Signal()
-        late = Signal()
-        change = bit ^ self.time[self._watch_bit]
-        m.d.sync += [
-            bit.eq(self.time[self._watch_bit]),
-            once.eq((once | change) & ~done),
-            late.eq(once & change),
-        ]
-        return late

@@ -27,7 +27,7 @@ from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 
 #: "BORE", and the version of this map, changed with an address or a meaning.
-IDENTIFICATION, VERSION = 0x424F_5245, 2
+IDENTIFICATION, VERSION = 0x424F_5245, 3
 
 _READ, _WRITE = Access.READ_ONLY, Access.WRITE_ONLY
 

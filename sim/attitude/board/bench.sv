@@ -173,9 +173,6 @@ module bench #(
             // Both logs begin when the inertial sensor is first running.
             if (dut.probe_running === 1'b1) seen_running <= 1;
 
-`ifdef SOC
-            if (dut.word_valid) $display("W %h", dut.word);
-`endif
             // Inside.
             if (dut.probe_sample === 1'b1) $fwrite(trace, "%0d S\n", cycle);
             if (dut.probe_events != 0) $fwrite(trace, "%0d N %h\n", cycle, dut.probe_events);

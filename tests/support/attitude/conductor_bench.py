@@ -11,7 +11,6 @@ The bench (``conductor_bench.sv``) takes one command a cycle::
     e K WORD, k          input register K (word hexadecimal); take the set
     n N                  wait for N updates in all
     t, q                 second reader: take, print its words
-    x BITS               an upset: bits for the conductor's registers (hexadecimal)
 """
 
 from __future__ import annotations

@@ -14,11 +14,11 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     wire [2:0] index;
     wire updated, w_ack;
     wire [15:0] number;
-    wire [6:0] events;
+    wire [5:0] events;
     wire [WORD-1:0] value0, value1, r_data;
 
     attitude_core dut (
-        .clk(clk), .rst(rst), .\time (cycle), .sample(sample), .stamp(stamp), .index(index),
+        .clk(clk), .rst(rst), .sample(sample), .stamp(stamp), .index(index),
         .word({words[index], 2'b00}), .line(line), .is_counts(is_counts), .values(values),
         .filter(filter), .source(source), .run(run), .restart(restart), .load_states(load),
         .updated(updated),
@@ -38,23 +38,21 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     integer file, scanned, k, left, updates, wanted, dump0, dump1, reading;
     reg [7:0] command;
     reg [31:0] a, b, c, d, e, f, g;
-    reg upset;
 
     initial begin
         file = $fopen("script.txt", "r");
         {sample, line, is_counts, run, restart, load, take1, w_stb, feed_en, feed_take, feed_index} = 0;
         {stamp, cycle, values, filter, source, index0, index1, addr, w_data} = 0;
         {left, updates, wanted, dump0, dump1, reading} = 0;
-        upset = 0;
         for (k = 0; k < 8; k = k + 1) words[k] = 0;
     end
 
     always @(posedge clk) begin
         cycle <= cycle + 1;
         if (!rst) begin
-            {sample, line, restart, load, take1, upset, feed_take} <= 0;
+            {sample, line, restart, load, take1, feed_take} <= 0;
             if (sample) $display("S %0d", cycle);
-            if (events[6:1] != 0) $display("E %0d %0d", cycle, events);
+            if (events[5:1] != 0) $display("E %0d %0d", cycle, events);
             // The newest update is read by the first port at once, index by index.
             if (updated) begin
                 updates <= updates + 1;
@@ -116,20 +114,10 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
                     "k": begin scanned = $fscanf(file, "\n"); feed_take <= 1; end
                     "n": begin scanned = $fscanf(file, "%d\n", a); wanted <= a; end
                     "t": begin scanned = $fscanf(file, "\n"); take1 <= 1; end
-                    "x": begin scanned = $fscanf(file, "%h\n", a); upset <= 1; end
                     "q": begin scanned = $fscanf(file, "\n"); index1 <= 0; dump1 <= 1; left <= 70; end
                     default: begin $display("bad command"); $finish; end
                 endcase
             end
-        end
-    end
-
-    // Any state at all: every register of the conductor at once.
-    always @(negedge clk) begin
-        if (upset) begin
-            {dut.state, dut.job, dut.count, dut.running, dut.offer, dut.waiting, dut.line_waits,
-             dut.line_counts, dut.fresh, dut.field_counts, dut.use_field, dut.restarting,
-             dut.choice} = a;
         end
     end
 endmodule

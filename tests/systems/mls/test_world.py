@@ -8,12 +8,12 @@ import pytest
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop
-from boresight.systems.mls.phases import AXES, Array, ArrayPhases
+from boresight.systems.mls.phases import Array, ArrayPhases
 from boresight.systems.mls.world import SCANS, Landing
 
 
 def fly(world: Landing) -> Loop:
-    program = ArrayPhases(world.array.elements, AXES[world.array.axis])
+    program = ArrayPhases(world.array.elements, "xyz"[world.array.axis])
     with make_level("c", Build(program)) as level:
         return close_loop(world, level)
 

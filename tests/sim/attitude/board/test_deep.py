@@ -81,4 +81,4 @@ def test_writes_of_the_host_in_any_cycle_of_an_update() -> None:
     wanted = run_chain([part.program for part in core.parts], samples).outputs[:, :1]
     # The bench looks a cycle after the index; the word comes after two.
     assert (played.words(Place.OUTPUTS + 1, 1) == wanted).all() and np.ptp(wanted) > 0
-    assert not played.named("framing") + played.named("watchdog")
+    assert not played.named("framing")
