@@ -10,7 +10,7 @@ from amaranth.hdl import ClockSignal, Const, Instance, Module, Mux, ResetSignal,
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.wishbone import WishboneSignature
+from boresight.gateware.attitude.system.system_bus import WishboneSignature
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import ToolMissing
 

@@ -174,7 +174,7 @@ class AxiLiteSlave(wiring.Component):
         super().__init__(
             {
                 "axi": In(AxiLiteSignature(address=address + 2)),  # The slave, with byte addresses.
-                # An initiator of `gateware.attitude.bus.wishbone`; ``grant`` is 1 for an only one.
+                # An initiator of a register bus; ``grant`` is 1 for an only one.
                 "bus": Out(BusSignature(word=word, address=address)),
                 "request": Out(1),
                 "grant": In(1, init=1),

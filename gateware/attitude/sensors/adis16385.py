@@ -366,7 +366,9 @@ class Adis16385(wiring.Component):
             for bit in range(16):
                 with m.If(r.testing if bit in TEST_BITS else 1):
                     m.d.sync += self.diag_stat[bit].eq(spi.o_data[bit])
-        full = ~r.place.all() & _at_full_scale(spi.o_data, r.place >= 3, FULL_SCALE)
+        reading = spi.o_data.as_signed()
+        limit = Mux(r.place >= 3, FULL_SCALE[1], FULL_SCALE[0])
+        full = ~r.place.all() & ((reading >= limit) | (reading <= -limit))
         with m.If(writer.en):
             m.d.sync += [
                 r.over.eq(~is_temperature & (r.over | full)),
@@ -581,23 +583,3 @@ class _Registers:
     def give_chances(self) -> list[Any]:
         """All of them, after a good sample and at a new start."""
         return [self.chances.eq(self.chances.init), self.final.eq(self.final.init)]
-
-
-def _at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value:
-    """Expression: the magnitude of a signed 16-bit word is the selected limit or more.
-
-    One comparison with a constant serves both signs: ``w >= limit`` is ``w > limit - 1``, and
-    ``w <= -limit`` is ``~w >= limit - 1``. From the lowest bit on, the comparison with a constant
-    is one AND or OR per bit, which packs five bits into a LUT.
-    """
-    negative = word[15]
-    result: Value = negative
-    for k in range(15):
-        bit = word[k] ^ negative
-        with_bit = [result & bit if (limit - 1) >> k & 1 else result | bit for limit in limits]
-        result = (
-            with_bit[0]
-            if (limits[0] - 1 ^ limits[1] - 1) >> k & 1 == 0
-            else Mux(select, with_bit[1], with_bit[0])
-        )
-    return result & Const(1)

@@ -70,12 +70,9 @@ class SentenceParser(wiring.Component):
     take; it counts as that and not as rejected, and the rest of it is skipped. A byte with a
     framing error spoils its line, and so does a pause in it: the rest may belong to the next one.
 
-    **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
-    cycles.
+    **Latency** ``line`` comes `latency` cycles after LF. A byte may come in every cycle.
     """
 
-    #: Fewest cycles from byte to byte.
-    cycles_per_byte = BITS + 2
     #: Cycles from the LF of a good line to ``line``.
     latency = 3
 
@@ -146,50 +143,18 @@ class SentenceParser(wiring.Component):
 
     def _arithmetic(
         self, m: Module, valid: Signal, nibble: Signal, byte: Mapping[str, Signal], line: _Line
-    ) -> tuple[Signal, Signal]:
-        """The last three values, and whether the number is too large; `BITS` + 1 cycles later.
-
-        A digit makes the number 10 x + digit, lowest bit first: each bit of x adds 10 to a carry,
-        which begins with the digit and is at most 9. The end of a number moves it, with its sign,
-        to the values.
-        """
-        number = Signal(BITS, reset_less=True)
+    ) -> tuple[Signal, Value]:
+        """The last three values, and whether the number so far is too large for its place."""
+        number = Signal(range(10**DIGITS_MAX))
         values = Signal(3 * BITS)
-        timer = Signal(range(2 * BITS))  # the upper half are the bits
-        storing, above, odd, over = (
-            Signal(name=name) for name in ("storing", "above", "odd", "over")
-        )
-        carry = Signal(4)
-        total = Signal(5)
-        low = number[0]
-        m.d.comb += total.eq(Mux(low & ~storing, 10, 0) + carry)
-
-        def bit_of(constant: int) -> Value:
-            return Const(constant, BITS).bit_select(timer[:-1], 1)
-
-        angle = Mux(line.field == 0, bit_of(HEADING_MAX), bit_of(ANGLE_MAX))
-        bound = Mux(line.tenths, angle, bit_of(COUNT_MAX))
-        m.d.sync += over.eq(above | carry.any())  # a carry that is left counts 2**16 and more
-        with m.If(valid & (byte["digit"] | byte["comma"] | byte["cr"] | byte["lf"])):
-            m.d.sync += [
-                timer.eq(BITS),
-                storing.eq(~byte["digit"]),
-                carry.eq(Mux(byte["digit"], nibble, 0)),
-                above.eq(0),
-                odd.eq(0),
-            ]
-        with m.Elif(timer[-1]):
-            m.d.sync += [
-                timer.eq(timer + 1),
-                carry.eq(total[1:]),
-                above.eq(Mux(total[0] == bound, above, total[0])),
-                odd.eq(odd | low),
-            ]
-        with m.If(timer[-1]):
-            m.d.sync += number.eq(Cat(number[1:], total[0]))
-            with m.If(storing):  # minus: the bits above the lowest one that is set are inverted
-                m.d.sync += values.eq(Cat(values[1:], low ^ (line.negative & odd)))
-        return values, over
+        value = Mux(line.negative, -number, number)
+        tenfold = (number << 3) + (number << 1) + nibble
+        with m.If(valid & ~byte["point"]):
+            m.d.sync += number.eq(Mux(byte["digit"], tenfold, 0))
+        with m.If(valid & (byte["comma"] | byte["cr"])):
+            m.d.sync += values.eq(Cat(values[BITS:], value[:BITS]))
+        angle = Mux(line.field == 0, HEADING_MAX, ANGLE_MAX)
+        return values, number > Mux(line.tenths, angle, COUNT_MAX)
 
     def _following(
         self, m: Module, byte: Mapping[str, Signal], line: _Line, over: Value
@@ -301,25 +266,19 @@ class Commander(wiring.Component):
     one. If the line was quiet because of a fault, the next attempt corrects the state: at most six
     time-outs and two silences after the line works again.
 
-    With ``poll`` an attempt ends with ``*Q`` in place of the start, and ``*Q`` is sent again
-    ``poll_ticks`` after each sentence, as long as one comes. ``#I`` in place of one says that the
-    compass sends by itself: a new attempt stops it.
-
-    With ``mode`` 0 no attempt begins, and nothing is polled. One under way is finished, so that the
-    compass is not left stopped.
+    With ``mode`` 0 no attempt begins. One under way is finished, so that the compass is not left
+    stopped.
 
     Times are in ticks: a time-out comes with the tick after ``timeout_ticks`` whole ones (made one
-    less than a power of two), the line is quiet ``quiet_ticks`` after a byte, and ``*Q`` follows
-    ``poll_ticks`` after a sentence.
+    less than a power of two), the line is quiet ``quiet_ticks`` after a byte.
     """
 
-    def __init__(self, *, timeout_ticks: int, quiet_ticks: int, poll_ticks: int) -> None:
+    def __init__(self, *, timeout_ticks: int, quiet_ticks: int) -> None:
         self.timeout_ticks = (1 << timeout_ticks.bit_length()) - 1
-        self.quiet_ticks, self.poll_ticks = quiet_ticks, poll_ticks
+        self.quiet_ticks = quiet_ticks
         super().__init__(
             {
                 "mode": In(2),  # 0 any sentences, 1 heading sentences, 2 and 3 counts
-                "poll": In(1),  # sentences are asked for one by one
                 # Letter X, sent as ``*X\r\n``; or with bit 8 a byte that is sent as it is, for
                 # commands that begin with ``#``. It waits for the end of a sequence. With ``mode``
                 # 0 no sequence begins between two bytes.
@@ -345,16 +304,14 @@ class Commander(wiring.Component):
         stage, left, manual, raw, tries = at.stage, at.left, at.manual, at.raw, at.tries
         timer, sending = at.timer, at.sending
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
-        quiet, expired, wanted, other, poll, again = (
-            Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "poll_due", "again")
+        quiet, expired, wanted, other = (
+            Signal(name=n) for n in ("quiet", "expired", "wanted", "other")
         )
         m.d.comb += [
             quiet.eq(silence.all()),
             expired.eq(self.tick & timer.all()),
             other.eq(self.line & self.mode.any() & (self.is_counts ^ self.mode[1])),
             wanted.eq(self.line & ~other),
-            poll.eq(self.poll & self.tick & (timer == self.poll_ticks - 1)),
-            again.eq(poll & tries.any()),
             self.busy.eq((stage != Stage.WATCH) & (stage != Stage.PAUSE)),
             self.paused.eq(stage == Stage.PAUSE),
         ]
@@ -385,12 +342,10 @@ class Commander(wiring.Component):
                         m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
                         m.d.sync += [manual.eq(1), *at.send(raw=self.command.payload[8])]
-                    with m.Elif((expired | other | again) & self.mode.any()):
+                    with m.Elif((expired | other) & self.mode.any()):
                         m.d.sync += at.go_to(Stage.STOP, command=True)
                         with m.If(quiet):
                             m.d.sync += at.go_to(Stage.SELECT)
-                    with m.Elif(poll & self.mode.any()):
-                        m.d.sync += at.go_to(Stage.START, command=True)
         m.d.comb += [self.o.valid.eq(sending), *self._characters(at)]
         return m
 
@@ -425,9 +380,8 @@ class Commander(wiring.Component):
 
     def _characters(self, at: _Sequence) -> list[Any]:
         """The characters of the command, with the letter of the stage or of the user."""
-        start = Mux(self.poll & (at.stage == Stage.START), ord("Q"), ord("S"))
         left, of_stage = at.left, Mux(self.mode[1], ord("M"), ord("H"))
-        of_stage = Mux(at.stage != Stage.SELECT, start, of_stage)
+        of_stage = Mux(at.stage != Stage.SELECT, ord("S"), of_stage)
         letter = Mux(at.manual, self.command.payload[:8], of_stage)
         first = Mux(left[0], ord("\n"), Const(ord("*"), 8))
         return [
@@ -470,7 +424,7 @@ class Hmr3300(wiring.Component):
         Time without a good sentence after which the last one is stale.
     quiet_s : float, > 0
         Time without a byte that means: stopped. More than the time from sentence to sentence
-        (`LINES_HZ`); polling has 0.4 of it between a sentence and the next command.
+        (`LINES_HZ`).
     timeout_s : float, > 0
         Longest time that a command may take to have its effect, and that no wanted sentence may
         come before commands are sent. More than the compass's start of about 0.8 s (maker's
@@ -510,9 +464,7 @@ class Hmr3300(wiring.Component):
         self._receiver = Receiver(divisor=self.divisor)
         self._parser = SentenceParser()
         self._commander = Commander(
-            timeout_ticks=self._ticks(timeout_s),
-            quiet_ticks=self._ticks(quiet_s) + 1,
-            poll_ticks=self._ticks(0.4 * quiet_s),
+            timeout_ticks=self._ticks(timeout_s), quiet_ticks=self._ticks(quiet_s) + 1
         )
         super().__init__(
             {
@@ -520,7 +472,6 @@ class Hmr3300(wiring.Component):
                 "tx": Out(1, init=1),
                 "time": In(32),  # clock cycles, free-running: beat of the slow counters
                 "mode": In(2),  # 0 any sentences, 1 heading, 2 and 3 magnetometer counts
-                "poll": In(1),  # sentences are asked for one by one, by ``*Q``
                 "slower": In(2),  # the rate of the line is ``baud / 2**slower``
                 # Letter to send as ``*X\r\n``, or with bit 8 a byte to send as it is, when no
                 # sequence of commands is under way.
@@ -594,7 +545,6 @@ class Hmr3300(wiring.Component):
             self.is_counts.eq(parser.is_counts),
             *(mine.eq(its) for mine, its in zip(self.values, parser.values, strict=True)),
             commander.mode.eq(self.mode),
-            commander.poll.eq(self.poll),
             commander.tick.eq(tick),
             commander.heard.eq(receiver.valid | receiver.error),
             commander.line.eq(parser.line),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Signal, Value
+from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
@@ -103,7 +103,7 @@ class SpiController(wiring.Component):
             self.mosi.eq(word[-1]),
             self.o_data.eq(word),
         ]
-        m.d.sync += [self.o_valid.eq(0), timer.eq(_one_less(timer)), tick.eq(timer == 1)]
+        m.d.sync += [self.o_valid.eq(0), timer.eq(timer - 1), tick.eq(timer == 1)]
         with m.If(idle | tick):
             m.d.sync += timer.eq(self.half_cycles - 1)
         with m.If(idle):
@@ -117,7 +117,7 @@ class SpiController(wiring.Component):
                 ]
         with m.Elif(tick):
             m.d.sync += [
-                left.eq(_one_less(left)),
+                left.eq(left - 1),
                 idle.eq(left == rest + 1),
                 self.cs_n.eq(last | ~left[-1]),
                 # Low is next after the setup, and after each high half but the last.
@@ -126,8 +126,3 @@ class SpiController(wiring.Component):
             with m.If(high):
                 m.d.sync += [word.eq(Cat(miso, word)), self.o_valid.eq(last)]
         return m
-
-
-def _one_less(value: Value) -> Value:
-    """Expression ``value - 1``: bit k changes if all below are 0. Short counters need no carry."""
-    return Cat(bit ^ ~value[:k].any() for k, bit in enumerate(value))

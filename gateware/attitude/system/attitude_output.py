@@ -1,4 +1,4 @@
-"""Frames of updates to the host, as many as the line can carry."""
+"""The host's serial line: register accesses, and frames of updates, as many as it can carry."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.results import INDEX_BITS, ResultPort
+from boresight.gateware.attitude.system.csr import INDEX_BITS, ResultPort
 from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.boards.frames import Kind
-from boresight.gateware.boards.pack import body_layout
+from boresight.gateware.boards.pack import Framer, Packer, body_layout
+from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
+from boresight.gateware.boards.unpack import Dispatcher, Unpacker
+from boresight.gateware.bus.core_registers import BusSignature
 
 
 class _State(IntEnum):
@@ -27,7 +30,7 @@ class AttitudeOutput(wiring.Component):
     An update being sent is held by this reader of the results, so it does not change while the
     line needs it, and nothing ever waits for the line. A frame has 2 words, header and stamp, as
     many as the update has outputs, and with ``record`` six with the counts of the sensors
-    (`gateware.attitude.system.attitude_frame`).
+    (`gateware.attitude.system.interface`).
 
     **Latency** 1 cycle from ``updated`` to a frame's first byte; then 4 cycles per byte of a word,
     5 with ``read_cycles`` 2 (of the results), or what the line needs.
@@ -145,3 +148,88 @@ class AttitudeOutput(wiring.Component):
         with m.If(idle):  # up to ``start``
             m.d.sync += [flags.eq(self.flags), last.eq(self.last_output), record.eq(self.record)]
         return start, flags
+
+
+class Bridge(wiring.Component):
+    r"""READ and WRITE frames to the register bus; replies and pushed bodies to the host.
+
+    ::
+
+        rx -> Receiver -> Unpacker -> Dispatcher -> bus
+                                          | answers
+                                        Packer -\
+                                              i --> Framer -> Transmitter -> tx
+
+    `gateware.boards.frames` defines the frames. Replies and pushed bodies
+    alternate as complete units. No sequence of bytes stops the bridge.
+
+    **Latency** 9 cycles from the end of a frame's last byte to the begin of its answer for a
+    register that does not wait, while nothing is being pushed.
+    """
+
+    #: Bits of ``events``: a byte without stop bit; a frame damaged, unknown or one too many.
+    EVENTS = ("line_error", "bad_frame")
+
+    def __init__(self, *, clock_hz: float, baud: float = 921_600, read_cycles: int = 1) -> None:
+        self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        self.baud = baud
+        self.read_cycles = read_cycles
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                # An initiator of `gateware.attitude.system.system_bus.BusArbiter`.
+                "bus": Out(BusSignature(word=32, address=12)),
+                "request": Out(1),
+                "grant": In(1, init=1),
+                "i": In(stream.Signature(body_layout)),  # bodies to push
+                "events": Out(len(self.EVENTS)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """Connect the parts; arbitrate between replies and pushed bodies."""
+        m = Module()
+        m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
+        m.submodules.unpacker = unpacker = Unpacker(word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
+        m.submodules.dispatcher = dispatcher = Dispatcher(
+            word=32, inputs=0, depth=unpacker.depth, address=12, read_cycles=self.read_cycles
+        )
+        m.submodules.packer = packer = Packer(word=32, records=False)
+        m.submodules.framer = framer = Framer()
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        wiring.connect(m, wiring.flipped(self.bus), dispatcher.bus)
+        wiring.connect(m, dispatcher.o_reply, packer.i_reply)
+        wiring.connect(m, framer.o, transmitter.i)
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            *dispatcher.fed_by(unpacker, receiver),
+            self.request.eq(dispatcher.request),
+            dispatcher.grant.eq(self.grant),
+            self.tx.eq(transmitter.tx),
+            self.events.eq(Cat(receiver.error, unpacker.dropped)),
+        ]
+
+        # One of the two has the framer until its last byte.
+        push = Signal()
+        within = Signal()
+        offered = Mux(push, self.i.valid, packer.o.valid)
+        payload = Signal(body_layout)
+        full = Signal()  # a byte is on its way to the framer
+        m.d.comb += [
+            payload.eq(Mux(push, self.i.payload.as_value(), packer.o.payload.as_value())),
+            self.i.ready.eq(~full & push),
+            packer.o.ready.eq(~full & ~push),
+            framer.i.valid.eq(full),
+        ]
+        with m.If(full):
+            m.d.sync += full.eq(~framer.i.ready)
+        with m.Elif(offered):
+            m.d.sync += [full.eq(1), within.eq(~payload.last)]
+            with m.If(payload.last):
+                m.d.sync += push.eq(~push)
+        with m.Elif(~within):
+            m.d.sync += push.eq(~push)
+        with m.If(~full):
+            m.d.sync += framer.i.payload.eq(payload)
+        return m

@@ -10,13 +10,11 @@ from amaranth.lib import wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.csr import packed
-from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSignature, WishboneSlave
 from boresight.gateware.attitude.sensors.adis16385 import SETTINGS, TEST_BITS, Adis16385, Timing
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
-from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
-from boresight.gateware.attitude.system.bridge import Bridge
+from boresight.gateware.attitude.system.attitude_output import AttitudeOutput, Bridge
 from boresight.gateware.attitude.system.conductor import Conductor
+from boresight.gateware.attitude.system.csr import packed
 from boresight.gateware.attitude.system.interface import (
     FRAME_FLAGS,
     ORDERS,
@@ -24,7 +22,12 @@ from boresight.gateware.attitude.system.interface import (
     system_map,
     system_registers,
 )
-from boresight.gateware.attitude.system.system_bus import SystemBus
+from boresight.gateware.attitude.system.system_bus import (
+    BusArbiter,
+    SystemBus,
+    WishboneSignature,
+    WishboneSlave,
+)
 from boresight.gateware.boards.board import Line
 from boresight.gateware.bus.core_registers import layout_of
 from boresight.gateware.core import Core
@@ -201,7 +204,6 @@ class AttitudeSystem(wiring.Component):
             csr.diag_stat.eq(inertial.diag_stat),
             compass.time.eq(time),
             compass.mode.eq(csr.compass_mode),
-            compass.poll.eq(csr.compass_poll),
             compass.slower.eq(csr.compass_baud),
             csr.compass_flags.eq(compass.flags),
             *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),

@@ -10,9 +10,8 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.data import Layout
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.bus.csr import packed
-from boresight.gateware.attitude.bus.results import ResultPort, Results
 from boresight.gateware.attitude.sensors.adis16385 import FRACTION
+from boresight.gateware.attitude.system.csr import ResultPort, Results, packed
 from boresight.gateware.attitude.system.interface import HEADER, Place
 from boresight.gateware.attitude.system.programs import (
     FIELD,

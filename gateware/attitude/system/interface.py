@@ -1,9 +1,19 @@
-"""The interface of a complete system, declared once: registers, result words, orders, events.
+"""The interface of a complete system, declared once: registers, result words, orders, frames.
 
-Hardware, register map, host and the simulated board's comparison read it: the update controller
-packs `HEADER`, the frames to the host add `FRAME_FLAGS`, a write of `ORDERS` triggers actions.
-`system_registers` is the block that `gateware.attitude.bus.csr` makes, from the rows of
-``registers.csv``; `system_map` is everything on the bus.
+Hardware, register map, host and the simulated board's comparison read it. `system_registers` is the
+block that `gateware.attitude.system.csr` makes, from the rows of ``registers.csv``; `system_map` is
+everything on the bus.
+
+A frame of kind ATTITUDE (`gateware.boards.frames`) has a header (`HEADER`, and above it
+`FRAME_FLAGS`), the stamp, and the outputs of the estimator that ran: of an attitude filter pitch,
+roll and heading [half turns, 31 fraction bits; the heading counter-clockwise, seen from above], the
+quaternion, body to navigation, and its status. How many fraction bits quaternion and status have
+depends on the filter (`FORMATS`, or the register map's output records).
+
+A frame of kind SENSED has six more words, 24 bytes in all, least significant byte first: gyro x, y,
+z and accelerometer x, y, z in 3 bytes each, counts with 8 fraction bits (of the gyro in its range
+of +-300 deg/s); and the three numbers of the compass's line in 2 bytes each, which count if the
+header has ``field_used``.
 """
 
 from __future__ import annotations
@@ -11,6 +21,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from pathlib import Path
@@ -219,4 +230,106 @@ def system_map(
             *counters,
             *feed_registers,
         ),
+    )
+
+
+#: Bits of a word.
+WORD = 32
+#: The filter's outputs in the order of the frame and of the result memory.
+OUTPUTS = ("pitch", "roll", "heading", "qw", "qx", "qy", "qz", "status")
+#: Names of a frame's words.
+WORDS = ("header", "stamp", *OUTPUTS)
+#: The angles alone: of a filter whose other fraction bits are not known.
+ANGLES = dict.fromkeys(OUTPUTS[:3], 31)
+#: Fraction bits of the outputs by the filter's number, for the usual four filters.
+FORMATS = {
+    number: ANGLES | dict.fromkeys(("qw", "qx", "qy", "qz"), q) | {"status": status}
+    for number, (q, status) in enumerate(((29, 23), (31, 27), (31, 26), (31, 24)))
+}
+#: Fields of the header by name; those from bit 16 on are the flags.
+FIELDS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
+
+
+def filter_of(header: int) -> int:
+    """Number of the filter in a header."""
+    return FIELDS["filter"].of(header)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensed:
+    """What an update was computed from, and its words.
+
+    ``outputs``: words of the filter. ``counts``: gyro and accelerometer, x, y, z each. ``line``:
+    numbers of the compass's line, as its parser read them.
+    """
+
+    outputs: tuple[int, ...]
+    counts: tuple[float, ...]
+    line: tuple[int, ...]
+
+
+#: Words of a frame that `sensed_of` reads.
+SENSED_WORDS = 6
+
+
+def sensed_of(words: Sequence[int]) -> Sensed:
+    """What a frame of kind SENSED has beside an attitude; ``words`` are all of its signed words."""
+    split = len(words) - SENSED_WORDS
+    data = b"".join((w & 0xFFFF_FFFF).to_bytes(4, "little") for w in words[split:])
+    parts = [data[k : k + 3] for k in range(0, 18, 3)] + [data[k : k + 2] for k in (18, 20, 22)]
+    numbers = [int.from_bytes(part, "little", signed=True) for part in parts]
+    return Sensed(
+        outputs=tuple(words[2:split]),
+        counts=tuple(count / 256 for count in numbers[:6]),
+        line=tuple(numbers[6:]),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Update:
+    """One update: its number, the header's upper half, its stamp, and its values.
+
+    ``values`` are the outputs by name in their units; of an attitude ``heading_deg``,
+    ``pitch_deg`` and ``roll_deg`` stand for the angles. The heading is counter-clockwise; the
+    compass bearing is its negative. ``sensed`` is what it was computed from, if the frame has it.
+    """
+
+    number: int
+    flags: int
+    stamp: int
+    values: dict[str, float]
+    sensed: Sensed | None = None
+
+    @property
+    def filter(self) -> int:
+        """Number of the filter that ran."""
+        return filter_of(self.flags << 16)
+
+    @property
+    def is_attitude(self) -> bool:
+        """Whether the values are an attitude."""
+        return "heading_deg" in self.values
+
+    @property
+    def flag_names(self) -> tuple[str, ...]:
+        """Names of the flags that are set."""
+        return tuple(n for n, f in FIELDS.items() if f.width == 1 and f.of(self.flags << 16))
+
+
+def update_of(
+    words: Sequence[int], outputs: Mapping[str, int], sensed: Sensed | None = None
+) -> Update:
+    """The update of a frame's signed words; ``outputs`` are fraction bits in their order."""
+    header, stamp, *rest = words
+    parts = zip(outputs.items(), rest, strict=False)
+    values = {name: word * 2.0**-frac for (name, frac), word in parts}
+    if outputs is ANGLES or tuple(outputs) == OUTPUTS:
+        angles = {f"{name}_deg": 180.0 * values.pop(name) for name in ("heading", *OUTPUTS[:2])}
+        values = angles | values
+    return Update(
+        number=FIELDS["number"].of(header),
+        flags=header >> 16 & 0xFFFF,
+        stamp=stamp & 0xFFFF_FFFF,
+        values=values,
+        sensed=sensed,
     )

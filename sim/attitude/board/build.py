@@ -87,13 +87,12 @@ def make_board(
     *,
     filters: Sequence[Named] = FILTERS,
     core: Core | None = None,
-    wishbone: bool = False,
     params: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Board:
     """Return a complete system for these speeds.
 
-    ``filters`` and ``params`` are those of `gateware.attitude.system.programs`, unused
-    with a ``core``; ``wishbone`` adds a slave for a processor.
+    ``filters`` and ``params`` are those of `gateware.attitude.system.programs`, unused with a
+    ``core``.
     """
     clock_hz = setup.clock_hz
     core = core or system_core(filters, clock_hz=clock_hz, params=params)
@@ -114,7 +113,6 @@ def make_board(
             host_baud=setup.host_baud,
             inertial=Adis16385(clock_hz=setup.clock_hz, timing=timing),
             compass=compass,
-            wishbone=wishbone,
         ),
         setup,
     )

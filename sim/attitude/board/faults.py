@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import WORDS
+from boresight.gateware.attitude.system.interface import WORDS
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.attitude.front import GYRO_COUNTS, GYRO_SCALE
 from boresight.model.declarations import GRAVITY

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import FIELDS, SENSED_WORDS, WORDS
-from boresight.gateware.attitude.system.interface import TAKE_FEED
+from boresight.gateware.attitude.system.interface import FIELDS, SENSED_WORDS, TAKE_FEED, WORDS
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.attitude.front import (
@@ -175,7 +174,7 @@ class BoardRun:
     """Result of a run.
 
     ``frames`` (n, 2 + outputs) are the signed words of the frames
-    (`gateware.attitude.system.attitude_frame`), ``dropped`` counts damaged ones; ``cycles`` and
+    (`gateware.attitude.system.interface`), ``dropped`` counts damaged ones; ``cycles`` and
     ``seconds`` (wall clock) are those of the simulation.
     """
 

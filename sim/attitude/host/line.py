@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from boresight.gateware.attitude.system.attitude_frame import (
+from boresight.gateware.attitude.system.interface import (
     ANGLES,
     FORMATS,
     SENSED_WORDS,

@@ -19,8 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.gateware.attitude.system.attitude_frame import FIELDS, Update
-from boresight.gateware.attitude.system.interface import INITIAL_STATES
+from boresight.gateware.attitude.system.interface import FIELDS, INITIAL_STATES, Update
 from boresight.gateware.attitude.system.programs import FRONT_NAMES
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.description import Description

@@ -161,10 +161,9 @@ def test_a_sentence_is_good_if_it_fits_the_grammar() -> None:
         for begun, text in enumerate(["", *some]):
             rejected = invalid = 0
             found = None
-            for k in range((len(text) + 1) * dut.cycles_per_byte):
-                at, pause = divmod(k, dut.cycles_per_byte)
-                ctx.set(dut.data, ord((text + "\n")[at]))
-                ctx.set(dut.valid, not pause)
+            for character in text + "\n" + "\0" * dut.latency:
+                ctx.set(dut.data, ord(character))
+                ctx.set(dut.valid, character != "\0")
                 await ctx.tick()
                 rejected += ctx.get(dut.rejected)
                 invalid += ctx.get(dut.invalid)

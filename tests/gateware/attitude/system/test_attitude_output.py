@@ -7,17 +7,17 @@ import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 
-from boresight.gateware.attitude.bus.results import Results
-from boresight.gateware.attitude.system.attitude_frame import (
+from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
+from boresight.gateware.attitude.system.csr import Results
+from boresight.gateware.attitude.system.interface import (
     ANGLES,
     FORMATS,
     OUTPUTS,
+    Place,
     Sensed,
     sensed_of,
     update_of,
 )
-from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
-from boresight.gateware.attitude.system.interface import Place
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.model.attitude import FILTERS, estimator
 from tests.support import clock

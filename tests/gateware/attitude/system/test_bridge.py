@@ -6,7 +6,7 @@ import pytest
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import memory
 
-from boresight.gateware.attitude.system.bridge import Bridge
+from boresight.gateware.attitude.system.attitude_output import Bridge
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from tests.support.bench import at_edges, put, run_bench
 from tests.support.clock import pause

@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from boresight.gateware.attitude.system.attitude_frame import FIELDS, FORMATS, WORDS, update_of
-from boresight.gateware.attitude.system.interface import ORDERS
+from boresight.gateware.attitude.system.interface import FIELDS, FORMATS, ORDERS, WORDS, update_of
 from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.model.errors import InputError
 from boresight.sim.attitude.board.faults import WRONG_VALUES, is_good, trial_log

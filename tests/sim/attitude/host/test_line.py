@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import boresight
-from boresight.gateware.attitude.system.attitude_frame import FORMATS, Update
+from boresight.gateware.attitude.system.interface import FORMATS, Update
 from boresight.gateware.boards.frames import END, Kind, encode
 from boresight.gateware.description import Records, Word
 from boresight.gateware.registers import Access, BitField, Register

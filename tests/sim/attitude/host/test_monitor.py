@@ -14,9 +14,9 @@ from amaranth.sim import Simulator
 
 import boresight
 from boresight.cli import main
-from boresight.gateware.attitude.bus.results import Results
-from boresight.gateware.attitude.system.attitude_frame import FORMATS, OUTPUTS, Update, update_of
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
+from boresight.gateware.attitude.system.csr import Results
+from boresight.gateware.attitude.system.interface import FORMATS, OUTPUTS, Update, update_of
 from boresight.gateware.boards.frames import Kind, encode
 from boresight.gateware.boards.pack import Framer
 from boresight.gateware.description import Records, Word

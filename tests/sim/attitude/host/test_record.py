@@ -10,8 +10,7 @@ import pytest
 
 import boresight
 from boresight.cli import main
-from boresight.gateware.attitude.system.attitude_frame import Update
-from boresight.gateware.attitude.system.interface import INITIAL_STATES, ORDERS
+from boresight.gateware.attitude.system.interface import INITIAL_STATES, ORDERS, Update
 from boresight.gateware.boards.frames import END
 from boresight.sim.attitude.board.run import run_board, stimulus
 from boresight.sim.attitude.devices import INERTIAL_FAULTS

@@ -20,8 +20,6 @@ CLOCK_HZ = 19_200 * _BIT
 LINE_CYCLES = round(CLOCK_HZ / LINES_HZ)
 
 _MODE, _COMMAND, _FAULTS, _END = range(4)
-#: Added to a mode: sentences are asked for.
-POLL = 4
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ def run_reader(
     seconds : float
         How long.
     modes : iterable of (time, mode)
-        The reader's ``mode`` from a time on; `POLL` in addition.
+        The reader's ``mode`` from a time on.
     commands : iterable of (time, letter)
         Single commands.
     faults : iterable of (begin, end, name)
@@ -101,7 +99,7 @@ def run_reader(
     slower : int
         How often the rate of the line is halved.
     """
-    steps = [(time, _MODE, mode | slower << 3) for time, mode in modes or [(0, 0)]]
+    steps = [(time, _MODE, mode | slower << 2) for time, mode in modes or [(0, 0)]]
     steps += [(time, _COMMAND, ord(letter)) for time, letter in commands]
     faults = list(faults)
     for time in {t for begin, end, _ in faults for t in (begin, end)}:

@@ -5,7 +5,7 @@ module hmr3300_device_bench #(
     parameter integer BIT = 8, LINE = 19_200, STARTUP = 122_880, ANSWER = 150, GLITCH = 1
 ) (input clk, input rst);
     reg [31:0] now = 0;
-    reg [4:0] mode = 0;  // and above its two bits poll, slower
+    reg [3:0] mode = 0;  // and above its two bits slower
     reg command_valid = 0;
     reg [7:0] command = 0;
     reg [11:0] fault = 0;
@@ -18,7 +18,7 @@ module hmr3300_device_bench #(
         .GLITCH(GLITCH)) device (.clk(clk), .rst(rst), .rx(tx), .tx(rx), .fault(fault),
         .slot(slot));
     hmr3300_reader reader (.clk(clk), .rst(rst), .rx(rx), .tx(tx), .\time (now), .mode(mode[1:0]),
-        .poll(mode[2]), .slower(mode[4:3]), .command__valid(command_valid), .command__payload({1'b0, command}),
+        .slower(mode[3:2]), .command__valid(command_valid), .command__payload({1'b0, command}),
         .command__ready(command_ready), .line(good), .is_counts(is_counts),
         .values__0(v0), .values__1(v1), .values__2(v2), .flags(flags), .events(events));
 
@@ -35,7 +35,7 @@ module hmr3300_device_bench #(
         if (command_ready) command_valid <= 0;
         while (got == 3 && due <= now) begin
             case (what)
-                0: mode <= value[4:0];
+                0: mode <= value[3:0];
                 1: begin
                     command_valid <= 1;
                     command <= value[7:0];

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.attitude.bus.csr import Csr, EventCounters
+from boresight.gateware.attitude.system.csr import Csr, EventCounters
 from boresight.gateware.registers import Access, Register
 from tests.support.bench import pulse
 

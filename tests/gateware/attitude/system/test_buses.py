@@ -7,9 +7,8 @@ import pytest
 from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
 
-from boresight.gateware.attitude.bus.results import Results
-from boresight.gateware.attitude.bus.wishbone import BusArbiter, WishboneSlave
-from boresight.gateware.attitude.system.system_bus import SystemBus
+from boresight.gateware.attitude.system.csr import Results
+from boresight.gateware.attitude.system.system_bus import BusArbiter, SystemBus, WishboneSlave
 from boresight.gateware.registers import Access, Register
 from tests.support.bench import run_bench
 from tests.support.clock import pause

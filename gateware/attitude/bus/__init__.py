@@ -1,1 +1,0 @@
-"""Results, counters and bus devices of the attitude system."""
