@@ -42,8 +42,6 @@ from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
 
-#: deg/s, the gyro bias of a case: of size 1.
-BIAS_DEG_S = (0.5 * 2.0**0.5, -0.4 * 2.0**0.5, 0.3 * 2.0**0.5)
 #: Hz, rates at which logs are played.
 RATES_HZ = (50.0, 100.0, 142.0, 286.0, 500.0, 1000.0)
 
@@ -68,11 +66,6 @@ def cut_in_motion(log: NineAxis, place: int | None = None) -> NineAxis:
     if place is None:
         return _rows(log, slice(int(np.searchsorted(log.t, log.t[moving[0]] + 2.0)), None))
     return _rows(log, slice(int(moving[int(_rng(log, place).uniform() * len(moving) / 1.5)]), None))
-
-
-def biased(log: NineAxis) -> NineAxis:
-    """The gyro off by `BIAS_DEG_S`."""
-    return replace(log, gyr=log.gyr + np.radians(BIAS_DEG_S))
 
 
 def resampled(log: NineAxis, rate_hz: float) -> NineAxis:
@@ -154,23 +147,6 @@ def gaps(log: NineAxis, share: float = 0.02, longest: int = 20) -> NineAxis:
     return _rows(log, np.flatnonzero(present))
 
 
-def noisier(log: NineAxis) -> NineAxis:
-    """White noise three times as large, by adding the difference.
-
-    The noise of a sensor is estimated from its second differences where they are small: the
-    quietest tenth of the log in stretches of 32 samples.
-    """
-    rng, louder = _rng(log), {}
-    for name in ("gyr", "acc", "mag"):
-        values = getattr(log, name)
-        second = np.diff(values[~np.isnan(values[:, 0])], n=2, axis=0)
-        blocks = second[: len(second) // 32 * 32].reshape(-1, 32, 3)
-        # The variance of a second difference of white noise is six times that of a sample.
-        variance = np.quantile(blocks.var(axis=1), 0.1, axis=0) / 6.0 if len(blocks) else 0.0
-        louder[name] = values + np.sqrt(8.0 * variance) * rng.standard_normal(values.shape)
-    return replace(log, **louder)
-
-
 class Case(NamedTuple):
     """One change of every log; those of a ``group`` are reported together, by their mean.
 
@@ -188,13 +164,11 @@ class Case(NamedTuple):
 CASES = (
     Case("as recorded", lambda log: log),
     Case("starts in motion", cut_in_motion),
-    Case("in motion, bias 1 deg/s", lambda log: biased(cut_in_motion(log))),
     *(Case("starts anywhere", partial(cut_in_motion, place=k)) for k in range(10)),
     *(Case(f"{rate:g} Hz", partial(resampled, rate_hz=rate)) for rate in RATES_HZ),
     Case("no field for a minute", partial(without_field, seconds=60.0)),
     Case("never a field", without_field, judged="inclination"),
     Case("gaps in the samples", gaps),
-    Case("noise x 3", noisier),
     *(Case("field offset 10 %", partial(hard_iron, draw=k)) for k in range(3)),
     *(
         Case(f"{key} clipped at {share:g}", partial(clipped, sensor=key, share=share), "total", key)

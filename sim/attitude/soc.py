@@ -29,7 +29,7 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import gives_attitude
-from boresight.sim.attitude.ma2014.paper import BESIDE, CYCLES
+from boresight.sim.attitude.ma2014.world import BESIDE, CLOCK_MHZ, TIME_US
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.record import Record
@@ -43,7 +43,7 @@ _RAM = 256 * 1024
 #: Cycles after which an update counts as hung.
 _UPDATE_LIMIT = 1_000_000
 #: Cycles of the paper's C, by the filters most similar to its own.
-PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
+PAPER_CYCLES = {name: round(TIME_US[key] * CLOCK_MHZ) for name, key in BESIDE.items()}
 #: Largest accepted difference between float C and the float reference, deg: the effect of single
 #: precision over a few thousand updates (see tests/firmware/test_floating.py).
 FLOAT_BOUND_DEG = 0.02

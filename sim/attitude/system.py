@@ -24,7 +24,7 @@ from boresight.sim.attitude.board.faults import FAULTS, fault_board, fault_trial
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.calibration.files import calibrate
 from boresight.sim.attitude.host.monitor import monitor
-from boresight.sim.attitude.ma2014.paper import TIME_US
+from boresight.sim.attitude.ma2014.world import TIME_US
 from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.boards import BoardSystem
 from boresight.sim.campaign import processes

@@ -21,7 +21,6 @@ module bench #(
     parameter CLOCK_HZ = 100_000_000,
     parameter HOST_DIVISOR = 109,
     parameter ADIS_RATE = 1024,
-    parameter ADIS_PPM = 0,
     parameter ADIS_STARTUP_CYCLES = 100_000,
     parameter ADIS_READY_CYCLES = 5_000,
     parameter ADIS_STALL_MIN = 1_600,
@@ -59,7 +58,7 @@ module bench #(
     wire log_done;
     wire [31:0] adis_line, adis_violations;
     adis16385_device #(
-        .CLOCK_HZ(CLOCK_HZ), .RATE_HZ(ADIS_RATE), .PPM(ADIS_PPM), .STARTUP(ADIS_STARTUP_CYCLES),
+        .CLOCK_HZ(CLOCK_HZ), .RATE_HZ(ADIS_RATE), .STARTUP(ADIS_STARTUP_CYCLES),
         .READY_PULSE(ADIS_READY_CYCLES), .STALL_MIN(ADIS_STALL_MIN), .HALF_MIN(ADIS_HALF_MIN),
         .SETUP_MIN(1), .RESET_MIN(100), .DOUT_DELAY(ADIS_DOUT_DELAY)
     ) adis (

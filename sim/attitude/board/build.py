@@ -35,8 +35,6 @@ class Setup:
     lines_hz: int = 8
     ready_cycles: int = 5_000
     compass_start_cycles: int = 80_000_000
-    #: Error of the ADIS16385's clock; positive: fast.
-    ppm: int = 0
 
     @property
     def period_cycles(self) -> float:
@@ -133,7 +131,6 @@ def board_parameters(setup: Setup) -> dict[str, int]:
         "CLOCK_HZ": clock,
         "HOST_DIVISOR": divisor_for(clock_hz=clock, baud=setup.host_baud),
         "ADIS_RATE": setup.rate_hz,
-        "ADIS_PPM": setup.ppm,
         "ADIS_STARTUP_CYCLES": int(0.6 * setup.timing.startup_s * clock),
         "ADIS_READY_CYCLES": setup.ready_cycles,
         "ADIS_STALL_MIN": int(setup.timing.stall_s * clock),

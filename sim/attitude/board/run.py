@@ -174,29 +174,31 @@ class BoardRun:
     """Result of a run.
 
     ``frames`` (n, 2 + outputs) are the signed words of the frames
-    (`gateware.attitude.system.interface`), ``dropped`` counts damaged ones; ``cycles`` and
-    ``seconds`` (wall clock) are those of the simulation.
+    (`gateware.attitude.system.interface`), ``frame_ends`` (n,) the cycles of their last bytes,
+    ``dropped`` counts damaged ones; ``cycles`` and ``seconds`` (wall clock) are those of the
+    simulation.
     """
 
     trace: Trace
     frames: IntArray
+    frame_ends: IntArray
     dropped: int
     cycles: int
     seconds: float
 
 
-def frames_of(data: bytes) -> tuple[IntArray, int]:
-    """Frames (n, words) of one estimator in a stream of bytes, and the number of damaged ones."""
-    decoder = Decoder(word=32)
-    words = [
-        w[:-SENSED_WORDS] if kind is Kind.SENSED else w
-        for kind, w in decoder.feed(data)
-        if kind >= Kind.ATTITUDE
-    ]
-    width = len(words[0]) if words else len(WORDS)
-    complete = [w for w in words if len(w) == width]
-    frames = np.array(complete, dtype=np.int64).reshape(-1, width)
-    return frames, decoder.dropped + len(words) - len(complete)
+def frames_of(trace: Trace) -> tuple[IntArray, IntArray, int]:
+    """Frames, their ends, and the number of damaged ones; see `BoardRun`."""
+    decoder, words = Decoder(word=32), list[tuple[int, list[int]]]()
+    for cycle, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
+        for kind, w in decoder.feed(bytes([byte])):
+            if kind >= Kind.ATTITUDE:
+                words.append((cycle, w[:-SENSED_WORDS] if kind is Kind.SENSED else w))
+    width = len(words[0][1]) if words else len(WORDS)
+    complete = [(cycle, w) for cycle, w in words if len(w) == width]
+    frames = np.array([w for _, w in complete], dtype=np.int64).reshape(-1, width)
+    ends = np.array([cycle for cycle, _ in complete], dtype=np.int64)
+    return frames, ends, decoder.dropped + len(words) - len(complete)
 
 
 def run_board(
@@ -223,8 +225,7 @@ def run_board(
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
         run = bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
         trace = read_trace((Path(folder) / "trace.txt").read_text())
-    frames, dropped = frames_of(trace.data)
-    return BoardRun(trace, frames, dropped, run.cycles, run.seconds)
+    return BoardRun(trace, *frames_of(trace), run.cycles, run.seconds)
 
 
 def cycles_limit(board: Board, updates: int) -> int:
@@ -345,7 +346,6 @@ def judge(
     ]
     if not len(frames):
         problems.append("no attitude frame came")
-    ends = frame_ends(trace)
     return Judgement(
         n if len(frames) else 0,
         len(problems),
@@ -355,17 +355,9 @@ def judge(
         len(trace.lines),
         _range(trace.samples[:n] - ready),
         _range(trace.updates - trace.samples[:n]),
-        _range(ends - ready[k] if len(ends) == len(k) else ends[:0]),
+        _range(run.frame_ends - ready[k]),
         chain,
     )
-
-
-def frame_ends(trace: Trace) -> IntArray:
-    """Cycles of the last byte of every attitude frame."""
-    decoder, out = Decoder(word=32), []
-    for cycle, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
-        out += [cycle for kind, _ in decoder.feed(bytes([byte])) if kind >= Kind.ATTITUDE]
-    return np.array(out, dtype=np.int64)
 
 
 def _range(values: IntArray) -> tuple[int, int]:

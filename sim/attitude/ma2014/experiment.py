@@ -21,15 +21,25 @@ from boresight.model.attitude.front import board_params
 from boresight.model.attitude.ma2014 import Ma2014Cf
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.ma2014 import paper
-from boresight.sim.attitude.ma2014.paper import AXES, KI, KP, TABLE_2
 from boresight.sim.attitude.ma2014.world import (
+    ACC_VARIANCE,
     AVERAGED,
+    AXES,
+    BESIDE,
+    CLOCK_MHZ,
     E1,
     E2,
     FIELD_UT,
+    GYRO_BIAS,
+    GYRO_VARIANCE,
+    KI,
+    KP,
     LEAD,
     LOOP_HZ,
+    MAG_VARIANCE,
+    MAG_VARIANCE_G,
+    OPEN,
+    TIME_US,
     make_log,
     noise_free_log,
 )
@@ -75,12 +85,12 @@ def kalman_parameters() -> dict[str, float]:
         pitch  sd(f_y) / g        roll  sd(f_x) / g
         heading^2 = (sd(m_x) / m_h)^2 + (roll m_z / m_h)^2
     """
-    acc = [math.sqrt(v / AVERAGED) for v in TABLE_2.accelerometer]
+    acc = [math.sqrt(v / AVERAGED) for v in ACC_VARIANCE]
     level = math.hypot(FIELD_UT[0], FIELD_UT[1])
     pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
-    heading = math.hypot(math.sqrt(TABLE_2.magnetometer[0]), roll * FIELD_UT[2]) / level
+    heading = math.hypot(math.sqrt(MAG_VARIANCE[0]), roll * FIELD_UT[2]) / level
     values = {"scale": 64.0, "p0_sd": 0.01}
-    for axis, variance, angle in zip("xyz", TABLE_2.gyro, (pitch, roll, heading), strict=True):
+    for axis, variance, angle in zip("xyz", GYRO_VARIANCE, (pitch, roll, heading), strict=True):
         values |= {f"gyro_sd_{axis}": math.sqrt(variance), f"angle_sd_{axis}": angle}
     return values
 
@@ -184,12 +194,12 @@ _INTRO = (
     "{runs} runs, seeds {seed} to {last}: boresight experiment ma2014 --seed {seed}. Standard "
     "deviations are pooled over the runs; all else are medians.",
 )
-#: Rows of Table 2.
+_SQUARED = "\N{SUPERSCRIPT TWO}"
 _TABLE_2 = {
-    "gyro_bias": "gyro bias, rad/s",
-    "gyro": "gyro, (rad/s)\N{SUPERSCRIPT TWO}",
-    "accelerometer": "accelerometer, (m/s\N{SUPERSCRIPT TWO})\N{SUPERSCRIPT TWO}",
-    "magnetometer_g": "magnetometer, G\N{SUPERSCRIPT TWO}",
+    "gyro bias, rad/s": GYRO_BIAS,
+    f"gyro, (rad/s){_SQUARED}": GYRO_VARIANCE,
+    f"accelerometer, (m/s{_SQUARED}){_SQUARED}": ACC_VARIANCE,
+    f"magnetometer, G{_SQUARED}": MAG_VARIANCE_G,
 }
 
 
@@ -231,7 +241,7 @@ def run_case(name: str, seeds: range) -> Runs:
         saturated = floating[1] + fixed[1]
         figures[f"{method.key}_saturated_sum"] = np.array([saturated / len(logs)] * len(logs))
         apart = wrapped(error - score(floating[0], logs), 360.0).std(axis=0)
-        for k, axis in enumerate(paper.AXES):
+        for k, axis in enumerate(AXES):
             figures[f"{method.key}_fixed_{axis}_max"] = apart[:, k]
     for key in _KALMAN:
         figures |= spread(f"less_{key}", errors["ma2014_cf"] - errors[key])
@@ -241,7 +251,7 @@ def run_case(name: str, seeds: range) -> Runs:
 def spread(name: str, error: FloatArray) -> dict[str, FloatArray]:
     """Errors (steps, runs, 3): standard deviation, largest, the same without the run's mean."""
     figures = {}
-    for k, axis in enumerate(paper.AXES):
+    for k, axis in enumerate(AXES):
         e = error[..., k]
         figures[f"{name}_sd_{axis}_rms"] = e.std(axis=0)
         figures[f"{name}_most_{axis}_median"] = np.abs(e).max(axis=0)
@@ -297,16 +307,13 @@ def _noise_free() -> dict[str, float]:
         ("filter_100", 100.0, 1.0 / 100.0),  # gains per second
     ):
         log = noise_free_log(E2, rate)
-        ki = [k * of_sample * of_sample for k in paper.KI]
-        params = gains([k * of_sample for k in paper.KP], ki)
+        ki = [k * of_sample * of_sample for k in KI]
+        params = gains([k * of_sample for k in KP], ki)
         for method in METHODS:
             if method.key in ("ma2014_cf", "ma2014_cf_as_printed"):
                 ((angles, _),) = run_method(method, [log], ("c",), params)
                 sd = score(angles, [log])[:, 0].std(axis=0)
-                out |= {
-                    f"{name}_{method.key}_{a}": float(v)
-                    for a, v in zip(paper.AXES, sd, strict=True)
-                }
+                out |= {f"{name}_{method.key}_{a}": float(v) for a, v in zip(AXES, sd, strict=True)}
     return out
 
 
@@ -323,19 +330,19 @@ def _timing() -> dict[str, float]:
     for key in ("ma2014_cf", "ekf_quaternion", "complementary"):
         for config, (schedule,) in schedules_of(ESTIMATORS[key]()).items():
             out[f"{key}_{config}_cycles"] = float(schedule.latency)
-            out[f"{key}_{config}_us"] = schedule.latency / paper.CLOCK_MHZ
+            out[f"{key}_{config}_us"] = schedule.latency / CLOCK_MHZ
     return out
 
 
 def _sections(figures: dict[str, float]) -> list[Section]:
     """Tables 2 and 3, the times, and what the paper leaves open."""
-    judged = [(case, axis) for case in ("noise", "C") for axis in paper.AXES]
+    judged = [(case, axis) for case in ("noise", "C") for axis in AXES]
     times = [
         (
             f"{key}, {config}",
             int(figures[f"{key}_{config}_cycles"]),
             figures[f"{key}_{config}_us"],
-            paper.TIME_US[paper.BESIDE[key]],
+            TIME_US[BESIDE[key]],
         )
         for key in ("ma2014_cf", "ekf_quaternion", "complementary")
         for config in ("small", "fast")
@@ -344,10 +351,7 @@ def _sections(figures: dict[str, float]) -> list[Section]:
         Section(
             title="Table 2: bias and variances of the sensors, as printed",
             columns=("", "x", "y", "z"),
-            rows=[
-                (name, *(f"{v:.5g}" for v in getattr(paper.TABLE_2, key)))
-                for key, name in _TABLE_2.items()
-            ],
+            rows=[(name, *(f"{v:.5g}" for v in values)) for name, values in _TABLE_2.items()],
         ),
         Section(
             title="Table 3: standard deviations",
@@ -365,6 +369,6 @@ def _sections(figures: dict[str, float]) -> list[Section]:
         Section(
             title="What the paper leaves open, or prints twice",
             columns=("", "assumed here"),
-            rows=paper.OPEN,
+            rows=OPEN,
         ),
     ]

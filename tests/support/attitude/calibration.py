@@ -15,7 +15,7 @@ from boresight.model.declarations import GRAVITY
 from boresight.sim.accuracy.figures import attitude_errors
 from boresight.sim.attitude.calibration.files import calibrated
 from boresight.sim.attitude.calibration.solve import INERTIAL, LINE, SIGHT
-from boresight.sim.attitude.ma2014.paper import ACCELEROMETER, GYRO, MAGNETOMETER
+from boresight.sim.attitude.ma2014.world import ACCELEROMETER, GYRO, MAGNETOMETER
 from boresight.sim.attitude.worlds import Triad, synthetic_log
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.records.feed import feed

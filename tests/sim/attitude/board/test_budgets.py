@@ -14,7 +14,7 @@ from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.attitude.board.build import REAL, Board, make_board
 from boresight.sim.attitude.board.run import judge, stimulus
-from boresight.sim.attitude.ma2014.paper import CLOCK_MHZ, TIME_US
+from boresight.sim.attitude.ma2014.world import CLOCK_MHZ, TIME_US
 from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.levels.build import Build
 from boresight.sim.records.feed import feed

@@ -8,7 +8,7 @@ import pytest
 
 from boresight.sim.attitude.ma2014 import experiment
 from boresight.sim.attitude.ma2014.experiment import Ma2014, line_amplitude, slow_share, spread
-from boresight.sim.attitude.ma2014.paper import OPEN
+from boresight.sim.attitude.ma2014.world import OPEN
 from boresight.sim.experiments.seeds import Runs
 
 

@@ -13,8 +13,15 @@ from boresight.sim.attitude.ma2014.experiment import (
     run_method,
     score,
 )
-from boresight.sim.attitude.ma2014.paper import TABLE_2
-from boresight.sim.attitude.ma2014.world import E1, E2, LEAD, LOOP_HZ, make_log, noise_free_log
+from boresight.sim.attitude.ma2014.world import (
+    E1,
+    E2,
+    LEAD,
+    LOOP_HZ,
+    TABLE_2,
+    make_log,
+    noise_free_log,
+)
 from boresight.sim.records.nine_axis import NineAxis
 
 # --------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.ma2014.paper import ACCELEROMETER, GYRO, MAGNETOMETER, TABLE_2
+from boresight.sim.attitude.ma2014.world import ACCELEROMETER, GYRO, MAGNETOMETER, TABLE_2
 
 
 def test_gyro_has_24000_counts_each_way():

@@ -89,8 +89,7 @@ def run_under_cocotb(
             raise SimulationFailed("verilator: Python heard other bytes than the bench")
         counted = [int(text) for text in (folder / "latencies.txt").read_text().split()]
         cycles, seconds = (folder / "speed.txt").read_text().split()
-    frames, dropped = frames_of(trace.data)
-    return BoardRun(trace, frames, dropped, int(cycles), float(seconds)), counted
+    return BoardRun(trace, *frames_of(trace), int(cycles), float(seconds)), counted
 
 
 def run_core(core: Core, records: IntArray) -> tuple[IntArray, IntArray]:
