@@ -17,8 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 from boresight.model import ops
@@ -75,7 +73,6 @@ def _samples_until(limit_s: float, step_s: float) -> int:
     return n
 
 
-@dataclass(frozen=True)
 class Settings:
     """Numbers of the paper's table 3, at the sample rates of accelerometer and magnetometer.
 
@@ -83,128 +80,58 @@ class Settings:
     told from the other at any rate.
     """
 
-    rate_hz: float = 100.0
-    mag_rate_hz: float = 100.0
-    magnetic: bool = True
-    acc_tau_s: float = 3.0
-    mag_tau_s: float = 9.0
-
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        rate_hz: float = 100.0,
+        mag_rate_hz: float = 100.0,
+        magnetic: bool = True,
+        acc_tau_s: float = 3.0,
+        mag_tau_s: float = 9.0,
+    ) -> None:
         for name, value, low, high in (
-            ("rate_hz", self.rate_hz, 10.0, 4000.0),
-            ("mag_rate_hz", self.mag_rate_hz, 1.0, self.rate_hz),
-            ("acc_tau_s", self.acc_tau_s, 0.5, 30.0),
-            ("mag_tau_s", self.mag_tau_s, 0.5, 100.0),
+            ("rate_hz", rate_hz, 10.0, 4000.0),
+            ("mag_rate_hz", mag_rate_hz, 1.0, rate_hz),
+            ("acc_tau_s", acc_tau_s, 0.5, 30.0),
+            ("mag_tau_s", mag_tau_s, 0.5, 100.0),
         ):
             good = isinstance(value, int | float) and low <= value <= high
             fix = "choose a value inside the range"
             require(good, f"vqf, {name}", f"{low:g} to {high:g}", value, fix)
-
-    @property
-    def step_s(self) -> float:
-        """Ts of gyro and accelerometer."""
-        return 1.0 / self.rate_hz
-
-    @property
-    def mag_step_s(self) -> float:
-        """Ts of the magnetometer."""
-        return 1.0 / self.mag_rate_hz
-
-    @cached_property
-    def vertical(self) -> LowPass:
-        """Low-pass of the specific force, and of the values compared with it."""
-        return LowPass(self.acc_tau_s, self.step_s)
-
-    @cached_property
-    def rest(self) -> LowPass:
-        """Low-pass of gyro and accelerometer for the detection of rest."""
-        return LowPass(0.5, self.step_s)
-
-    @cached_property
-    def field(self) -> LowPass:
-        """Low-pass of the field's norm and dip."""
-        return LowPass(0.05, self.mag_step_s)
-
-    # -- samples ------------------------------------------------------------------------------
-
-    @cached_property
-    def rest_samples(self) -> int:
-        """Still samples that make rest: 1.5 s."""
-        return _samples_until(1.5, self.step_s)
-
-    @cached_property
-    def calm_samples(self) -> int:
-        """Samples near the reference that end a disturbance: 0.5 s."""
-        return _samples_until(0.5, self.mag_step_s)
-
-    @cached_property
-    def candidate_samples(self) -> tuple[int, int]:
-        """Turning samples that accept a new field: the first one 5 s, another one 20 s."""
-        return _samples_until(5.0, self.mag_step_s), _samples_until(20.0, self.mag_step_s)
-
-    @cached_property
-    def rejected_samples(self) -> int:
-        """Disturbed samples after which the field is followed again: 60 s, the largest sum."""
-        return _samples_until(math.nextafter(60.0, 61.0), self.mag_step_s) - 1
-
-    @property
-    def patience(self) -> float:
-        """Samples that may yet be rejected when none was: a power of two, at which it stops."""
-        return counter_limit(self.rejected_samples + 1.0)
-
-    @property
-    def impatient(self) -> float:
-        """Patience left when the field is followed again, minus half a sample."""
-        return self.patience - self.rejected_samples - 0.5
-
-    @cached_property
-    def first_samples(self) -> int:
-        """Magnetometer samples of gain 1/n or more, until tau/(n + 1) is below a step.
-
-        1/n is summed up as the filter's authors do, k <- k/(k + 1), whose last bit may decide.
-        """
-        gain, n = 0.5, 1
-        while gain * self.mag_tau_s >= self.mag_step_s:
-            gain, n = gain / (gain + 1.0), n + 1
-        return n
-
-    # -- gains --------------------------------------------------------------------------------
-
-    @property
-    def mag_gain(self) -> float:
-        """k_mag."""
-        return gain_of(self.mag_tau_s, self.mag_step_s)
-
-    @property
-    def field_gain(self) -> float:
-        """Gain at which reference and candidate of the field follow it: 20 s."""
-        return gain_of(20.0, self.mag_step_s)
-
-    # -- covariances, (0.01 deg/s)^2 ------------------------------------------------------------
-
-    @property
-    def _growth(self) -> float:
-        """V: from 0 to (0.1 deg/s)^2 in 100 s."""
-        return 100.0 * self.step_s / 100.0
-
-    def _noise(self, steady: float) -> float:
-        """Measurement variance at which P settles at ``steady``: P^2/V + P."""
-        return steady * steady / self._growth + steady
-
-    @property
-    def start_variance(self) -> float:
-        """P0, of 0.5 deg/s, in units of the variance at rest (0.03 deg/s)."""
-        return 2500.0 / self._noise(9.0)
-
-    @property
-    def growth(self) -> float:
-        """V in those units."""
-        return self._growth / self._noise(9.0)
-
-    @property
-    def motion_weight(self) -> float:
-        """Variance at rest over that in motion, of 0.1 deg/s."""
-        return self._noise(9.0) / self._noise(100.0)
+        self.rate_hz, self.mag_rate_hz, self.magnetic = rate_hz, mag_rate_hz, magnetic
+        self.acc_tau_s, self.mag_tau_s = acc_tau_s, mag_tau_s
+        #: Ts of gyro and accelerometer, and of the magnetometer.
+        self.step_s, self.mag_step_s = step, mag_step = 1.0 / rate_hz, 1.0 / mag_rate_hz
+        #: Low-passes: of the specific force, and of the values compared with it; of gyro and
+        #: accelerometer for the detection of rest; of the field's norm and dip.
+        self.vertical = LowPass(acc_tau_s, step)
+        self.rest = LowPass(0.5, step)
+        self.field = LowPass(0.05, mag_step)
+        #: Samples: still ones that make rest, 1.5 s; near the reference that end a disturbance,
+        #: 0.5 s; turning ones that accept a new field, the first one 5 s, another one 20 s.
+        self.rest_samples = _samples_until(1.5, step)
+        self.calm_samples = _samples_until(0.5, mag_step)
+        self.candidate_samples = _samples_until(5.0, mag_step), _samples_until(20.0, mag_step)
+        #: Disturbed samples after which the field is followed again: 60 s, the largest sum.
+        self.rejected_samples = _samples_until(math.nextafter(60.0, 61.0), mag_step) - 1
+        #: Samples that may yet be rejected when none was: a power of two, at which it stops; and
+        #: what is left of them when the field is followed again, minus half a sample.
+        self.patience = counter_limit(self.rejected_samples + 1.0)
+        self.impatient = self.patience - self.rejected_samples - 0.5
+        #: Magnetometer samples of gain 1/n or more, until tau/(n + 1) is below a step. 1/n is
+        #: summed up as the filter's authors do, k <- k/(k + 1), whose last bit may decide.
+        gain, self.first_samples = 0.5, 1
+        while gain * mag_tau_s >= mag_step:
+            gain, self.first_samples = gain / (gain + 1.0), self.first_samples + 1
+        #: k_mag; gain at which reference and candidate of the field follow it, 20 s.
+        self.mag_gain = gain_of(mag_tau_s, mag_step)
+        self.field_gain = gain_of(20.0, mag_step)
+        # Covariances [(0.01 deg/s)^2]: V, from 0 to (0.1 deg/s)^2 in 100 s; measurement variances
+        # at which P settles, P^2/V + P, at rest (0.03 deg/s) and in motion (0.1 deg/s).
+        v = 100.0 * step / 100.0
+        at_rest, in_motion = (steady * steady / v + steady for steady in (9.0, 100.0))
+        #: P0, of 0.5 deg/s, and V, in units of the variance at rest; that over that in motion.
+        self.start_variance, self.growth = 2500.0 / at_rest, v / at_rest
+        self.motion_weight = at_rest / in_motion
 
 
 # -- interface ----------------------------------------------------------------------------------
@@ -223,35 +150,6 @@ STATUS_BITS = {
 }
 
 
-def interface_of(
-    settings: Settings,
-) -> tuple[tuple[Input, ...], tuple[Param, ...], tuple[State, ...]]:
-    """Inputs, parameters that may be written while the filter runs, and states."""
-    inputs = INPUTS if settings.magnetic else tuple(i for i in INPUTS if i.name[0] != "m")
-    return inputs, _params(settings), _states(settings)
-
-
-def _params(settings: Settings) -> tuple[Param, ...]:
-    """Thresholds and gains."""
-    of_rest = f"""
-        rest_gyr {2.0 * DEGREE!r} 0 0.5 rad/s
-            least deviation from the mean rate in motion
-        rest_acc 0.5 0 0.9 m/s^2
-            least deviation from the mean force in motion
-    """
-    of_field = f"""
-        mag_gain {settings.mag_gain!r} 0 1 -
-            share of the heading's error that a sample corrects
-        field_gain {settings.field_gain!r} 0 1 -
-            share of the field that reference and candidate take over at a sample
-        norm_share 0.1 0 1 -
-            least deviation of a disturbed field, of the reference's norm
-        dip_limit {10.0 / 180.0!r} 0 1 ht
-            least deviation of a disturbed field's dip
-    """
-    return params_of(of_rest) + (params_of(of_field) if settings.magnetic else ())
-
-
 def _channels(low_pass: LowPass, name: str, parts: str, largest: float, unit: str) -> list[State]:
     """States of a low-pass, by channel."""
     _, z, v = (c * largest for c in low_pass.largest)
@@ -262,8 +160,32 @@ def _channels(low_pass: LowPass, name: str, parts: str, largest: float, unit: st
     ]
 
 
-def _states(settings: Settings) -> tuple[State, ...]:
-    """Everything that is carried from sample to sample."""
+def interface_of(
+    settings: Settings,
+) -> tuple[tuple[Input, ...], tuple[Param, ...], tuple[State, ...]]:
+    """Inputs, parameters that may be written while the filter runs, and states."""
+    inputs = INPUTS if settings.magnetic else tuple(i for i in INPUTS if i.name[0] != "m")
+    params = params_of(
+        f"""
+        rest_gyr {2.0 * DEGREE!r} 0 0.5 rad/s
+            least deviation from the mean rate in motion
+        rest_acc 0.5 0 0.9 m/s^2
+            least deviation from the mean force in motion
+        """
+    )
+    if settings.magnetic:
+        params += params_of(
+            f"""
+            mag_gain {settings.mag_gain!r} 0 1 -
+                share of the heading's error that a sample corrects
+            field_gain {settings.field_gain!r} 0 1 -
+                share of the field that reference and candidate take over at a sample
+            norm_share 0.1 0 1 -
+                least deviation of a disturbed field, of the reference's norm
+            dip_limit {10.0 / 180.0!r} 0 1 ht
+                least deviation of a disturbed field's dip
+            """
+        )
     p0 = settings.start_variance
     bound = p0 + settings.growth
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
@@ -297,7 +219,7 @@ def _states(settings: Settings) -> tuple[State, ...]:
             State("patience", 0.0, bound, "", bound - settings.rejected_samples),
             State("mag_count", 0.0, counter_limit(settings.first_samples), ""),
         ]
-    return tuple(states)
+    return inputs, params, tuple(states)
 
 
 # -- the bias: a Kalman filter of a random walk, measured in motion and at rest -----------------
@@ -394,12 +316,24 @@ def bias_of(
     before it, in units of `CLIP_RAD_S`, at which errors and bias are clipped; ``vertical`` (e, n)
     of the low-passed force before the correction, a unit vector.
     """
-    R, means, states = _averaged(x, weights, C, bias, settings)
+    across = [ops.bounded(dot(row, bias), -ROOT_3, ROOT_3, "bias of unit size") for row in C[:2]]
+    means: list[Any] = []
+    states: dict[str, Any] = {}
+    for kind, parts, samples, most in (
+        ("c", [f"{a}{b}" for a in "enu" for b in "xyz"], [c for row in C for c in row], 1.0),
+        ("b", ["e", "n"], across, ROOT_3),
+    ):
+        before = [(getattr(x, f"{kind}_z_{n}"), getattr(x, f"{kind}_v_{n}")) for n in parts]
+        outputs, after = filtered(weights, settings.vertical, before, samples, most)
+        means += outputs
+        states |= {f"{kind}_z_{n}": s[0] for n, s in zip(parts, after, strict=True)}
+        states |= {f"{kind}_v_{n}": s[1] for n, s in zip(parts, after, strict=True)}
+    R = [means[:3], means[3:6], means[6:9]]
     east, north = vertical
     rate = settings.rate_hz / CLIP_RAD_S
     in_motion = [
-        -rate * north + means[0] - dot(R[0], bias),
-        rate * east + means[1] - dot(R[1], bias),
+        -rate * north + means[9] - dot(R[0], bias),
+        rate * east + means[10] - dot(R[1], bias),
         -dot(R[2], bias),
     ]
     rows, errors = [], []
@@ -420,25 +354,6 @@ def bias_of(
     return learnt, P, states
 
 
-def _averaged(
-    x: Any, weights: Weights, C: Any, bias: list[Any], settings: Settings
-) -> tuple[list[list[Any]], list[Any], dict[str, Any]]:
-    """Low-passed C, the level part of low-passed C b, and their states."""
-    across = [ops.bounded(dot(row, bias), -ROOT_3, ROOT_3, "bias of unit size") for row in C[:2]]
-    out: list[Any] = []
-    states: dict[str, Any] = {}
-    for kind, parts, samples, bound in (
-        ("c", [f"{a}{b}" for a in "enu" for b in "xyz"], [c for row in C for c in row], 1.0),
-        ("b", ["e", "n"], across, ROOT_3),
-    ):
-        before = [(getattr(x, f"{kind}_z_{n}"), getattr(x, f"{kind}_v_{n}")) for n in parts]
-        outputs, after = filtered(weights, settings.vertical, before, samples, bound)
-        out += outputs
-        states |= {f"{kind}_z_{n}": s[0] for n, s in zip(parts, after, strict=True)}
-        states |= {f"{kind}_v_{n}": s[1] for n, s in zip(parts, after, strict=True)}
-    return [out[:3], out[3:6], out[6:9]], out[9:], states
-
-
 # -- the magnetometer: heading, disturbed fields, new fields ------------------------------------
 
 _SEEN_SQ = 0.01  #: uT^2, squared field from which on there is a sample.
@@ -446,43 +361,28 @@ _VERTICAL = 0.48  #: half turns, dip from which on a field tells no heading: 1/1
 _REFERENCE_MOST = 2.0 * FIELD_MOST  #: uT, of a low-passed one
 
 
-@dataclass(frozen=True)
-class Heading:
-    """Result of a magnetometer sample: angle of the averaging frame, states, status."""
-
-    delta: Any
-    states: dict[str, Any]
-    unknown: Any
-    missing: Any
-    disturbed: Any
-
-
-def _norm_and_dip(field: Vector) -> tuple[Any, Any, Any]:
-    """|m| [uT], dip [half turns, positive downwards], angle from north to east [half turns]."""
-    east, north, up = field
-    flat_sq = ops.named("flat_sq", east * east + north * north)
-    norm_sq = ops.named("norm_sq", flat_sq + up * up)
-    flat_inverse, inverse = ops.rsqrt(flat_sq), ops.rsqrt(norm_sq)
-    flat = ops.bounded(flat_sq * flat_inverse, 0.0, FIELD_MOST, "magnitude")
-    norm = ops.bounded(norm_sq * inverse, 0.0, FIELD_MOST, "magnitude")
-    dip = ops.bounded(
-        unit_angle_ht(-up, flat, inverse), -0.5, 0.5, "dip", unless="the field is a few LSB"
-    )
-    return norm, dip, unit_angle_ht(east, north, flat_inverse)
-
-
 def heading_of(
     x: Any, restart: Any, C: Any, field: Vector, turning: Any, p: Any, settings: Settings
-) -> Heading:
-    """Update with a sample of the field in body axes; C turns it to the averaging frame.
+) -> tuple[Any, dict[str, Any], dict[int, Any]]:
+    """Angle of the averaging frame, states and flags of the status after a sample of the field.
 
-    ``turning``: the body turns fast enough to tell a new field from a magnet that it carries.
+    The field is in body axes; C turns it to the averaging frame. ``turning``: the body turns fast
+    enough to tell a new field from a magnet that it carries.
     """
     missing = ops.saturated(dot(field, field) - _SEEN_SQ, 1.0) < 0.0
     turned = [ops.bounded(c, -FIELD_MOST, FIELD_MOST, "field") for c in turn(C, field)]
-    norm, dip, angle = _norm_and_dip(turned)
 
-    # Norm and dip, low-passed.
+    # Norm |m| [uT] and dip [half turns, positive downwards], low-passed; angle from north to east.
+    east, north, up = turned
+    flat_sq = ops.named("flat_sq", east * east + north * north)
+    norm_sq = ops.named("norm_sq", flat_sq + up * up)
+    flat_inverse, norm_inverse = ops.rsqrt(flat_sq), ops.rsqrt(norm_sq)
+    flat = ops.bounded(flat_sq * flat_inverse, 0.0, FIELD_MOST, "magnitude")
+    norm = ops.bounded(norm_sq * norm_inverse, 0.0, FIELD_MOST, "magnitude")
+    dip = ops.bounded(
+        unit_angle_ht(-up, flat, norm_inverse), -0.5, 0.5, "dip", unless="the field is a few LSB"
+    )
+    angle = unit_angle_ht(east, north, flat_inverse)
     count = x.mag_count
     inverse = ops.bounded(1.0 / (count + 1.0), 0.0, 1.0, "1/n")
     low_pass = settings.field
@@ -520,7 +420,7 @@ def heading_of(
         "delta": ops.where(restart, 0.0, delta),
     }
     unknown = (after["mag_count"] < 0.5) | (ops.absolute(dips[0]) > _VERTICAL)
-    return Heading(delta, states, unknown=unknown, missing=missing, disturbed=disturbed)
+    return delta, states, {1: unknown, 3: missing, 4: disturbed}
 
 
 def _judged(
@@ -691,11 +591,11 @@ class Vqf(Estimator):
         pitch, roll, heading = pitch_roll_heading_ht(C)
         if settings.magnetic:
             turning = mean_rate_sq > _TURNING_SQ
-            update = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)
-            states |= update.states
-            flags |= {1: update.unknown, 3: update.missing, 4: update.disturbed}
-            heading = ops.wrap_ht(heading + update.delta)
-            s, c = ops.sincos_ht(0.5 * update.delta)
+            field = (u.mx, u.my, u.mz)
+            delta, more, of_field = heading_of(x, restart, C, field, turning, p, settings)
+            states, flags = states | more, flags | of_field
+            heading = ops.wrap_ht(heading + delta)
+            s, c = ops.sincos_ht(0.5 * delta)
             # Of the turn by delta about the vertical, (c, 0, 0, s), and q.
             q = [
                 ops.saturated(v, 1.0)

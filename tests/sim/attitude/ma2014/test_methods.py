@@ -14,11 +14,13 @@ from boresight.sim.attitude.ma2014.experiment import (
     score,
 )
 from boresight.sim.attitude.ma2014.world import (
+    ACC_VARIANCE,
     E1,
     E2,
+    GYRO_VARIANCE,
     LEAD,
     LOOP_HZ,
-    TABLE_2,
+    MAG_VARIANCE,
     make_log,
     noise_free_log,
 )
@@ -38,7 +40,7 @@ def test_gains_of_table_4_at_8_hz():
 
 def test_table_2_reaches_the_kalman_filter():
     p = kalman_parameters()
-    for axis, variance in zip("xyz", TABLE_2.gyro, strict=True):
+    for axis, variance in zip("xyz", GYRO_VARIANCE, strict=True):
         assert p[f"gyro_sd_{axis}"] ** 2 == pytest.approx(variance)
     angles = np.degrees([p[f"angle_sd_{axis}"] for axis in "xyz"])
     np.testing.assert_allclose(angles, (0.1955, 0.2211, 0.468), atol=1e-3)
@@ -48,7 +50,7 @@ def test_gyro_alone_is_the_random_walk_of_table_2():
     logs = [make_log(E1, "noise", seed) for seed in range(60)]
     error = score(run_method(METHODS["gyro"], logs, ("float",))[0][0], logs)
     pooled = np.sqrt(error.var(axis=0).mean(axis=0))
-    walk = np.degrees(np.sqrt(TABLE_2.gyro)) * np.sqrt(540.0 / LOOP_HZ / 6.0)
+    walk = np.degrees(np.sqrt(GYRO_VARIANCE)) * np.sqrt(540.0 / LOOP_HZ / 6.0)
     # the turning heading shares pitch and roll out between x and y
     walk[:2] = np.sqrt(np.mean(walk[:2] ** 2))
     np.testing.assert_allclose(pooled, walk, rtol=0.2)
@@ -122,11 +124,9 @@ def noise_of(case, seed=1):
 
 def test_noise_is_that_of_table_2():
     noise = noise_of("noise")
-    np.testing.assert_allclose(noise["gyr"].var(axis=0), TABLE_2.gyro, rtol=0.1)
-    np.testing.assert_allclose(
-        noise["acc"].var(axis=0), np.array(TABLE_2.accelerometer) / 12.5, rtol=0.1
-    )
-    np.testing.assert_allclose(noise["mag"].var(axis=0), TABLE_2.magnetometer, rtol=0.1)
+    np.testing.assert_allclose(noise["gyr"].var(axis=0), GYRO_VARIANCE, rtol=0.1)
+    np.testing.assert_allclose(noise["acc"].var(axis=0), np.array(ACC_VARIANCE) / 12.5, rtol=0.1)
+    np.testing.assert_allclose(noise["mag"].var(axis=0), MAG_VARIANCE, rtol=0.1)
     for x in noise.values():
         np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4 * x.std() / np.sqrt(len(x)))
 
