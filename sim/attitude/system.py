@@ -15,7 +15,7 @@ from boresight.gateware.description import Description
 from boresight.gateware.machine import machine_named
 from boresight.model.attitude import FILTERS
 from boresight.model.attitude.front import FRONT
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
@@ -106,13 +106,9 @@ class AttitudeBoard(BoardSystem):
         require(good, "feed", "values by input, for example {'allowed': 50}", feed)
         updates = round(seconds * REAL.rate_hz)
         record = _default_log(updates) if log is None else record_of(log)
-        if len(record) < max(updates, _SHORT):
-            raise InputError.at(
-                f"log {record.name!r}",
-                wanted=f"{max(updates, _SHORT)} rows or more",
-                found=str(len(record)),
-                fix="give a longer log, or fewer seconds",
-            )
+        rows, fix = max(updates, _SHORT), "give a longer log, or fewer seconds"
+        where = f"log {record.name!r}"
+        require(len(record) >= rows, where, f"{rows} rows or more", len(record), fix)
         names = ", ".join(estimator_of(f).name for f in filters)
         say(f"core with {names} and the calibration, {config}")
         core = system_core(filters, config=config, clock_hz=REAL.clock_hz, params=params)
@@ -221,22 +217,13 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
     """Words of the input registers for these values."""
     words = {}
     for name, number in values.items():
-        value = registers.get(name)
-        if value is None:
-            raise InputError.at(
-                f"feed {name}",
-                wanted=f"an input without a sensor: {', '.join(registers) or 'none declared'}",
-                found=repr(name),
-                fix="leave it out, or correct the name",
-            )
-        is_number = isinstance(number, int | float)
-        if not (is_number and value.low <= number <= value.high):
-            raise InputError.at(
-                f"feed {name}",
-                wanted=f"{value.low:g} to {value.high:g} {value.unit}".rstrip(),
-                found=f"{number:g}" if is_number else repr(number),
-                fix="choose a value inside the range",
-            )
+        wanted = f"an input without a sensor: {', '.join(registers) or 'none declared'}"
+        fix = "leave it out, or correct the name"
+        require(name in registers, f"feed {name}", wanted, name, fix)
+        value = registers[name]
+        good = isinstance(number, int | float) and value.low <= number <= value.high
+        wanted = f"{value.low:g} to {value.high:g} {value.unit}".rstrip()
+        require(good, f"feed {name}", wanted, number, "choose a value inside the range")
         words[name] = int(Format(32, value.frac).quantise(number))
     return words
 

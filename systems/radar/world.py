@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pymap3d
 
-from boresight import InputError, World
+from boresight import World
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require, require_choice
 from boresight.systems.radar.estimator import BIASES
@@ -93,13 +93,10 @@ def flight(name: str, t: FloatArray) -> FloatArray:
     """
     require_choice("flight", name, FLIGHTS)
     place = FLIGHTS[name](t)
-    if (height := pymap3d.ecef2geodetic(*place.T)[2]).min() < 0.0:
-        raise InputError.at(
-            f"flight {name}",
-            wanted="a target above the ground",
-            found=f"{height.min():.0f} m at {t[int(np.argmax(height < 0.0))]:.1f} s",
-            fix="end sooner",
-        )
+    height = pymap3d.ecef2geodetic(*place.T)[2]
+    found = f"{height.min():.0f} m at {t[int(np.argmax(height < 0.0))]:.1f} s"
+    wanted = "a target above the ground"
+    require(bool(height.min() >= 0.0), f"flight {name}", wanted, found, "end sooner")
     return place
 
 

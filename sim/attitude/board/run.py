@@ -22,7 +22,7 @@ from boresight.model.attitude.front import (
     GYRO_SCALE,
     TENTH_HT,
 )
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
 from boresight.sim.records.nine_axis import NineAxis
@@ -137,13 +137,8 @@ def stimulus(record: Record, board: Board, *, halvings: int = 0) -> Stimulus:
     )
     # Each line has the field and the attitude of its time.
     usable = np.flatnonzero(np.isfinite(q).all(axis=1) & log.mag_new)
-    if not len(usable):
-        raise InputError.at(
-            f"log {log.name!r}",
-            wanted="rows with field and attitude",
-            found="none",
-            fix="use another log",
-        )
+    wanted = "rows with field and attitude"
+    require(len(usable) > 0, f"log {log.name!r}", wanted, None, "use another log")
     rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
     compass = np.hstack([heading_words(q[rows]), field_words(log.mag[rows])])
     return Stimulus(inertial_words(log, halvings), compass, halvings)

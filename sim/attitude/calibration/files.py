@@ -12,7 +12,7 @@ import numpy as np
 
 from boresight.model.attitude.front import AXES, FRONT
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError, require, require_choice
+from boresight.model.errors import require, require_choice
 from boresight.model.tools.files import OutputFile
 from boresight.sim.attitude.calibration.solve import Solution, observe, solve
 from boresight.sim.records.files import log_files, logs_of
@@ -54,13 +54,8 @@ def calibrate(sources: Sequence[Any], settings: Mapping[str, Any], output: str |
     known = inspect.signature(calibrated).parameters
     for name in settings:
         require_choice("board", name, [n for n in known if n != "records"])
-    if not sources:
-        raise InputError.at(
-            "logs",
-            wanted="records of rests, positions, a swing and sights",
-            found="none",
-            fix="name them",
-        )
+    wanted = "records of rests, positions, a swing and sights"
+    require(len(sources) > 0, "logs", wanted, None, "name them")
     files = log_files(s for s in sources if isinstance(s, str | Path))
     target = OutputFile(output, inputs=files)
     logs = logs_of(sources, load=True)

@@ -36,7 +36,7 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.attitude.front import AXES, FRONT, GAP_S, GYRO_SCALE, STAMP_BITS
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.model.tools.external import optional
 from boresight.sim.records.nine_axis import stacked
 from boresight.sim.records.record import Record, check_norm
@@ -123,13 +123,9 @@ def observe(records: Sequence[Record]) -> Observed:
         ]
         for names in (INERTIAL, LINE)
     )
-    if np.isnan(np.concatenate(lines)).all():
-        raise InputError.at(
-            "records",
-            wanted="lines of the compass with its counts",
-            found="none",
-            fix="record with --write compass_mode=counts --write magnetic_source=counts",
-        )
+    some = bool(np.isfinite(np.concatenate(lines)).any())
+    fix = "record with --write compass_mode=counts --write magnetic_source=counts"
+    require(some, "records", "lines of the compass with its counts", None, fix)
     sights = [_sights(record) for record in records]
     clocks = [_clock(record) for record in records]
     still = _still(records, raw, [t for t, _ in clocks])
@@ -200,13 +196,8 @@ def _still(
     windows = []
     for record, counts, t in zip(records, raw, times, strict=True):
         size = max(2, round(_WINDOW_S * (len(t) - 1) / float(t[-1]))) if len(t) > 1 else 2
-        if len(counts) < size:
-            raise InputError.at(
-                record.where,
-                wanted=f"{_WINDOW_S:g} s or more",
-                found=f"{len(counts)} rows",
-                fix="record for longer",
-            )
+        found = f"{len(counts)} rows"
+        require(len(counts) >= size, record.where, f"{_WINDOW_S:g} s or more", found, "record more")
         blocks = counts[: len(counts) // size * size].reshape(-1, size, len(INERTIAL))
         windows.append((size, blocks.mean(axis=1), blocks.var(axis=1, ddof=1)))
     mean, variance = (np.concatenate([w[k] for w in windows]) for k in (1, 2))
@@ -297,20 +288,15 @@ class Solution(NamedTuple):
 def mounting(s: FloatArray, b: FloatArray, what: str = "sights") -> tuple[FloatArray, FloatArray]:
     """T and T0 from directions (n, 3) in sensor axes and in body axes; ``what`` gave the latter."""
     singular = np.linalg.svd(b, compute_uv=False)
-    if len(b) < 3 or singular[2] < 0.02 * singular[0]:
-        raise InputError.at(
-            "sights",
-            wanted="three or more sighted rests, with the vertical in three directions of the body",
-            found=f"{len(b)}, in one plane",
-            fix="sight it level, nose up and on its side",
-        )
+    good = len(b) >= 3 and bool(singular[2] >= 0.02 * singular[0])
+    wanted = "three or more sighted rests, with the vertical in three directions of the body"
+    fix = "sight it level, nose up and on its side"
+    require(good, "sights", wanted, f"{len(b)}, in one plane", fix)
     t = np.linalg.lstsq(b, s, rcond=None)[0].T  # T = S B^+
     u, _, v = np.linalg.svd(t)
     t0 = np.asarray(u @ v)  # T (T^T T)^(-1/2)
-    if np.linalg.det(t0) < 0.0:
-        raise InputError.at(
-            what, wanted="axes of a right-handed sensor", found="its mirror image", fix=_SIGNS
-        )
+    right = bool(np.linalg.det(t0) >= 0.0)
+    require(right, what, "axes of a right-handed sensor", "its mirror image", _SIGNS)
     return np.asarray(t), t0
 
 
@@ -339,13 +325,9 @@ class _Fit:
 
     def __init__(self, data: Observed, field: FloatArray, gravity: float, sight_sd: float) -> None:
         rests = data.rests
-        if len(rests) < _RESTS:
-            raise InputError.at(
-                "records",
-                wanted=f"{_RESTS} or more rests of more than 1.5 s with lines of the compass",
-                found=str(len(rests)),
-                fix="add a record of positions",
-            )
+        enough, fix = len(rests) >= _RESTS, "add a record of positions"
+        wanted = f"{_RESTS} or more rests of more than 1.5 s with lines of the compass"
+        require(enough, "records", wanted, len(rests), fix)
         self.data, self.gravity, self.m_n, self.sight_sd = data, gravity, field, sight_sd
         self.least_squares = optional("scipy.optimize").least_squares
         seen = [(k, r.sight) for k, r in enumerate(rests) if r.sight is not None]
@@ -399,13 +381,8 @@ class _Fit:
         found = self.least_squares(
             self.residuals, x, self.jacobian, method="lm", ftol=1e-6, max_nfev=_EVALUATIONS
         )
-        if not found.success:
-            raise InputError.at(
-                "records",
-                wanted="counts, sights and a field that agree",
-                found="a fit that does not converge",
-                fix=_SIGNS,
-            )
+        wanted, what = "counts, sights and a field that agree", "a fit that does not converge"
+        require(found.success, "records", wanted, what, _SIGNS)
         for k, part in enumerate(found.x[:_N].reshape(3, 12)):
             self.m[k] = (np.eye(3) + part[:9].reshape(3, 3)) @ self.m[k]
             self.d[k] = self.d[k] + part[9:]
@@ -570,14 +547,13 @@ def _factors(jacobian: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, 
     size = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / np.where(size > 0.0, size, 1.0)
     _, s, v = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
-    if s[-1] < _DETERMINED * s[0]:
-        sensor, place = divmod(int(np.argmax(np.abs(v[-1, :_N]))), 12)
-        raise InputError.at(
-            f"register {_names(sensor)[place]}",
-            wanted="records that determine it",
-            found="none that do",
-            fix="add positions with turns between them, and a swing about all axes",
-        )
+    sensor, place = divmod(int(np.argmax(np.abs(v[-1, :_N]))), 12)
+    where, fix = (
+        f"register {_names(sensor)[place]}",
+        "add positions with turns between them, and a ",
+    )
+    good, fix = s[-1] >= _DETERMINED * s[0], fix + "swing about all axes"
+    require(good, where, "records that determine it", "none that do", fix)
     return scaled, size, s, v
 
 
@@ -594,13 +570,10 @@ def _sphere(points: FloatArray, what: str) -> tuple[FloatArray, float]:
     singular = np.linalg.svd(rows, compute_uv=False)
     half, *_ = np.linalg.lstsq(rows, (points**2).sum(axis=1) / size**2, rcond=None)
     centre = 0.5 * half[:3]
-    if len(points) < 4 or singular[-1] < 1e-3 * singular[0] or half[3] + centre @ centre <= 0.0:
-        raise InputError.at(
-            what,
-            wanted="directions all round",
-            found=f"{len(points)} that do not span a sphere",
-            fix="turn every axis up and down",
-        )
+    good = len(points) >= 4 and singular[-1] >= 1e-3 * singular[0]
+    good = bool(good and half[3] + centre @ centre > 0.0)
+    found = f"{len(points)} that do not span a sphere"
+    require(good, what, "directions all round", found, "turn every axis up and down")
     return centre * size, size * math.sqrt(half[3] + centre @ centre)
 
 

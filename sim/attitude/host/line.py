@@ -25,7 +25,7 @@ from boresight.gateware.attitude.system.interface import (
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.tools.external import optional
 from boresight.model.tools.typed import Malformed, typed
 from boresight.sim.records.reading import kind_of, read_json, reason
@@ -128,18 +128,11 @@ class RegisterTable:
         for register in registers:
             if register.name == name:
                 return register
-        either = "an address, or a name and --map registers.json"
-        wanted = f"a register of {self.path}" if self.path else either
-        address, shown = -1, repr(name)
+        either, fix = "an address, or a name and --map registers.json", "registers.json lists them"
+        wanted, address = f"a register of {self.path}" if self.path else either, -1
         with suppress(ValueError):
-            address, wanted, shown = int(name, 0), "an address from 0 to 4095", name
-        if not 0 <= address < 4096:
-            raise InputError.at(
-                f"register {name}",
-                wanted=wanted,
-                found=shown,
-                fix="registers.json of the bitstream lists them",
-            )
+            address, wanted = int(name, 0), "an address from 0 to 4095"
+        require(0 <= address < 4096, f"register {name}", wanted, name, fix)
         of_map = (register for register in registers if register.address == address)
         return next(of_map, Register(name, address, Access.READ_WRITE, ""))
 
@@ -147,10 +140,8 @@ class RegisterTable:
 def word_of(register: Register, text: str) -> int:
     """Convert a value to a word: a number in the register's unit, or one of its names."""
     where = f"--write {register.name}"
-    if register.access is Access.READ_ONLY:
-        raise InputError.at(
-            where, wanted="a register that can be written", found="read-only", fix="choose another"
-        )
+    good, found = register.access is not Access.READ_ONLY, "one that can be read only"
+    require(good, where, "a register that can be written", found, "choose another")
     if text in register.names:
         return register.names.index(text)
     scale = 1.0 if register.frac is None else 2.0**-register.frac
@@ -169,13 +160,8 @@ def word_of(register: Register, text: str) -> int:
     high = len(register.names) - 1 if register.names else (1 << bits - bool(register.signed)) - 1
     if register.minimum is not None and register.maximum is not None:
         low, high = register.minimum, register.maximum
-    if not low <= word <= high:
-        raise InputError.at(
-            where,
-            wanted=f"{low * scale:g} to {high * scale:g}",
-            found=text,
-            fix="give a value inside the range",
-        )
+    wanted, fix = f"{low * scale:g} to {high * scale:g}", "give a value inside the range"
+    require(low <= word <= high, where, wanted, text, fix)
     return word
 
 
@@ -256,13 +242,10 @@ class BoardLine:
                 yield item
             if not data and not self.is_port:
                 return
-            if self.is_port and time.monotonic() - understood > silence_s:
-                raise InputError.at(
-                    self.source,
-                    wanted="attitudes from the board",
-                    found=f"{heard:,} other bytes" if heard else f"none for {silence_s:g} s",
-                    fix="check wiring and power, --baud, and register output_mode",
-                )
+            silent = self.is_port and time.monotonic() - understood > silence_s
+            found = f"{heard:,} other bytes" if heard else f"none for {silence_s:g} s"
+            fix = "check wiring and power, --baud, and register output_mode"
+            require(not silent, self.source, "attitudes from the board", found, fix)
 
     def access(self, kind: Kind, words: list[int]) -> int:
         """Send a register access and wait for its reply; updates meanwhile are dropped.
@@ -272,13 +255,8 @@ class BoardLine:
         InputError
             Not a port, or no reply.
         """
-        if not self.is_port:
-            raise InputError.at(
-                self.source,
-                wanted="a serial port to read or write registers",
-                found="a file",
-                fix="name the port",
-            )
+        wanted = "a serial port to read or write registers"
+        require(self.is_port, self.source, wanted, "a file", "name the port")
         own = words[0] if kind is Kind.WRITE else None
         for _ in range(_TRIES):
             with self._present():

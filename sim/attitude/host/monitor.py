@@ -79,14 +79,10 @@ def log_of(
         )
     has_counts = np.array([u.sensed is not None for u in updates], dtype=np.bool_)
     begins = _flag(updates, "initial_states") & has_counts
-    if not begins.any():
-        count, raw_count = len(updates), int(has_counts.sum())
-        raise InputError.at(
-            source,
-            wanted="updates with counts, from the filter's initial states on",
-            found=f"{raw_count} of {count} updates with counts, none of them from initial states",
-            fix="record from the port, or write output_mode=record, then order=8",
-        )
+    found = f"{int(has_counts.sum())} of {len(updates)} updates with counts, none of them so"
+    wanted = "updates with counts, from the filter's initial states on"
+    fix = "record from the port, or write output_mode=record, then order=8"
+    require(bool(begins.any()), source, wanted, found, fix)
     first = int(np.argmax(begins))
     filter = np.array([u.filter for u in updates])
     ends = np.flatnonzero((~has_counts | (filter != filter[first]))[first:])
@@ -100,13 +96,12 @@ def log_of(
     if len(gaps):
         notes.append(f"an update is missing after row {gaps[0] + 1}: replay is exact up to there")
     program, names = described.programs[filter[first]], {r.name for r in described.registers}
-    if registers := [w.name for w in program.inputs if f"feed_{w.name}" in names]:
-        raise InputError.at(
-            f"--log, {program.program}",
-            wanted="a filter whose inputs all come from the sensors",
-            found=f"input registers {', '.join(registers)}",
-            fix="record another filter",
-        )
+    registers = [w.name for w in program.inputs if f"feed_{w.name}" in names]
+    wanted, found = (
+        "a filter whose inputs all come from the sensors",
+        f"input registers {registers}",
+    )
+    require(not registers, f"--log, {program.program}", wanted, found, "record another filter")
     sensed = [u.sensed for u in rows if u.sensed is not None]
     stamp, flags = np.array([(u.stamp, u.flags) for u in rows], dtype=np.int64).T
     counts, line, words = (
@@ -234,13 +229,8 @@ def _csv(track: Track) -> str:
 
 def _picture(track: Track, kind: str) -> bytes:
     """An image of heading, pitch and roll over time; missing frames are grey."""
-    if not all(update.is_attitude for update in track.updates):
-        raise InputError.at(
-            "--output",
-            wanted="attitudes",
-            found="other outputs",
-            fix="leave it out, or name a .csv",
-        )
+    good = all(update.is_attitude for update in track.updates)
+    require(good, "--output", "attitudes", "other outputs", "leave it out, or name a .csv")
     times = np.array(track.time_s)
     holes = [index for index, _ in track.gaps]
     with settings():
@@ -274,10 +264,8 @@ def _picture(track: Track, kind: str) -> bytes:
 
 def _assignment(text: str) -> tuple[str, str]:
     name, separator, value = text.partition("=")
-    if not separator or not name or not value:
-        raise InputError.at(
-            "--write", wanted="NAME=VALUE", found=repr(text), fix="for example --write filter=mekf"
-        )
+    good = bool(separator and name and value)
+    require(good, "--write", "NAME=VALUE", text, "for example --write filter=mekf")
     return name, value
 
 
@@ -288,13 +276,10 @@ def _values(text: str) -> Iterator[tuple[str, str]]:
     programs = data.get("parameters") if isinstance(data, dict) else None
     is_map = isinstance(data, dict) and "registers" in data
     found = "a register map" if is_map else kind_of(data)
-    if not isinstance(programs, dict) or not all(isinstance(v, dict) for v in programs.values()):
-        raise InputError.at(
-            path,
-            wanted="parameters of programs, as boresight fit board writes them",
-            found=found,
-            fix="give such a file, or write NAME=VALUE; a register map is for --map",
-        )
+    good = isinstance(programs, dict) and all(isinstance(v, dict) for v in programs.values())
+    wanted = "parameters of programs, as boresight fit board writes them"
+    fix = "give such a file, or write NAME=VALUE; a register map is for --map"
+    require(good, path, wanted, found, fix)
     for program, some in programs.items():
         yield from ((f"{program}.{name}", repr(value)) for name, value in some.items())
 
@@ -304,13 +289,10 @@ def _check_build(line: BoardLine, table: RegisterTable) -> None:
     for name in ("system_build_low", "system_build_high"):
         register = table.find(name)
         word = line.access(Kind.READ, [register.address]) & 0xFFFF_FFFF
-        if word != register.reset:
-            raise InputError.at(
-                f"--map {table.path}",
-                wanted=f"the map of the board's bitstream, whose {name} is 0x{word:08x}",
-                found=f"0x{register.reset or 0:08x}",
-                fix="give the registers.json that was written with the bitstream",
-            )
+        wanted = f"the map of the board's bitstream, whose {name} is 0x{word:08x}"
+        fix = "give the registers.json that was written with the bitstream"
+        found = f"one with 0x{register.reset or 0:08x}"
+        require(word == register.reset, f"--map {table.path}", wanted, found, fix)
 
 
 def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, int]]:
@@ -320,13 +302,9 @@ def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, 
     words = []
     for register, value in to_write:
         is_line = register.name == "compass_command" and value[0] in "*#"
-        if is_line and not (value.isascii() and len(value) <= _LINE_MOST):
-            raise InputError.at(
-                f"--write {register.name}",
-                wanted=f"a command of up to {_LINE_MOST} ASCII characters",
-                found=repr(value),
-                fix="shorten it",
-            )
+        good = not is_line or (value.isascii() and len(value) <= _LINE_MOST)
+        wanted = f"a command of up to {_LINE_MOST} ASCII characters"
+        require(good, f"--write {register.name}", wanted, value, "shorten it")
         texts = [str(0x100 | ord(c)) for c in f"{value}\r\n"] if is_line else [value]
         words += [(register, word_of(register, text)) for text in texts]
     return words
@@ -373,13 +351,8 @@ def monitor(
     require(count is None or count >= 1, "--steps", "1 or more", count)
     require(1 <= baud <= _BAUD_MOST, "--baud", f"1 to {_BAUD_MOST:,}", baud)
     suffix = None if plot is None else Path(plot).suffix
-    if suffix not in (None, ".png", ".svg", ".pdf"):
-        raise InputError.at(
-            "--output",
-            wanted="a name with .csv, .png, .svg or .pdf",
-            found=str(plot),
-            fix="give such a name",
-        )
+    good, wanted = suffix in (None, ".png", ".svg", ".pdf"), "a name with .csv, .png, .svg or .pdf"
+    require(good, "--output", wanted, str(plot), "give such a name")
     require_distinct(csv=csv, log=log, plot=plot)
     inputs = [source] if register_map is None else [source, register_map]
     table_file, log_file, picture_file = (
@@ -390,13 +363,10 @@ def monitor(
         check_written(log)
     table = RegisterTable(register_map)
     words, to_read = _words(table, writes), [table.find(name) for name in reads]
-    if hidden := [r.name for r in to_read if r.access is Access.WRITE_ONLY]:
-        raise InputError.at(
-            f"--read {hidden[0]}",
-            wanted="a register that can be read",
-            found="write-only",
-            fix="choose another",
-        )
+    for register in to_read:
+        good, found = register.access is not Access.WRITE_ONLY, "one that can be written only"
+        where = f"--read {register.name}"
+        require(good, where, "a register that can be read", found, "choose another")
     keep = any(path is not None for path in (csv, log, plot))
     came, failures = list[tuple[Update, float]](), list[str]()
     listener = Listener(table.formats)
@@ -428,13 +398,10 @@ def monitor(
         if recording and not failures:
             write(_words(table, ["output_mode=binary"]))
         updates, bad = [update for update, _ in came], listener.error_count
-        if not updates and (picture_file is not None or not line.is_port):
-            raise InputError.at(
-                source,
-                wanted="frames with attitudes",
-                found=f"none, and {bad:,} damaged pieces" if bad else "none",
-                fix="check --baud and register output_mode, and that this came from the board",
-            )
+        good = bool(updates) or (picture_file is None and line.is_port)
+        damaged = f"none, and {bad:,} damaged pieces" if bad else None
+        fix = "check --baud and register output_mode, and that this came from the board"
+        require(good, source, "frames with attitudes", damaged, fix)
     track = track_of(updates, clock_hz=table.clock_hz)
     if table_file is not None:
         table_file.write(_csv(track))

@@ -64,7 +64,11 @@ def test_registers_by_name_or_address(table: RegisterTable) -> None:
     assert table.find("gain").address == table.find("3").address == 3
     assert table.find("0x3").name == "gain"
     assert table.find("4095") == register(name="4095", address=4095)
-    for name, entry in (("-1", "found -1"), ("0x1000", "found 0x1000"), ("gians", "found 'gians'")):
+    for name, entry in (
+        ("-1", "found '-1'"),
+        ("0x1000", "found '0x1000'"),
+        ("gians", "found 'gians'"),
+    ):
         with pytest.raises(InputError, match=f"^register {name}: wanted .*, {entry}; regist"):
             table.find(name)
     assert RegisterTable().find("7") == register(name="7", address=7)
@@ -129,7 +133,7 @@ def test_words_of_values(fields: dict, text: str, word: int) -> None:
         (
             {"access": Access.READ_ONLY},
             "1",
-            "wanted a register that can be written, found read-only",
+            "wanted a register that can be written, found one that can be read only",
         ),
     ],
 )
