@@ -72,12 +72,9 @@ class Ma2014Cf(Estimator):
     urgent = 3  # the angles; quaternion and status word follow
 
     def __init__(self, as_printed: bool = False) -> None:
-        """Take the Euler rates of z-x'-y'', or eq. (3) as printed, those of z-y'-x''.
+        """Take the Euler rates of z-x'-y'', or eq. (3) ``as_printed``, those of z-y'-x''.
 
-        Parameters
-        ----------
-        as_printed : bool
-            Its heading is wrong by 2 to 4 deg; the name is ``ma2014_cf_as_printed``.
+        Then the heading is wrong by 2 to 4 deg; the name is ``ma2014_cf_as_printed``.
         """
         self.as_printed = as_printed
         if as_printed:

@@ -372,12 +372,7 @@ class Mekf(Estimator):
     def __init__(self, mag: str = "full") -> None:
         """With ``mag`` "none" without a magnetometer: the heading is free, all else the same.
 
-        Its name is then ``mekf_six_axis``, and what only a field needs is left out.
-
-        Raises
-        ------
-        InputError
-            ``mag`` is neither "full" nor "none".
+        Its name is then ``mekf_six_axis``. `InputError`: ``mag`` is neither "full" nor "none".
         """
         require_choice("mekf, mag", mag, ("full", "none"))
         self.magnetic = mag == "full"

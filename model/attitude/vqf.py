@@ -497,23 +497,11 @@ class Vqf(Estimator):
     ) -> None:
         """Fix the sample rates, on which all gains depend.
 
-        Without a magnetometer its name is ``vqf_six_axis``.
+        ``rate_hz`` is that of gyro and accelerometer, ``mag_rate_hz`` of the magnetometer, by
+        default the same. With ``mag`` "none" the heading is that of the gyro, and the name is
+        ``vqf_six_axis``. Time constants: small trusts the accelerometer, the magnetometer.
 
-        Parameters
-        ----------
-        rate_hz : float
-            Of gyro and accelerometer.
-        mag_rate_hz : float, optional
-            Of the magnetometer; by default the same.
-        mag : {"full", "none"}
-            Without a magnetometer the heading is that of the gyro.
-        acc_tau_s, mag_tau_s : float
-            Time constants: small trusts the accelerometer, the magnetometer.
-
-        Raises
-        ------
-        InputError
-            A number outside its range, or another ``mag``.
+        `InputError`: a number outside its range, or another ``mag``.
         """
         require_choice("vqf, mag", mag, ("full", "none"))
         if mag_rate_hz is None:

@@ -105,7 +105,7 @@ class AttitudeBoard(BoardSystem):
         good = feed is None or isinstance(feed, Mapping)
         require(good, "feed", "values by input, for example {'allowed': 50}", feed)
         updates = round(seconds * REAL.rate_hz)
-        record = _default_log(updates) if log is None else record_of(log)
+        record = _synthetic(updates) if log is None else record_of(log)
         rows, fix = max(updates, _SHORT), "give a longer log, or fewer seconds"
         where = f"log {record.name!r}"
         require(len(record) >= rows, where, f"{rows} rows or more", len(record), fix)
@@ -143,17 +143,11 @@ class AttitudeBoard(BoardSystem):
         failures = [row["fault"] for row in rows if not row["good"]]
         return Result({"filter": name, "trials": rows}, {"faults": rows}, failures=failures)
 
-    def calibrate(
-        self, sources: Sequence[Any], settings: Mapping[str, Any], output: str | Path
-    ) -> Result:
-        return calibrate(sources, settings, output)
-
-    def monitor(self, source: str, **options: Any) -> Result:
-        return monitor(source, **options)
+    calibrate = staticmethod(calibrate)
+    monitor = staticmethod(monitor)
 
 
-def _default_log(updates: int) -> Record:
-    """Synthetic motion with this number of samples."""
+def _synthetic(updates: int) -> Record:
     seconds = max(updates + 64, 128) / REAL.rate_hz
     return synthetic_log(seconds=seconds, rate_hz=REAL.rate_hz, seed=1, acceleration=0.3)
 

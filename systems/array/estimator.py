@@ -48,22 +48,11 @@ REFUSED = 0.0145  #: what the heading's variance grows by where an index is beyo
 class ArrayAttitude(Estimator):
     """Attitude of an array that turns, from gyro and accelerometer increments and an index.
 
-    Parameters
-    ----------
-    latitude : float
-        Of the site [deg], up to 89.
-    height : float
-        Of the site, above the ellipsoid [m].
-    attitude : (pitch, roll, heading)
-        Before the first sample [deg]. With ``align`` any will do.
-    reading : str
-        "heading" or "literal": measurement at an index.
-    rate : float
-        Records a second.
-    align : float
-        Seconds at rest in which the attitude is found, 30 to 300, or 0: ``attitude`` is right.
-    aided : bool
-        False: strapdown alone, from ``attitude``.
+    * ``latitude`` [deg], up to 89, and ``height`` above the ellipsoid [m], of the site;
+    * ``attitude``: pitch, roll, heading before the first sample [deg]; with ``align`` any will do;
+    * ``reading``: measurement at an index, "heading" or "literal"; ``rate``: records a second;
+    * ``align``: seconds at rest in which the attitude is found, 30 to 300, or 0: it is right;
+    * ``aided=False``: strapdown alone, from ``attitude``.
 
     `InputError`: one of these is none of that.
     """

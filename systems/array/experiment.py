@@ -54,14 +54,7 @@ def calibration(world: TurningArray) -> dict[str, float]:
 class Array(CasesExperiment):
     """Attitude of a radar array that turns for eight hours, Wang Wenzhe et al. (2016).
 
-    Parameters
-    ----------
-    hours : float
-        How long it turns, 1 to 24.
-    jobs : int, optional
-        See `Experiment`.
-
-    `InputError`: other hours.
+    ``hours``: how long it turns, 1 to 24; ``jobs``: see `Experiment`. `InputError`: other hours.
     """
 
     runs, at_once = 8, 1

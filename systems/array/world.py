@@ -31,27 +31,15 @@ _PIECE = 20_000  #: records made at once.
 class TurningArray(World):
     """An array on its turntable, ``TurningArray(36.0, seed=3, hours=0.1)``.
 
-    Parameters
-    ----------
-    deg_s : float
-        Rate about the vertical, counter-clockwise, after alignment (300 s) and erection (13 s).
-    seed : int
-        Of the errors' signs, noise and pulses.
-    hours : float
-        How long it turns.
-    errors : float
-        Factor on the paper's errors (`ERRORS`), whose signs are drawn.
-    noise : float
-        Factor on the noise of a fibre-optic gyro and an accelerometer beside it, which the paper
-        does not have (`sensors.FIBRE_OPTIC`).
-    tilt_deg : float
-        Pitch and roll at the start differ from `START_DEG` by this, and the heading is any.
-    counts_bits : int
-        Increments are counts of 2^-7 rad and 2^-2 m/s over 2^(counts_bits - 1).
-    mark_deg, index, missed, doubled, wrong
-        See `Mark`.
-    truths : bool
-        Whether the records hold true angles, which take most of the time of making them.
+    * ``deg_s``: rate about the vertical, counter-clockwise, after alignment (300 s) and erection
+      (13 s), for so many ``hours``; ``seed`` of the errors' signs, noise and pulses;
+    * ``errors``: factor on the paper's errors (`ERRORS`), whose signs are drawn;
+    * ``noise``: factor on the noise of a fibre-optic gyro and an accelerometer beside it, which the
+      paper does not have (`sensors.FIBRE_OPTIC`);
+    * ``tilt_deg``: pitch and roll at the start differ from `START_DEG` by this, the heading is any;
+    * ``counts_bits``: increments are counts of 2^-7 rad and 2^-2 m/s over 2^(counts_bits - 1);
+    * ``mark_deg``, ``index``, ``missed``, ``doubled``, ``wrong``: see `Mark`;
+    * ``truths``: whether the records hold true angles, most of the time of making them.
 
     `InputError`: a rate of 0 or more than 44 deg/s, no time, a size below 0, a tilt above 20 deg.
     """

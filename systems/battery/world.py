@@ -59,13 +59,8 @@ def open_voltage(z: FloatArray) -> FloatArray:
 class Discharge(BatchedWorld):
     """Two hours: loads that change every half minute or two, a rest, loads, a charge.
 
-    Parameters
-    ----------
-    cell : str
-        Of `CELLS`; any other is an `InputError`.
-    seeds : sequence of int
-        Of the loads, the noise, and the charge at first: 0.8 to 0.98, where the filter takes 0.5.
-    steps : int
+    ``cell`` is one of `CELLS`, any other is an `InputError`; ``seeds`` are of the loads, the noise,
+    and the charge at first: 0.8 to 0.98, where the filter takes 0.5.
     """
 
     def __init__(

@@ -64,14 +64,9 @@ class Flight(BatchedWorld):
     Measurements come one in a step, in the order of a timetable of one second, each measured in the
     step in which it comes.
 
-    Parameters
-    ----------
-    seeds : sequence of int
-        Of noise, biases, wind, fields and the error of the attitude at first.
-    without : sequence of str
-        Kinds of measurements that are never there; any other is an `InputError`.
-    outage : (float, float)
-        When there is no velocity nor horizontal position [s].
+    ``seeds`` are of noise, biases, wind, fields and the error of the attitude at first; ``without``
+    are kinds of measurements that are never there, any other is an `InputError`; in the ``outage``
+    [s] there is no velocity nor horizontal position.
     """
 
     def __init__(

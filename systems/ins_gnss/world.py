@@ -56,18 +56,10 @@ CARRIERS = {"vehicle": _vehicle, "drone": _drone}
 class Journey(BatchedWorld):
     """Two minutes of a carrier at 100 Hz, fixes at 10 Hz, a run for each seed.
 
-    Parameters
-    ----------
-    carrier : str
-        Of `CARRIERS`; any other is an `InputError`.
-    seeds : sequence of int
-        Of noise, biases and the error of the attitude at first.
-    outages : sequence of (float, float)
-        When there are no fixes [s].
-    delay : float
-        Age of a fix when it comes [s], whole steps.
-    lever : (3,)
-        From the inertial sensor to the antenna, body axes [m].
+    ``carrier`` is one of `CARRIERS`, any other is an `InputError`; ``seeds`` are of noise, biases
+    and the error of the attitude at first; there are no fixes in the ``outages`` [s]; ``delay`` is
+    the age of a fix when it comes [s], whole steps; ``lever`` (3,) is from the inertial sensor to
+    the antenna, body axes [m].
     """
 
     def __init__(

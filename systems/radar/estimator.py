@@ -85,16 +85,8 @@ def site(longitude: float, latitude: float, height: float) -> tuple[list[float],
 class Registration(Estimator):
     """Biases of two radars from their tracks of one target, and the tracks without them.
 
-    Parameters
-    ----------
-    site_1, site_2 : (longitude, latitude, height)
-        [deg, deg, m], WGS 84.
-
-    Raises
-    ------
-    InputError
-        A latitude beyond 89 deg, a longitude beyond 180 deg, a height that no radar stands on,
-        sites closer than a metre.
+    Sites are longitude, latitude, height [deg, deg, m], WGS 84. `InputError`: a latitude beyond
+    89 deg, a longitude beyond 180 deg, a height that no radar stands on, sites closer than a metre.
     """
 
     name = "registration"

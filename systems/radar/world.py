@@ -173,24 +173,13 @@ def deviations(p: FloatArray) -> FloatArray:
 class TwoRadars(World):
     """Two radars and a target, ``TwoRadars("crossing", seed=3, missed=0.1)``.
 
-    Parameters
-    ----------
-    on : str
-        One of `FLIGHTS`.
-    seed : int
-        Of noise, missed samples and drawn biases.
-    noise : float
-        Factor on `NOISE` or ``noises``.
-    seconds, dt : float
-        Length, and time between records.
-    bias, noises : six numbers
-        Range, elevation, azimuth of radar 1, then of radar 2 [m, deg].
-    drawn : (float, float), optional
-        Standard deviations [m, deg] from which each draw has other biases, in place of ``bias``.
-    missed : float
-        Share of its samples that each radar misses.
-    sites : two of (longitude, latitude, height)
-        [deg, deg, m]
+    * ``on``: one of `FLIGHTS`; ``seed`` of noise, missed samples and drawn biases;
+    * ``seconds``, ``dt``: length, and time between records [s];
+    * ``bias``, ``noises``: range, elevation, azimuth of radar 1, then of radar 2 [m, deg];
+      ``noise`` is a factor on the latter;
+    * ``drawn``: standard deviations [m, deg] from which each draw has biases, in place of ``bias``;
+    * ``missed``: share of its samples that each radar misses;
+    * ``sites``: longitude, latitude, height [deg, deg, m] of both.
 
     `InputError`: an argument that no such world has; a target that hits the ground.
     """

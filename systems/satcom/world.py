@@ -218,23 +218,12 @@ class SensorErrors:
 class OnTheMove(BatchedWorld):
     """Vehicles on one drive, each with noise of its own, ``OnTheMove("city", seeds=(3,))``.
 
-    Parameters
-    ----------
-    on : str
-        One of `DRIVES`.
-    seeds : sequence of int
-        Of the noise; a run for each.
-    tracking_hz : float
-        Rate of the tracking error, up to that of the records; 0: the receiver is off.
-    beam : str
-        Output that the antenna is pointed with: heading or heading_pi.
-    rate_hz : float
-        Records a second.
-    start_deg : float
-        Error of the heading 0 that the estimator starts with.
-    errors : SensorErrors
-    place : (latitude, longitude, satellite)
-        [deg]
+    * ``on``: one of `DRIVES`; ``seeds`` of the noise, a run for each;
+    * ``tracking_hz``: rate of the tracking error, up to ``rate_hz``, that of the records; 0: the
+      receiver is off;
+    * ``beam``: output that the antenna is pointed with, heading or heading_pi;
+    * ``start_deg``: error of the heading 0 that the estimator starts with;
+    * ``errors`` of the sensors; ``place``: latitude, longitude, that of the satellite [deg].
 
     `InputError`: no such drive, rate or output; no place on earth; the satellite is below the
     horizon.

@@ -57,17 +57,8 @@ class Turn:
 class Turning:
     """Turns, one after the other; each begins where the last one ended.
 
-    Parameters
-    ----------
-    start : float64 (3, 3)
-        First attitude, body to navigation.
-    turns : sequence of Turn
-    dt : float
-        Length of a sample [s].
-    earth : float64 (3,)
-        Rate of the navigation axes [rad/s], constant in them.
-    gravity : float
-        [m/s^2]
+    ``start`` (3, 3) is the first attitude, body to navigation; ``dt`` the length of a sample [s];
+    ``earth`` (3,) the rate of the navigation axes [rad/s], constant in them; ``gravity`` in m/s^2.
 
     `InputError`: no turn; a time step that is none.
     """

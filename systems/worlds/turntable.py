@@ -18,17 +18,12 @@ STEP = 2.0 * math.pi / 2**18  #: of an encoder of 18 bits [rad], 4.94".
 class Mark:
     """Position of the mark, its sensor, and faults.
 
-    Parameters
-    ----------
-    at_deg : float
-        Azimuth of the mark, counter-clockwise as the heading.
-    index : str
-        "hall": a pulse at the mark, timed, as far off as an encoder's step (standard deviation
-        1.43"). "encoder": one of 18 bits, read with every sample; the first angle after the mark is
-        told. "none".
-    missed, doubled, wrong : float
-        Shares of the turns: no pulse; another one of the same mark up to five samples later; one
-        of the mark anywhere in the turn.
+    * ``at_deg``: azimuth of the mark, counter-clockwise as the heading;
+    * ``index`` "hall": a pulse at the mark, timed, as far off as an encoder's step (standard
+      deviation 1.43"); "encoder": one of 18 bits, read with every sample, the first angle after the
+      mark is told; "none";
+    * ``missed``, ``doubled``, ``wrong``: shares of the turns with no pulse; another one of the same
+      mark up to five samples later; one of the mark anywhere in the turn.
 
     `InputError`: no such index, a share that is none.
     """

@@ -416,19 +416,11 @@ class Hmr3300(wiring.Component):
     **Latency** ``line`` comes `latency` cycles after the start edge of LF at most, or 2^``slower``
     times that. A good sentence stays fresh for ``stale_s``, and up to two ticks more.
 
-    Parameters
-    ----------
-    clock_hz, baud : float
-        Clock; rate of the line.
-    stale_s : float, > 0
-        Time without a good sentence after which the last one is stale.
-    quiet_s : float, > 0
-        Time without a byte that means: stopped. More than the time from sentence to sentence
-        (`LINES_HZ`).
-    timeout_s : float, > 0
-        Longest time that a command may take to have its effect, and that no wanted sentence may
-        come before commands are sent. More than the compass's start of about 0.8 s (maker's
-        sibling part).
+    ``baud`` is the rate of the line; ``stale_s`` the time without a good sentence after which the
+    last one is stale; ``quiet_s`` the time without a byte that means: stopped, more than from
+    sentence to sentence (1 / `LINES_HZ`); ``timeout_s`` the longest time that a command may take to
+    have its effect, and that no wanted sentence may come before commands are sent, more than the
+    compass's start of about 0.8 s (maker's sibling part).
     """
 
     #: Bit k of ``events``: heading or counts sentence that is good; line that is not, byte without

@@ -357,10 +357,7 @@ _LINES = (
 def system_design(core: Core, clock_hz: int) -> AttitudeSystem:
     """Return the system of a board's project.
 
-    Raises
-    ------
-    InputError
-        A clock unfit for the serial lines.
+    `InputError`: a clock unfit for the serial lines.
     """
     try:
         return AttitudeSystem(core=core, clock_hz=clock_hz)

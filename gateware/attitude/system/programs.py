@@ -170,11 +170,8 @@ def system_estimators(filters: Sequence[Named]) -> list[Estimator]:
     Inputs with a sensor, by name, have the format of its words; inputs of one name without a sensor
     share a register.
 
-    Raises
-    ------
-    InputError
-        Unknown name; an input whose unit is not the sensor's, whose range does not hold the
-        sensor's, or that does not say what it reads between two samples; too many words.
+    `InputError`: unknown name; an input whose unit is not the sensor's, whose range does not hold
+    the sensor's, or that does not say what it reads between two samples; too many words.
     """
     chosen = [estimator_of(f) for f in filters]
     front = [FRONT[name]() for name in FRONT_NAMES]
@@ -251,13 +248,9 @@ def system_core(
     "small-1024" and so on; time stamps count cycles of ``clock_hz`` (``tick_s``); ``params`` are
     values other than the defaults, by program.
 
-    Raises
-    ------
-    InputError
-        See `system_estimators`; unknown name of a program with parameters, of a parameter or
-        configuration; a word of other than 32 bits.
-    ScheduleError
-        The programs do not fit the machine.
+    `InputError`: see `system_estimators`; unknown name of a program with parameters, of a parameter
+    or configuration; a word of other than 32 bits. ScheduleError The programs do not fit the
+    machine.
     """
     wanted = f"{WORD} bits for a complete system"
     require(word == WORD, "word", wanted, word, "leave --word out, or say --top records")

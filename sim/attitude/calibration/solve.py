@@ -309,10 +309,8 @@ def solve(
     north; ``gravity`` is in m/s^2; ``sight_deg`` is the standard uncertainty of a sighted attitude
     about each axis [deg].
 
-    Raises
-    ------
-    InputError
-        Too few rests or sights; records that leave a register open; a register beyond its range.
+    `InputError`: too few rests or sights; records that leave a register open; a register beyond its
+    range.
     """
     fit = _Fit(data, np.asarray(field_ut, dtype=np.float64), gravity, math.radians(sight_deg))
     for _ in range(_PASSES):
@@ -548,11 +546,9 @@ def _factors(jacobian: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, 
     scaled = jacobian / np.where(size > 0.0, size, 1.0)
     _, s, v = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
     sensor, place = divmod(int(np.argmax(np.abs(v[-1, :_N]))), 12)
-    where, fix = (
-        f"register {_names(sensor)[place]}",
-        "add positions with turns between them, and a ",
-    )
-    good, fix = s[-1] >= _DETERMINED * s[0], fix + "swing about all axes"
+    where = f"register {_names(sensor)[place]}"
+    fix = "add positions with turns between them, and a swing about all axes"
+    good = bool(s[-1] >= _DETERMINED * s[0])
     require(good, where, "records that determine it", "none that do", fix)
     return scaled, size, s, v
 

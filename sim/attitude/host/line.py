@@ -8,9 +8,8 @@ import stat
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from boresight.gateware.attitude.system.interface import (
     ANGLES,
@@ -34,8 +33,7 @@ from boresight.sim.records.reading import kind_of, read_json, reason
 _ANSWER_S, _TRIES = 0.5, 3
 
 
-@dataclass(frozen=True)
-class Reply:
+class Reply(NamedTuple):
     """Reply to a register access: the address written, or the word read."""
 
     kind: Kind
@@ -90,10 +88,7 @@ class RegisterTable:
 
     ``formats`` are those of a `Listener`; ``clock_hz`` is 100 MHz if the map lacks the register.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or is not a register map; the message gives the location.
+    `InputError`: the file cannot be read, or is not a register map; the message gives the location.
     """
 
     def __init__(self, path: str | Path | None = None) -> None:
@@ -161,7 +156,8 @@ def word_of(register: Register, text: str) -> int:
     if register.minimum is not None and register.maximum is not None:
         low, high = register.minimum, register.maximum
     wanted, fix = f"{low * scale:g} to {high * scale:g}", "give a value inside the range"
-    require(low <= word <= high, where, wanted, text, fix)
+    value = word if register.frac is None else word * scale
+    require(low <= word <= high, where, wanted, value, fix)
     return word
 
 
@@ -196,10 +192,7 @@ def _serial(source: str, baud: int) -> Any:
 class BoardLine:
     """A serial port, or a file of bytes captured from one.
 
-    Raises
-    ------
-    InputError
-        The port or file cannot be opened.
+    `InputError`: the port or file cannot be opened.
     """
 
     def __init__(self, source: str, *, baud: int, listener: Listener) -> None:
@@ -228,10 +221,7 @@ class BoardLine:
     def items(self, *, silence_s: float) -> Iterator[Update | Reply]:
         """Yield updates and replies, until the file ends.
 
-        Raises
-        ------
-        InputError
-            No update or reply came for ``silence_s``, or the port is gone.
+        `InputError`: no update or reply came for ``silence_s``, or the port is gone.
         """
         understood, heard = time.monotonic(), 0
         while True:
@@ -250,10 +240,7 @@ class BoardLine:
     def access(self, kind: Kind, words: list[int]) -> int:
         """Send a register access and wait for its reply; updates meanwhile are dropped.
 
-        Raises
-        ------
-        InputError
-            Not a port, or no reply.
+        `InputError`: not a port, or no reply.
         """
         wanted = "a serial port to read or write registers"
         require(self.is_port, self.source, wanted, "a file", "name the port")

@@ -64,11 +64,8 @@ def log_of(
     ``source`` is the port or file, for messages; ``numbers`` are those of `track_of`; ``written``
     are words of parameters that the host has written, by register.
 
-    Raises
-    ------
-    InputError
-        No frame of kind SENSED, none that begins from initial states, no register map, or a filter
-        with inputs from registers.
+    `InputError`: no frame of kind SENSED, none that begins from initial states, no register map, or
+    a filter with inputs from registers.
     """
     if described is None or not described.parameters_of(FRONT_NAMES[0]):
         raise InputError.at(
@@ -97,10 +94,8 @@ def log_of(
         notes.append(f"an update is missing after row {gaps[0] + 1}: replay is exact up to there")
     program, names = described.programs[filter[first]], {r.name for r in described.registers}
     registers = [w.name for w in program.inputs if f"feed_{w.name}" in names]
-    wanted, found = (
-        "a filter whose inputs all come from the sensors",
-        f"input registers {registers}",
-    )
+    wanted = "a filter whose inputs all come from the sensors"
+    found = f"input registers {', '.join(registers)}"
     require(not registers, f"--log, {program.program}", wanted, found, "record another filter")
     sensed = [u.sensed for u in rows if u.sensed is not None]
     stamp, flags = np.array([(u.stamp, u.flags) for u in rows], dtype=np.int64).T

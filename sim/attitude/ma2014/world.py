@@ -186,10 +186,7 @@ E2 = _table_1()
 def make_log(motion: Motion, case: str, seed: int) -> Record:
     """The log of a motion at the loop's rate, with the noise of Table 2; its bias is taken off.
 
-    Parameters
-    ----------
-    case : str
-        "noise", or "C" with misalignment and soft iron.
+    ``case``: "noise", or "C" with misalignment and soft iron.
     """
     turn, iron = np.eye(3), np.eye(3)
     if case == "C":
