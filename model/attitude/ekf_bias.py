@@ -33,6 +33,7 @@ import dataclasses
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.covariance import (
     BELOW_ONE,
     Symmetric,
@@ -46,28 +47,6 @@ from boresight.model.algebra.covariance import (
     updated_column,
 )
 from boresight.model.algebra.quaternion import NOT_UNIT, dot, matrix, multiply, right_matrix, turn
-from boresight.model.algebra.quaternion_filter import (
-    ALIGN_NOISE,
-    ALIGN_P,
-    P0,
-    P0_LIMIT,
-    SCALE,
-    TRACE_LIMIT,
-    above_rounding,
-    attitude_outputs,
-    attitude_states,
-    correction_of,
-    initial_variance,
-    is_full,
-    moved,
-    normalised,
-    predicted_attitude,
-    restarted,
-    status_word,
-    sum_of,
-    update,
-    update_along,
-)
 from boresight.model.attitude.table import params_of
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, State
@@ -101,8 +80,8 @@ class EkfBias(Estimator):
     summary = "EKF of quaternion and gyro bias, 7 states, six scalar measurements"
     inputs = INPUTS
     params = (
-        SCALE,
-        dataclasses.replace(P0, default=0.05),
+        parts.SCALE,
+        dataclasses.replace(parts.P0, default=0.05),
         *params_of(
             """
             bias_p0_sd 0.0035 1e-05 0.25 rad/s
@@ -129,7 +108,7 @@ class EkfBias(Estimator):
         ),
     )
     states = (
-        *attitude_states(),
+        *parts.attitude_states(),
         *(
             State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
             for axis in "xyz"
@@ -138,7 +117,7 @@ class EkfBias(Estimator):
         State("heading_unknown", -1.0, 0.0, "", -1.0),  # -1/2: but the reference field is learnt
         State("field_h", 0.0, 127.9, "uT", 20.0),
         State("field_v", -127.9, 127.9, "uT", -40.0),
-        *covariance_states(7, lambda i: ALIGN_P if i < 4 else BIAS_P0),
+        *covariance_states(7, lambda i: parts.ALIGN_P if i < 4 else BIAS_P0),
     )
     outputs = OUTPUTS
     restarts = True
@@ -153,7 +132,7 @@ class EkfBias(Estimator):
         seeking = u.dt + x.heading_unknown < 0.0
 
         # Prediction.
-        q, _ = predicted_attitude(
+        q, _ = parts.predicted_attitude(
             x,
             [
                 0.5 * (w * u.dt) - 0.5 * (b * u.dt)
@@ -162,8 +141,8 @@ class EkfBias(Estimator):
         )
         c_nb = matrix(q)
         before = covariance_of(x, 7)
-        full = is_full(before)
-        bias_full = before[4][4] + before[5][5] + before[6][6] >= TRACE_LIMIT
+        full = parts.is_full(before)
+        bias_full = before[4][4] + before[5][5] + before[6][6] >= parts.TRACE_LIMIT
         a = self._predicted(before, c_nb, u, p, full, bias_full)
 
         # Vectors in navigation axes, over g and over the reference field.
@@ -189,7 +168,7 @@ class EkfBias(Estimator):
         acc_r, mag_r = (
             ops.bounded(root * root, 0.0, 16.0, "variance")
             for root in (
-                ops.where(fresh, ALIGN_NOISE, ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT))
+                ops.where(fresh, parts.ALIGN_NOISE, ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT))
                 for sd in (acc_sd, p.mag_sd)
             )
         )
@@ -215,22 +194,22 @@ class EkfBias(Estimator):
         moves: list[Any] = []
         for k, variance in ((0, both_r), (1, both_r), (2, acc_r)):
             column = updated_column(a, k, gains)
-            s = a[k][k] + variance - sum_of(g[k] * g[k] for g in gains)
-            update(gains, moves, column, s, measured[k] - moved(gains, moves, k))
+            s = a[k][k] + variance - parts.sum_of(g[k] * g[k] for g in gains)
+            parts.update(gains, moves, column, s, measured[k] - parts.moved(gains, moves, k))
         # Without a field a heading variance at its limit is cut by an update without innovation.
         heading = {3: h, 2: -d}
-        update_along(a, gains, moves, heading, mag_r, measured[3], ~unused, ~(unused & ~full))
+        parts.update_along(a, gains, moves, heading, mag_r, measured[3], ~unused, ~(unused & ~full))
 
         # Correction, normalisation, angles.
-        turned = correction_of(
-            [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
+        turned = parts.correction_of(
+            [(1.0 if k == 0 else 0.0) + parts.moved(gains, moves, k) for k in range(4)]
         )
         raw = multiply(turned, q)
-        q_new, shrink = normalised(raw)
+        q_new, shrink = parts.normalised(raw)
 
         bias = [
             ops.saturated(
-                ops.where(aligning, 0.0, b + (1.0 / BIAS_UNIT) * moved(gains, moves, k, 8.0)),
+                ops.where(aligning, 0.0, b + (1.0 / BIAS_UNIT) * parts.moved(gains, moves, k, 8.0)),
                 BIAS_LIMIT,
             )
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))
@@ -244,8 +223,8 @@ class EkfBias(Estimator):
         not_north = ops.saturated(north, 2.0**-3) < 0.0
         heading_found = seeking & learnt & ~(unused | not_north)
         unfinished = unaligned | (seeking & ~heading_found)
-        bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, P0_LIMIT)
-        attitude = ops.where(unfinished, ALIGN_P, initial_variance(p))
+        bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, parts.P0_LIMIT)
+        attitude = ops.where(unfinished, parts.ALIGN_P, parts.initial_variance(p))
         start = [*[attitude] * 4, *[bias_p0 * bias_p0] * 3]  # of an alignment, or after it
         after = self._turned(downdated(a, gains, aligning), turned, (full, bias_full), fresh, start)
 
@@ -257,10 +236,10 @@ class EkfBias(Estimator):
         field_h = x.field_h + rate * (level - x.field_h)
         field_v = x.field_v + rate * (field[2] - x.field_v)
 
-        status = status_word({0: aligning, 1: seeking, 3: missing, 4: rejected & ~missing})
+        status = parts.status_word({0: aligning, 1: seeking, 3: missing, 4: rejected & ~missing})
         return (
             {
-                **restarted(q_new, u),
+                **parts.restarted(q_new, u),
                 **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
                 "unaligned": ops.where(unaligned, -1.0, 0.0),
                 "heading_unknown": ops.where(
@@ -272,7 +251,7 @@ class EkfBias(Estimator):
                 "field_v": ops.saturated(field_v, 128.0),
                 **{name: after[i][j] for name, i, j in element_names(7)},
             },
-            attitude_outputs(raw, q_new, shrink, status),
+            parts.attitude_outputs(raw, q_new, shrink, status),
         )
 
     @staticmethod
@@ -338,10 +317,10 @@ class EkfBias(Estimator):
 
         ``full``: whether the traces of attitude and bias are at their limits.
         """
-        c, _ = normalised(correction)
+        c, _ = parts.normalised(correction)
 
         def element(i: int, j: int, value: Any) -> Any:
-            grown = above_rounding(value, full[i >= 4]) if i == j else value
+            grown = parts.above_rounding(value, full[i >= 4]) if i == j else value
             return bounded_element(ops.where(fresh, first[i] if i == j else 0.0, grown), i, j)
 
         return partly_turned(right_matrix(c), a, element)

@@ -22,6 +22,7 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.covariance import (
     covariance_of,
     covariance_states,
@@ -30,28 +31,6 @@ from boresight.model.algebra.covariance import (
     updated_column,
 )
 from boresight.model.algebra.quaternion import cross, dot, matrix, multiply
-from boresight.model.algebra.quaternion_filter import (
-    ALIGN_P,
-    P0,
-    SCALE,
-    attitude_outputs,
-    attitude_states,
-    body_covariance,
-    body_turned,
-    correction_of,
-    force_gate,
-    gyro_params,
-    initial_variance,
-    is_full,
-    moved,
-    normalised,
-    predicted_attitude,
-    restarted,
-    squared_force,
-    status_word,
-    sum_of,
-    update,
-)
 from boresight.model.attitude.table import params_of
 from boresight.model.estimator import Estimator, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
@@ -75,9 +54,9 @@ class EkfQuaternion(Estimator):
     summary = "quaternion EKF, 4 states, measured quaternion with H = I (as in Ma Long 2014)"
     inputs = INPUTS
     params = (
-        SCALE,
-        P0,
-        *gyro_params(0.1),
+        parts.SCALE,
+        parts.P0,
+        *parts.gyro_params(0.1),
         *(
             params_of(f"""
                 angle_sd_{axis} 0.5 2e-4 4 rad
@@ -86,16 +65,16 @@ class EkfQuaternion(Estimator):
                 """)[0]
             for axis in "xyz"
         ),
-        *force_gate(1.5),
+        *parts.force_gate(1.5),
         *params_of("""
             mag_min_sq 4 0.01 4e3 uT^2
                 squared horizontal field below which there is no measurement
             """),
     )
     states = (
-        *attitude_states(),
+        *parts.attitude_states(),
         State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
-        *covariance_states(4, lambda i: ALIGN_P),
+        *covariance_states(4, lambda i: parts.ALIGN_P),
     )
     outputs = OUTPUTS
     restarts = True
@@ -106,14 +85,14 @@ class EkfQuaternion(Estimator):
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
         aligning = u.dt + x.unaligned < 0.0
-        q, dq = predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
+        q, dq = parts.predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
         before = covariance_of(x, 4)
-        full = is_full(before)
-        a = body_covariance(before, dq, u, p, full)
+        full = parts.is_full(before)
+        a = parts.body_covariance(before, dq, u, p, full)
 
         # Measured navigation axes in the body: up, east, north.
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
-        force_sq, acc_bad = squared_force(force, p)
+        force_sq, acc_bad = parts.squared_force(force, p)
         up = _unit(force, force_sq)
         across = cross(field, up)
         across_sq = ops.saturated(dot(across, across), 2.0**16)
@@ -127,9 +106,9 @@ class EkfQuaternion(Estimator):
         axes = list(zip((east, cross(up, east), up), matrix(q), strict=True))
         vee = [
             ops.saturated(ops.where(bad, 0.0, 0.5 * total), 1.0)
-            for total in (sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))
+            for total in (parts.sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))
         ]
-        trace = ops.saturated(1.0 + sum_of(dot(m, r) for m, r in axes), 8.0)
+        trace = ops.saturated(1.0 + parts.sum_of(dot(m, r) for m, r in axes), 8.0)
         four_cos_sq = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 8.0, "held")
         inverse = ops.rsqrt(four_cos_sq)
         e = [ops.saturated(v * inverse, 2.0) for v in vee]  # sine of half the angle
@@ -140,30 +119,36 @@ class EkfQuaternion(Estimator):
         moves: list[Any] = []
         for k, sd in ((1, p.angle_sd_x), (2, p.angle_sd_y), (3, p.angle_sd_z)):
             noise = ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT)
-            s = a[k][k] + noise * noise - sum_of(g[k] * g[k] for g in gains)
-            update(gains, moves, updated_column(a, k, gains), s, e[k - 1] - moved(gains, moves, k))
+            s = a[k][k] + noise * noise - parts.sum_of(g[k] * g[k] for g in gains)
+            parts.update(
+                gains,
+                moves,
+                updated_column(a, k, gains),
+                s,
+                e[k - 1] - parts.moved(gains, moves, k),
+            )
 
         # Correction: 1 + L move, or all of the error quaternion while aligning.
         start = [e_w, *e]
-        move = [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
-        correction = correction_of(
+        move = [(1.0 if k == 0 else 0.0) + parts.moved(gains, moves, k) for k in range(4)]
+        correction = parts.correction_of(
             [ops.where(aligning, s, m) for s, m in zip(start, move, strict=True)]
         )
         raw = multiply(q, correction)
-        q_new, shrink = normalised(raw)
+        q_new, shrink = parts.normalised(raw)
 
-        after = body_turned(
-            downdated(a, gains, bad), correction, full, aligning, initial_variance(p)
+        after = parts.body_turned(
+            downdated(a, gains, bad), correction, full, aligning, parts.initial_variance(p)
         )
         unaligned = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
             {
-                **restarted(q_new, u),
+                **parts.restarted(q_new, u),
                 "unaligned": ops.where(unaligned, -1.0, 0.0),
                 **{name: after[i][j] for name, i, j in element_names(4)},
             },
-            attitude_outputs(
-                raw, q_new, shrink, status_word({0: aligning, 2: acc_bad, 3: mag_bad})
+            parts.attitude_outputs(
+                raw, q_new, shrink, parts.status_word({0: aligning, 2: acc_bad, 3: mag_bad})
             ),
         )
 

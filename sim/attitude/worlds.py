@@ -19,16 +19,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record, steps_of
-from boresight.sim.rotations.rotation import (
-    euler_to_quaternion,
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_matrix,
-    quaternion_to_rotation_vector,
-    rotate,
-    rotation_vector_to_quaternion,
-    turns_between,
-)
+from boresight.sim.rotations import rotation
 
 _IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -77,8 +68,8 @@ def white(noise: float, bias: Sequence[float] = (0.0, 0.0, 0.0)) -> Triad:
 
 def misalignment(rng: np.random.Generator, sd_rad: float) -> FloatArray:
     """Matrix of a triad mounted askew: a turn by a random vector, ``sd_rad`` about each axis."""
-    turn = rotation_vector_to_quaternion(sd_rad * rng.standard_normal(3))
-    return quaternion_to_matrix(turn).T
+    turn = rotation.rotation_vector_to_quaternion(sd_rad * rng.standard_normal(3))
+    return rotation.quaternion_to_matrix(turn).T
 
 
 RAMP_S = 0.1  #: s, in which the rate of the turn rises, and in which it falls.
@@ -97,18 +88,18 @@ def fast_turn(
     corners = begin_s + np.cumsum([0.0, RAMP_S, seconds, RAMP_S])
     share = np.interp(log.t - 0.5 * log.dt, corners, [0.0, 1.0, 1.0, 0.0])
     turn_time = np.cumsum(share * log.dt)[:, None]
-    r = rotation_vector_to_quaternion(turn_time * np.asarray(rate_rad_s, dtype=np.float64))
+    r = rotation.rotation_vector_to_quaternion(turn_time * np.asarray(rate_rad_s, dtype=np.float64))
     # A step of the sensor: back by the turn before it, the step of the housing, the turn after it.
-    turn_back = quaternion_conjugate(np.concatenate([[[1.0, 0.0, 0.0, 0.0]], r[:-1]]))
-    housing = rotation_vector_to_quaternion(log.gyr * log.dt[:, None])
-    step = quaternion_multiply(quaternion_multiply(turn_back, housing), r)
-    to_sensor = quaternion_conjugate(r)
+    turn_back = rotation.quaternion_conjugate(np.concatenate([[[1.0, 0.0, 0.0, 0.0]], r[:-1]]))
+    housing = rotation.rotation_vector_to_quaternion(log.gyr * log.dt[:, None])
+    step = rotation.quaternion_multiply(rotation.quaternion_multiply(turn_back, housing), r)
+    to_sensor = rotation.quaternion_conjugate(r)
     return replace(
         log,
-        gyr=quaternion_to_rotation_vector(step) / log.dt[:, None],
-        acc=rotate(to_sensor, log.acc),
-        mag=rotate(to_sensor, log.mag),
-        q=None if log.q is None else quaternion_multiply(log.q, r),
+        gyr=rotation.quaternion_to_rotation_vector(step) / log.dt[:, None],
+        acc=rotation.rotate(to_sensor, log.acc),
+        mag=rotation.rotate(to_sensor, log.mag),
+        q=None if log.q is None else rotation.quaternion_multiply(log.q, r),
     )
 
 
@@ -150,14 +141,14 @@ def synthetic_log(
     # one sample more, before the first, for the first gyro step
     t = np.arange(-1, count) / rate_hz
     angles = [_sum_of_sines(t, limit, motion_rng) for limit in _LIMITS]
-    q = euler_to_quaternion(np.stack(angles, axis=-1))
-    turn = turns_between(q[:-1], q[1:])
+    q = rotation.euler_to_quaternion(np.stack(angles, axis=-1))
+    turn = rotation.turns_between(q[:-1], q[1:])
     q, t = q[1:], t[1:]
 
-    to_body = quaternion_conjugate(q)
+    to_body = rotation.quaternion_conjugate(q)
     force = np.stack([_sum_of_sines(t, acceleration, force_rng) for _ in range(3)], axis=-1)
     force[:, 2] += GRAVITY
-    mag = mag_error.read(rotate(to_body, field_ut), mag_rng)
+    mag = mag_error.read(rotation.rotate(to_body, field_ut), mag_rng)
     mag[np.arange(count) % mag_every != 0] = np.nan
     # the steps as a user of the log sees them: differences of rounded times
     dt = steps_of(name, t)[:, None]
@@ -165,7 +156,7 @@ def synthetic_log(
         name,
         t,
         gyr_error.read(turn / dt, gyr_rng),
-        acc_error.read(rotate(to_body, force), acc_rng),
+        acc_error.read(rotation.rotate(to_body, force), acc_rng),
         mag,
         q,
     ).record()

@@ -57,8 +57,8 @@ MACHINES = {
 class Motor(BatchedWorld):
     """Start, load, reversal through standstill, load: 0.8 s at 20 kHz, a run for each seed.
 
-    ``machine`` is one of `MACHINES`, any other is an `InputError`; ``seeds`` are of the noise, and of
-    where the rotor stands at first (any angle).
+    ``machine`` is one of `MACHINES`, any other is an `InputError`; ``seeds`` are of the noise, and
+    of where the rotor stands at first (any angle).
     """
 
     def __init__(

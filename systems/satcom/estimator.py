@@ -36,6 +36,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight import Estimator, Input, Output, Param, State, ops
+from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.angles import roll_pitch_heading_ht, unit_angle_ht
 from boresight.model.algebra.covariance import (
     Symmetric,
@@ -48,14 +49,6 @@ from boresight.model.algebra.covariance import (
     partly_turned,
 )
 from boresight.model.algebra.quaternion import dot, increment, matrix, multiply, right_matrix, turn
-from boresight.model.algebra.quaternion_filter import (
-    TRACE_LIMIT,
-    normalised,
-    require_unclamped,
-    status_word,
-    sum_of,
-    update_along,
-)
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require_choice
 
@@ -178,7 +171,7 @@ class Satcom(Estimator):
             "bias_density": STEP_LIMIT / BIAS_UNIT,
         }
         with_adapt = dict.fromkeys(("roll_sd", "pitch_sd"), f" and an adapt of {adapt:g}")
-        require_unclamped(values, limits, with_adapt)
+        parts.require_unclamped(values, limits, with_adapt)
         return values
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -207,8 +200,8 @@ class Satcom(Estimator):
         # External acceleration, unless the tilt is not known itself.
         half_scale = 0.5 * p.scale
         held = covariance_of(x, 6)
-        traces = [sum_of(held[k][k] for k in block) for block in (range(3), range(3, 6))]
-        full, bias_full = (trace >= TRACE_LIMIT for trace in traces)
+        traces = [parts.sum_of(held[k][k] for k in block) for block in (range(3), range(3, 6))]
+        full, bias_full = (trace >= parts.TRACE_LIMIT for trace in traces)
         fine_scale = half_scale * x.finer
         roots = p.gyro_sd * fine_scale, (2.0 * BIAS_UNIT) * p.bias_density * fine_scale
         a = self._predicted(held, c_nb, dt, roots, full, bias_full)
@@ -260,17 +253,19 @@ class Satcom(Estimator):
         cut = full & ~used
         gains: list[list[Any]] = []
         moves: list[Any] = []
-        update_along(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
-        update_along(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
+        parts.update_along(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
+        parts.update_along(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
         r_heading = ops.where(cut, CUT_NOISE, r_heading)
         nu = half_cosine * heading_off
-        update_along(a, gains, moves, rows[2], r_heading, nu, used, used | full)
+        parts.update_along(a, gains, moves, rows[2], r_heading, nu, used, used | full)
 
         # Correction, normalisation, restart.
         pulls = [x.coarser * m for m in moves]
-        turns = [sum_of(g[k] * m for g, m in zip(gains, pulls, strict=True)) for k in range(6)]
+        turns = [
+            parts.sum_of(g[k] * m for g, m in zip(gains, pulls, strict=True)) for k in range(6)
+        ]
         half = [ops.saturated(t, CORRECTION_LIMIT) for t in turns[:3]]
-        q_new, _ = normalised(multiply([1.0, *half], q), 2.0)
+        q_new, _ = parts.normalised(multiply([1.0, *half], q), 2.0)
         bias = [
             ops.saturated(ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * t), BIAS_LIMIT)
             for t, b in zip(turns[3:], (x.bias_x, x.bias_y, x.bias_z), strict=True)
@@ -306,7 +301,7 @@ class Satcom(Estimator):
             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
             **{f"rate_{axis}": w for axis, w in zip("xyz", rate, strict=True)},
             "heading_pi": loop["heading_pi"],
-            "status": status_word(flags),
+            "status": parts.status_word(flags),
         }
 
     @staticmethod

@@ -18,12 +18,7 @@ import numpy.typing as npt
 from boresight.model.algebra.quaternion import matrix, multiply, turn
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require, require_choice
-from boresight.sim.rotations.rotation import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    rotate,
-    rotation_vector_to_quaternion,
-)
+from boresight.sim.rotations import rotation
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.satcom.pointing import direction
 from boresight.systems.worlds.road import Ride, profile, ride
@@ -277,13 +272,13 @@ class OnTheMove(BatchedWorld):
         if self.tracking_hz:
             draws = [np.random.default_rng([seed, 2016]) for seed in self.seeds]
             self._radio = np.stack([g.normal(size=(n, 4, 2)) for g in draws], axis=3)
-        turned = rotation_vector_to_quaternion([0.0, 0.0, self.start_deg * _DEG])
-        self.truth = quaternion_multiply(turned, ride.q)
+        turned = rotation.rotation_vector_to_quaternion([0.0, 0.0, self.start_deg * _DEG])
+        self.truth = rotation.quaternion_multiply(turned, ride.q)
         self.heading = ride.euler[:, 2] + self.start_deg * _DEG
         angles = np.stack([*ride.euler[:, :2].T, self.heading], axis=1) / math.pi
         self._truths = np.concatenate([(angles + 1.0) % 2.0 - 1.0, self.truth], axis=1)[:, :, None]
         # The satellite in body axes, which are the antenna's but for what the estimator believes.
-        self._toward = rotate(quaternion_conjugate(self.truth), self._up)
+        self._toward = rotation.rotate(rotation.quaternion_conjugate(self.truth), self._up)
         self.losses_db: list[FloatArray] = []
         self.receiver.reset()
         self._level = np.repeat([[1.0], *3 * [[0.0]]], len(self.seeds), axis=1)

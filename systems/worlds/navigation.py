@@ -9,15 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
+from boresight.sim.rotations import rotation
 from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
-from boresight.sim.rotations.rotation import (
-    angle_between,
-    quaternion_conjugate,
-    quaternion_multiply,
-    rotate,
-    rotation_vector_to_quaternion,
-    turns_between,
-)
 from boresight.sim.worlds.loop import Loop
 
 
@@ -30,10 +23,12 @@ def rates_and_forces(
     [m/s^2] are in navigation axes. A rate is constant over its step; a force is that of the
     attitude in the middle of it.
     """
-    rates = turns_between(q[:-1], q[1:]) / dt
-    mid_attitude = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * dt * rates))
-    return rates, rotate(
-        quaternion_conjugate(mid_attitude), np.diff(v, axis=0) / dt - np.asarray(gravity)
+    rates = rotation.turns_between(q[:-1], q[1:]) / dt
+    mid_attitude = rotation.quaternion_multiply(
+        q[:-1], rotation.rotation_vector_to_quaternion(0.5 * dt * rates)
+    )
+    return rates, rotation.rotate(
+        rotation.quaternion_conjugate(mid_attitude), np.diff(v, axis=0) / dt - np.asarray(gravity)
     )
 
 
@@ -51,7 +46,7 @@ def errors_of(
     """
     out, truth = loop.outputs, loop.truth
     late, t = slice(round(30.0 / dt), None), dt * np.arange(len(loop.inputs))
-    attitude = np.degrees(angle_between(attitude_of(out), attitude_of(truth)))
+    attitude = np.degrees(rotation.angle_between(attitude_of(out), attitude_of(truth)))
     v, p = (np.sqrt(sum((out[k + c] - truth[k + c]) ** 2 for c in axes)) for k in "vp")
     blind = np.zeros(len(t), dtype=bool)
     for begin, end in outages:

@@ -11,19 +11,9 @@ from amaranth.lib.data import Layout
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.sensors.adis16385 import FRACTION
+from boresight.gateware.attitude.system import programs
 from boresight.gateware.attitude.system.csr import ResultPort, Results, packed
 from boresight.gateware.attitude.system.interface import HEADER, Place
-from boresight.gateware.attitude.system.programs import (
-    FIELD,
-    HELD,
-    RAW,
-    REGISTERS,
-    WORD,
-    Fed,
-    Plan,
-    plan_of,
-    reset_word,
-)
 from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine
@@ -44,7 +34,7 @@ class Job(Enum):
 class Step:
     """Registers of the update controller, and signals between its parts."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: programs.Plan) -> None:
         self.state = Signal(State)
         self.job = Signal(Job)
         self.count = Signal(4)
@@ -74,13 +64,13 @@ class Step:
         self.chosen = Signal()  # the core runs ``choice`` since the cycle before
 
 
-def last_words(plan: Plan, s: Step, *, before: int = 0) -> Value:
+def last_words(plan: programs.Plan, s: Step, *, before: int = 0) -> Value:
     """Number of the word so many ``before`` the last one of the current job's record."""
     last = 1 + before
     counts = [(len(record) - last) % (1 << len(s.count)) for record in plan.feed.records]
     is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
     of_filter = Mux(is_filter, Array(counts)[s.running], 3 - last)
-    return Mux(is_inertial, len(RAW) - last, of_filter)
+    return Mux(is_inertial, len(programs.RAW) - last, of_filter)
 
 
 class Words:
@@ -95,23 +85,26 @@ class Words:
         self.conductor, self.plan, self.s = conductor, conductor.plan, s
         self.i, self.o, self.fire = i, o, fire
         self.calibrated = o.valid & (s.job != Job.FILTER)
-        self.waits = Signal(WORD)
+        self.waits = Signal(programs.WORD)
         self.set_valid = Signal()
         self.set_index = Signal(5)
-        self.set_data = Signal(WORD)
+        self.set_data = Signal(programs.WORD)
 
     def remember(self, m: Module) -> None:
         """The memory: calibrated words, constants, registers; the next word of the record."""
         s, o, feed = self.s, self.o, self.plan.feed
         depth = 64 if feed.wide else 16
         init = [0] * depth
-        mask = (1 << WORD) - 1
+        mask = (1 << programs.WORD) - 1
         for k, value in enumerate(feed.registers.values()):
-            init[REGISTERS + k] = reset_word(value) & mask
+            init[programs.REGISTERS + k] = programs.reset_word(value) & mask
         for k, constant in enumerate(feed.constants):
-            init[HELD + k] = constant & mask
+            init[programs.HELD + k] = constant & mask
         m.submodules.calibrated = words = memory.Memory(
-            shape=WORD, depth=depth, init=init if feed.wide else [], attrs={"ram_style": "block"}
+            shape=programs.WORD,
+            depth=depth,
+            init=init if feed.wide else [],
+            attrs={"ram_style": "block"},
         )
         w_port = words.write_port()
         r_port = words.read_port()
@@ -145,11 +138,11 @@ class Words:
                         with m.Case(k, k - 1 + 16 if k else k):
                             m.d.comb += address.eq(self._address_of(fed))
 
-    def _address_of(self, fed: Fed) -> Any:
+    def _address_of(self, fed: programs.Fed) -> Any:
         s = self.s
         address: Any = fed.place
-        if fed.place in FIELD and self.plan.feed.holds:
-            address = Mux(s.bank, fed.place + HELD, fed.place)
+        if fed.place in programs.FIELD and self.plan.feed.holds:
+            address = Mux(s.bank, fed.place + programs.HELD, fed.place)
         if fed.absent is None:
             return address
         new = Const(1)
@@ -161,12 +154,12 @@ class Words:
 
     def offered(self, m: Module) -> Value:
         """The word for the core: from the memory, or raw."""
-        s, bits, word = self.s, self.plan.count_bits, Signal(WORD)
+        s, bits, word = self.s, self.plan.count_bits, Signal(programs.WORD)
         with m.Switch(s.job):
             with m.Case(Job.INERTIAL), m.Switch(s.count[:3]):
-                with m.Case(RAW.index("stamp")):
+                with m.Case(programs.RAW.index("stamp")):
                     m.d.comb += word.eq(self.conductor.stamp)
-                with m.Case(RAW.index("restart")):
+                with m.Case(programs.RAW.index("restart")):
                     m.d.comb += word[-1].eq(s.restarting)
                 with m.Default():
                     m.d.comb += word.eq(self.conductor.word << bits - FRACTION)
@@ -207,7 +200,7 @@ class Words:
             with m.Case(State.FINISH):
                 m.d.comb += [results.w_en.eq(is_filter), results.w_data.eq(header)]
         of_line = s.job[1] << Place.LINE.bit_length() - 3
-        is_stamp = (region == Place.RAWS >> 4) & (count == RAW.index("stamp"))
+        is_stamp = (region == Place.RAWS >> 4) & (count == programs.RAW.index("stamp"))
         index = Mux(is_stamp, Place.STAMP, Cat(count, region) | of_line)
         m.d.comb += results.w_index.eq(index)
 
@@ -275,10 +268,10 @@ class Conductor(wiring.Component):
 
     def __init__(self, *, core: Core) -> None:
         self.core = core
-        self.plan = plan = plan_of(core)
+        self.plan = plan = programs.plan_of(core)
         #: Cycles to read a result.
         self.read_cycles = 2 if core.machine.has("memory") else 1
-        feed = {"feed_en": In(1), "feed_index": In(5), "feed_data": In(WORD)}
+        feed = {"feed_en": In(1), "feed_index": In(5), "feed_data": In(programs.WORD)}
         feed |= {"feed_take": In(1), "feed_busy": Out(1)}
         super().__init__(
             {
@@ -310,7 +303,7 @@ class Conductor(wiring.Component):
                 "events": Out(len(self.EVENTS)),
                 # The core's registers: parameters and status. The program is not chosen here.
                 # Writes take 2 cycles more than those of a core: acknowledged early in a cycle.
-                "bus": In(BusSignature(word=WORD)),
+                "bus": In(BusSignature(word=programs.WORD)),
                 **(feed if plan.feed.registers else {}),
             }
         )
@@ -506,11 +499,11 @@ class Conductor(wiring.Component):
         plan = self.plan
         if not plan.feed.registers:
             return Const(0)
-        mask = (1 << WORD) - 1
+        mask = (1 << programs.WORD) - 1
         m.submodules.registers = registers = memory.Memory(
-            shape=WORD,
+            shape=programs.WORD,
             depth=32,
-            init=[reset_word(value) & mask for value in plan.feed.registers.values()],
+            init=[programs.reset_word(value) & mask for value in plan.feed.registers.values()],
             attrs={"ram_style": "distributed"},
         )
         w_port, r_port = registers.write_port(), registers.read_port()

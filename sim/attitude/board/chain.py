@@ -12,17 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from boresight.firmware.build import CModel
-from boresight.gateware.attitude.system.programs import (
-    FIELD,
-    FRONT_NAMES,
-    HELD,
-    PLACES,
-    REGISTERS,
-    ZERO,
-    Fed,
-    feed_of,
-    reset_word,
-)
+from boresight.gateware.attitude.system import programs as layout
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.attitude.front import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
@@ -69,23 +59,23 @@ class Chain:
 
 def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     """Run samples through the programs of a system's core, by number, with parameter values."""
-    filters, n = len(programs) - len(FRONT_NAMES), len(samples)
-    feed = feed_of(programs[:filters])
+    filters, n = len(programs) - len(layout.FRONT_NAMES), len(samples)
+    feed = layout.feed_of(programs[:filters])
     sensed, field_words = calibrated(programs[filters:], samples)
     fresh = samples.line != NO_LINE
     # The words of the last line; zeros before the first one.
     last = np.maximum.accumulate(np.where(fresh, np.arange(n), -1))
     latest = np.where(last[:, None] >= 0, field_words[last], 0)
     names = programs[filters].output_names
-    words = {PLACES[name]: sensed[:, k] for k, name in enumerate(names)}
-    words |= {address: latest[:, k] for k, address in enumerate(FIELD)}
-    words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
-    words[ZERO] = np.zeros(n, dtype=np.int64)
+    words = {layout.PLACES[name]: sensed[:, k] for k, name in enumerate(names)}
+    words |= {address: latest[:, k] for k, address in enumerate(layout.FIELD)}
+    words |= {layout.HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
+    words[layout.ZERO] = np.zeros(n, dtype=np.int64)
     for k, (name, value) in enumerate(feed.registers.items()):
-        words[REGISTERS + k] = np.full(n, samples.feed.get(name, reset_word(value)))
+        words[layout.REGISTERS + k] = np.full(n, samples.feed.get(name, layout.reset_word(value)))
     new_set = (np.arange(n) == 0) & bool(samples.feed)
 
-    def column_of(fed: Fed) -> IntArray:
+    def column_of(fed: layout.Fed) -> IntArray:
         """The word of a record at each update."""
         if fed.absent is None:
             return words[fed.place]
@@ -123,7 +113,7 @@ def calibrated(front: Sequence[Program], samples: Samples) -> tuple[IntArray, In
     restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
     counts = samples.counts * 2.0 ** inertial.format(inertial.inputs[0]).frac
     raw = np.column_stack([counts.astype(np.int64), stamps, restart])
-    field_words = np.zeros((n, len(FIELD)), dtype=np.int64)
+    field_words = np.zeros((n, len(layout.FIELD)), dtype=np.int64)
     for kind, program in ((COUNTS, field_program), (HEADING, compass)):
         rows = np.flatnonzero(samples.line == kind)
         if len(rows):

@@ -14,14 +14,7 @@ import numpy as np
 from boresight.gateware.attitude.system.interface import FIELDS, SENSED_WORDS, TAKE_FEED, WORDS
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.model.arrays import FloatArray, IntArray
-from boresight.model.attitude.front import (
-    ACC_COUNTS,
-    ACC_SCALE,
-    FIELD_SCALE,
-    GYRO_COUNTS,
-    GYRO_SCALE,
-    TENTH_HT,
-)
+from boresight.model.attitude import front
 from boresight.model.errors import require
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
@@ -361,19 +354,19 @@ def _range(values: IntArray) -> tuple[int, int]:
 
 def inertial_words(log: NineAxis, halvings: int = 0) -> IntArray:
     """Counts (n, 6) of gyro and accelerometer; +-300 deg/s is halved ``halvings`` times."""
-    gyro = _counts(log.gyr, GYRO_SCALE / 2**halvings, GYRO_COUNTS)
-    return np.column_stack([gyro, _counts(log.acc, ACC_SCALE, ACC_COUNTS)])
+    gyro = _counts(log.gyr, front.GYRO_SCALE / 2**halvings, front.GYRO_COUNTS)
+    return np.column_stack([gyro, _counts(log.acc, front.ACC_SCALE, front.ACC_COUNTS)])
 
 
 def field_words(mag: FloatArray) -> IntArray:
     """Counts (n, 3) of the compass for fields [uT]."""
-    return _counts(mag, FIELD_SCALE, 32767)
+    return _counts(mag, front.FIELD_SCALE, 32767)
 
 
 def heading_words(q: FloatArray) -> IntArray:
     """Tenths of a degree (n, 3) of the compass for attitudes (n, 4): heading, pitch, roll."""
     pitch, roll, heading = quaternion_to_euler(q).T / np.pi
-    angles = np.rint(np.stack([-heading, pitch, roll], axis=1) / TENTH_HT).astype(np.int64)
+    angles = np.rint(np.stack([-heading, pitch, roll], axis=1) / front.TENTH_HT).astype(np.int64)
     angles[:, 0] %= 3600
     return angles
 

@@ -40,16 +40,7 @@ from boresight.model.errors import require
 from boresight.model.tools.external import optional
 from boresight.sim.records.nine_axis import stacked
 from boresight.sim.records.record import Record, check_norm
-from boresight.sim.rotations.rotation import (
-    euler_to_quaternion,
-    matrix_to_quaternion,
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_running_product,
-    quaternion_to_matrix,
-    rotation_vector_to_quaternion,
-    turns_between,
-)
+from boresight.sim.rotations import rotation
 
 INERTIAL = tuple(f"{s}{a}_counts" for s in "ga" for a in AXES)
 LINE = tuple(f"m{a}_counts" for a in AXES)
@@ -162,7 +153,7 @@ def _sights(record: Record) -> FloatArray:
         return q
     if all(name in record.columns for name in SIGHT):
         angles = np.column_stack([record.values(name, "deg") for name in SIGHT])
-        return euler_to_quaternion(np.radians(angles))
+        return rotation.euler_to_quaternion(np.radians(angles))
     return np.full((len(record), 4), np.nan)
 
 
@@ -347,7 +338,7 @@ class _Fit:
 
     def _begin(self) -> None:
         """First values, from spheres and the mounting."""
-        c_bn = np.swapaxes(quaternion_to_matrix(self.sights), 1, 2)
+        c_bn = np.swapaxes(rotation.quaternion_to_matrix(self.sights), 1, 2)
         up, m = np.array([0.0, 0.0, 1.0]), self.m_n / np.linalg.norm(self.m_n)
         matrices, offsets = [], []
         for k, (points, n, norm) in enumerate(
@@ -368,7 +359,7 @@ class _Fit:
         self.d = np.stack([gyro @ np.average(self.means[0], axis=0), *offsets])
         force, field = (self.means[k] @ self.m[k].T - self.d[k] for k in (1, 2))
         nav = _triad(up[None], self.m_n[None])
-        self.q = matrix_to_quaternion(nav @ np.swapaxes(_triad(force, field), 1, 2))
+        self.q = rotation.matrix_to_quaternion(nav @ np.swapaxes(_triad(force, field), 1, 2))
         self.q[self.sighted] = self.sights
 
     def improve(self) -> None:
@@ -384,7 +375,7 @@ class _Fit:
         for k, part in enumerate(found.x[:_N].reshape(3, 12)):
             self.m[k] = (np.eye(3) + part[:9].reshape(3, 3)) @ self.m[k]
             self.d[k] = self.d[k] + part[9:]
-        self.q = quaternion_multiply(self.q, self._turned(found.x))
+        self.q = rotation.quaternion_multiply(self.q, self._turned(found.x))
         self._uncertainty(found.jac, found.fun)
 
     def _linearise(self) -> None:
@@ -423,9 +414,11 @@ class _Fit:
         """
         dt = np.diff(turn.t)[:, None]
         mean = 0.5 * (turn.counts[1:] + turn.counts[:-1]) @ self.m[0].T
-        turns = rotation_vector_to_quaternion((mean - self.d[0]) * dt)
-        q = quaternion_running_product((1.0, 0.0, 0.0, 0.0), turns)
-        to_end = quaternion_to_matrix(quaternion_multiply(quaternion_conjugate(q[-1]), q))
+        turns = rotation.rotation_vector_to_quaternion((mean - self.d[0]) * dt)
+        q = rotation.quaternion_running_product((1.0, 0.0, 0.0, 0.0), turns)
+        to_end = rotation.quaternion_to_matrix(
+            rotation.quaternion_multiply(rotation.quaternion_conjugate(q[-1]), q)
+        )
         by_matrix = np.einsum("nar,ns->ars", to_end * dt[:, :, None], mean).reshape(3, 9)
         noise = to_end @ (self.m[0] * np.sqrt(self.counts_variance[0])) * dt[:, :, None]
         covariance = np.einsum("nij,nkj->ik", noise, noise)
@@ -433,7 +426,7 @@ class _Fit:
         return q[-1], by_matrix, (to_end * dt[:, :, None]).sum(axis=0), weight
 
     def _turned(self, x: FloatArray) -> FloatArray:
-        return rotation_vector_to_quaternion(x[_N:].reshape(-1, 3))
+        return rotation.rotation_vector_to_quaternion(x[_N:].reshape(-1, 3))
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """All residuals in their standard deviations."""
@@ -467,20 +460,22 @@ class _Fit:
     def _parts(self, x: FloatArray) -> dict[str, FloatArray]:
         sensors = x[:_N].reshape(3, 12)
         e, d = sensors[:, :9].reshape(3, 3, 3), sensors[:, 9:]
-        q = quaternion_multiply(self.q, self._turned(x))
-        c_nb = quaternion_to_matrix(q)
+        q = rotation.quaternion_multiply(self.q, self._turned(x))
+        c_nb = rotation.quaternion_to_matrix(q)
         true = [np.zeros((len(q), 3)), self.gravity * c_nb[:, 2, :], self.m_n @ c_nb]
         parts = {}
         for k, (_, name, _) in enumerate(_SENSORS):
             y = self.means[k] @ ((np.eye(3) + e[k]) @ self.m[k]).T - self.d[k] - d[k]
             parts[f"{name} at rest"] = np.einsum("nij,nj->ni", self.weights[k], y - true[k])
-        parts["sights"] = turns_between(self.sights, q[self.sighted]) / self.sight_sd
+        parts["sights"] = rotation.turns_between(self.sights, q[self.sighted]) / self.sight_sd
         turn, by_matrix, by_bias, weight = self.turns
         first = np.array([t.first for t in self.data.turns], dtype=np.int64)
         change = by_matrix @ e[0].ravel() - by_bias @ d[0]
-        moved = quaternion_multiply(q[first], turn)
-        moved = quaternion_multiply(moved, rotation_vector_to_quaternion(change))
-        parts["turns"] = np.einsum("nij,nj->ni", weight, turns_between(moved, q[first + 1]))
+        moved = rotation.quaternion_multiply(q[first], turn)
+        moved = rotation.quaternion_multiply(moved, rotation.rotation_vector_to_quaternion(change))
+        parts["turns"] = np.einsum(
+            "nij,nj->ni", weight, rotation.turns_between(moved, q[first + 1])
+        )
         moved = self.foot + (self.foot + self.d[2]) @ e[2].T - d[2]
         change = np.linalg.norm(moved, axis=1) - np.linalg.norm(self.foot, axis=1)
         parts["swing"] = (self.beyond + change) / self.line_sd

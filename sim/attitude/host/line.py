@@ -11,16 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from boresight.gateware.attitude.system.interface import (
-    ANGLES,
-    FORMATS,
-    SENSED_WORDS,
-    WORDS,
-    Update,
-    filter_of,
-    sensed_of,
-    update_of,
-)
+from boresight.gateware.attitude.system import interface
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
@@ -46,7 +37,7 @@ class Listener:
     ``formats`` are fraction bits of outputs by name, by the number of the estimator.
     """
 
-    def __init__(self, formats: Mapping[int, Mapping[str, int]] = FORMATS) -> None:
+    def __init__(self, formats: Mapping[int, Mapping[str, int]] = interface.FORMATS) -> None:
         self.formats, self._decoder, self._others = formats, Decoder(word=32), 0
         self._begun = False
 
@@ -55,7 +46,7 @@ class Listener:
         """Frames damaged or of another kind, without the first piece, which may be incomplete."""
         return self._decoder.dropped + self._others
 
-    def feed(self, data: bytes) -> Iterator[Update | Reply]:
+    def feed(self, data: bytes) -> Iterator[interface.Update | Reply]:
         """Yield the updates and replies whose last byte is in ``data``."""
         if not self._begun:
             data = data[data.find(END) :] if END in data else b""
@@ -66,17 +57,17 @@ class Listener:
             if item is not None:
                 yield item
 
-    def _item(self, kind: Kind, words: list[int]) -> Update | Reply | None:
+    def _item(self, kind: Kind, words: list[int]) -> interface.Update | Reply | None:
         if kind in (Kind.READ, Kind.WRITE) and len(words) == 1:
             return Reply(kind, words[0])
-        count = len(words) - (SENSED_WORDS if kind is Kind.SENSED else 0)
+        count = len(words) - (interface.SENSED_WORDS if kind is Kind.SENSED else 0)
         if kind < Kind.ATTITUDE or count < 2:
             return None
-        outputs = self.formats.get(filter_of(words[0]))
-        if count != (len(WORDS) if outputs is None else 2 + len(outputs)):
+        outputs = self.formats.get(interface.filter_of(words[0]))
+        if count != (len(interface.WORDS) if outputs is None else 2 + len(outputs)):
             return None
-        sensed = sensed_of(words) if kind is Kind.SENSED else None
-        return update_of(words, ANGLES if outputs is None else outputs, sensed)
+        sensed = interface.sensed_of(words) if kind is Kind.SENSED else None
+        return interface.update_of(words, interface.ANGLES if outputs is None else outputs, sensed)
 
 
 #: Description of a register map for messages.
@@ -94,7 +85,7 @@ class RegisterTable:
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = path
         self.described: Description | None = None
-        self.formats: Mapping[int, Mapping[str, int]] = FORMATS
+        self.formats: Mapping[int, Mapping[str, int]] = interface.FORMATS
         self.clock_hz = 100e6
         if path is None:
             return
@@ -218,7 +209,7 @@ class BoardLine:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def items(self, *, silence_s: float) -> Iterator[Update | Reply]:
+    def items(self, *, silence_s: float) -> Iterator[interface.Update | Reply]:
         """Yield updates and replies, until the file ends.
 
         `InputError`: no update or reply came for ``silence_s``, or the port is gone.

@@ -21,28 +21,7 @@ from boresight.model.attitude.front import board_params
 from boresight.model.attitude.ma2014 import Ma2014Cf
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.ma2014.world import (
-    ACC_VARIANCE,
-    AVERAGED,
-    AXES,
-    BESIDE,
-    CLOCK_MHZ,
-    E1,
-    E2,
-    FIELD_UT,
-    GYRO_BIAS,
-    GYRO_VARIANCE,
-    KI,
-    KP,
-    LEAD,
-    LOOP_HZ,
-    MAG_VARIANCE,
-    MAG_VARIANCE_G,
-    OPEN,
-    TIME_US,
-    make_log,
-    noise_free_log,
-)
+from boresight.sim.attitude.ma2014 import world
 from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
@@ -66,14 +45,14 @@ class Method(NamedTuple):
 
 
 def gains(
-    kp: Sequence[float] = KP, ki: Sequence[float] = KI, rate_hz: float | None = None
+    kp: Sequence[float] = world.KP, ki: Sequence[float] = world.KI, rate_hz: float | None = None
 ) -> dict[str, float]:
     """Parameters of `ma2014_cf`; with a rate those of `complementary`, whose gains are per s."""
     kp_unit, ki_unit = ("", "") if rate_hz is None else ("_per_s", "_per_s2")
     rate = rate_hz or 1.0
     return {
-        **{f"kp_{axis}{kp_unit}": k * rate for axis, k in zip(AXES, kp, strict=True)},
-        **{f"ki_{axis}{ki_unit}": k * rate * rate for axis, k in zip(AXES, ki, strict=True)},
+        **{f"kp_{axis}{kp_unit}": k * rate for axis, k in zip(world.AXES, kp, strict=True)},
+        **{f"ki_{axis}{ki_unit}": k * rate * rate for axis, k in zip(world.AXES, ki, strict=True)},
     }
 
 
@@ -85,12 +64,14 @@ def kalman_parameters() -> dict[str, float]:
         pitch  sd(f_y) / g        roll  sd(f_x) / g
         heading^2 = (sd(m_x) / m_h)^2 + (roll m_z / m_h)^2
     """
-    acc = [math.sqrt(v / AVERAGED) for v in ACC_VARIANCE]
-    level = math.hypot(FIELD_UT[0], FIELD_UT[1])
+    acc = [math.sqrt(v / world.AVERAGED) for v in world.ACC_VARIANCE]
+    level = math.hypot(world.FIELD_UT[0], world.FIELD_UT[1])
     pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
-    heading = math.hypot(math.sqrt(MAG_VARIANCE[0]), roll * FIELD_UT[2]) / level
+    heading = math.hypot(math.sqrt(world.MAG_VARIANCE[0]), roll * world.FIELD_UT[2]) / level
     values = {"scale": 64.0, "p0_sd": 0.01}
-    for axis, variance, angle in zip("xyz", GYRO_VARIANCE, (pitch, roll, heading), strict=True):
+    for axis, variance, angle in zip(
+        "xyz", world.GYRO_VARIANCE, (pitch, roll, heading), strict=True
+    ):
         values |= {f"gyro_sd_{axis}": math.sqrt(variance), f"angle_sd_{axis}": angle}
     return values
 
@@ -102,9 +83,9 @@ def _kalman_of_table_4() -> dict[str, float]:
     """
     values = kalman_parameters()
     angle = math.radians(0.2)
-    for axis, k in zip("xyz", KP, strict=True):
+    for axis, k in zip("xyz", world.KP, strict=True):
         values[f"angle_sd_{axis}"] = angle
-        values[f"gyro_sd_{axis}"] = angle * k / math.sqrt(1.0 - k) * LOOP_HZ
+        values[f"gyro_sd_{axis}"] = angle * k / math.sqrt(1.0 - k) * world.LOOP_HZ
     return values
 
 
@@ -129,7 +110,7 @@ METHODS = (
         "complementary",
         "the improved complementary filter",
         Complementary(),
-        gains(rate_hz=LOOP_HZ),
+        gains(rate_hz=world.LOOP_HZ),
     ),
     Method("ma2014_cf_as_printed", "the paper's filter, eq. (3) as printed", _PRINTED, gains()),
     Method("gyro_as_printed", "gyro alone, eq. (3) as printed", _PRINTED, _GYRO),
@@ -148,7 +129,8 @@ def run_method(
     """
     return [
         (
-            180.0 * np.stack([np.column_stack([r.outputs[n] for n in AXES]) for r in runs], axis=1),
+            180.0
+            * np.stack([np.column_stack([r.outputs[n] for n in world.AXES]) for r in runs], axis=1),
             sum(run.n_saturated for run in runs),
         )
         for runs in _runs(method, logs, levels, params)
@@ -179,7 +161,7 @@ def count_mismatches(method: Method, log: Record) -> int:
 def score(angles: FloatArray, logs: Sequence[Record]) -> FloatArray:
     """Error [deg] of the samples from t = 0 on: (steps - LEAD, runs, 3)."""
     truth = [np.degrees(quaternion_to_euler(NineAxis.of(log).attitude)) for log in logs]
-    return wrapped(angles - np.stack(truth, axis=1), 360.0)[LEAD:]
+    return wrapped(angles - np.stack(truth, axis=1), 360.0)[world.LEAD :]
 
 
 #: Section 3.2 with two sets of errors, and section 1.3, the heading test, with those of case C.
@@ -196,10 +178,10 @@ _INTRO = (
 )
 _SQUARED = "\N{SUPERSCRIPT TWO}"
 _TABLE_2 = {
-    "gyro bias, rad/s": GYRO_BIAS,
-    f"gyro, (rad/s){_SQUARED}": GYRO_VARIANCE,
-    f"accelerometer, (m/s{_SQUARED}){_SQUARED}": ACC_VARIANCE,
-    f"magnetometer, G{_SQUARED}": MAG_VARIANCE_G,
+    "gyro bias, rad/s": world.GYRO_BIAS,
+    f"gyro, (rad/s){_SQUARED}": world.GYRO_VARIANCE,
+    f"accelerometer, (m/s{_SQUARED}){_SQUARED}": world.ACC_VARIANCE,
+    f"magnetometer, G{_SQUARED}": world.MAG_VARIANCE_G,
 }
 
 
@@ -231,7 +213,7 @@ def run_case(name: str, seeds: range) -> Runs:
     """Errors [deg] of every method, by ``METHOD_FIGURE_AXIS_POOLING``."""
     if name == "heading":
         return _heading_test(seeds)
-    logs = [make_log(E2, name, seed) for seed in seeds]
+    logs = [world.make_log(world.E2, name, seed) for seed in seeds]
     figures: dict[str, FloatArray] = {}
     errors = {}
     for method in METHODS:
@@ -241,7 +223,7 @@ def run_case(name: str, seeds: range) -> Runs:
         saturated = floating[1] + fixed[1]
         figures[f"{method.key}_saturated_sum"] = np.array([saturated / len(logs)] * len(logs))
         apart = wrapped(error - score(floating[0], logs), 360.0).std(axis=0)
-        for k, axis in enumerate(AXES):
+        for k, axis in enumerate(world.AXES):
             figures[f"{method.key}_fixed_{axis}_max"] = apart[:, k]
     for key in _KALMAN:
         figures |= spread(f"less_{key}", errors["ma2014_cf"] - errors[key])
@@ -251,7 +233,7 @@ def run_case(name: str, seeds: range) -> Runs:
 def spread(name: str, error: FloatArray) -> dict[str, FloatArray]:
     """Errors (steps, runs, 3): standard deviation, largest, the same without the run's mean."""
     figures = {}
-    for k, axis in enumerate(AXES):
+    for k, axis in enumerate(world.AXES):
         e = error[..., k]
         figures[f"{name}_sd_{axis}_rms"] = e.std(axis=0)
         figures[f"{name}_most_{axis}_median"] = np.abs(e).max(axis=0)
@@ -261,16 +243,16 @@ def spread(name: str, error: FloatArray) -> dict[str, FloatArray]:
 
 def _heading_test(seeds: range) -> Runs:
     """Section 1.3: spectra of the heading error [deg], in whole periods."""
-    logs = [make_log(E1, "C", seed) for seed in seeds]
+    logs = [world.make_log(world.E1, "C", seed) for seed in seeds]
     figures = {}
     for method in METHODS:
         if not method.key.endswith("_as_printed"):
             ((angles, _),) = run_method(method, logs, ("c",))
-            error = score(angles, logs)[: round(E1.seconds * LOOP_HZ), :, 2]
-            slow = slow_share(error, LOOP_HZ)
+            error = score(angles, logs)[: round(world.E1.seconds * world.LOOP_HZ), :, 2]
+            slow = slow_share(error, world.LOOP_HZ)
             figures[f"{method.key}_share_heading_median"] = slow
             figures[f"{method.key}_slow_heading_median"] = error.std(axis=0) * np.sqrt(slow)
-            figures[f"{method.key}_line_heading_median"] = line_amplitude(error, LOOP_HZ)
+            figures[f"{method.key}_line_heading_median"] = line_amplitude(error, world.LOOP_HZ)
     return Runs(figures)
 
 
@@ -301,25 +283,28 @@ def _noise_free() -> dict[str, float]:
     """Eq. (3) as printed against the consistent set, without any noise, in fixed point."""
     out: dict[str, float] = {}
     for name, rate, of_sample in (
-        ("gyro_8", LOOP_HZ, 0.0),
+        ("gyro_8", world.LOOP_HZ, 0.0),
         ("gyro_100", 100.0, 0.0),
-        ("filter_8", LOOP_HZ, 1.0),
+        ("filter_8", world.LOOP_HZ, 1.0),
         ("filter_100", 100.0, 1.0 / 100.0),  # gains per second
     ):
-        log = noise_free_log(E2, rate)
-        ki = [k * of_sample * of_sample for k in KI]
-        params = gains([k * of_sample for k in KP], ki)
+        log = world.noise_free_log(world.E2, rate)
+        ki = [k * of_sample * of_sample for k in world.KI]
+        params = gains([k * of_sample for k in world.KP], ki)
         for method in METHODS:
             if method.key in ("ma2014_cf", "ma2014_cf_as_printed"):
                 ((angles, _),) = run_method(method, [log], ("c",), params)
                 sd = score(angles, [log])[:, 0].std(axis=0)
-                out |= {f"{name}_{method.key}_{a}": float(v) for a, v in zip(AXES, sd, strict=True)}
+                out |= {
+                    f"{name}_{method.key}_{a}": float(v)
+                    for a, v in zip(world.AXES, sd, strict=True)
+                }
     return out
 
 
 def _differing(seed: int) -> dict[str, float]:
     """Updates in which C differs from the integer interpreter, of each estimator."""
-    log = make_log(E2, "C", seed)
+    log = world.make_log(world.E2, "C", seed)
     ours = [m for m in METHODS if m.key == m.estimator.name]
     return {f"{m.key}_differing": float(count_mismatches(m, log)) for m in ours}
 
@@ -330,19 +315,19 @@ def _timing() -> dict[str, float]:
     for key in ("ma2014_cf", "ekf_quaternion", "complementary"):
         for config, (schedule,) in schedules_of(ESTIMATORS[key]()).items():
             out[f"{key}_{config}_cycles"] = float(schedule.latency)
-            out[f"{key}_{config}_us"] = schedule.latency / CLOCK_MHZ
+            out[f"{key}_{config}_us"] = schedule.latency / world.CLOCK_MHZ
     return out
 
 
 def _sections(figures: dict[str, float]) -> list[Section]:
     """Tables 2 and 3, the times, and what the paper leaves open."""
-    judged = [(case, axis) for case in ("noise", "C") for axis in AXES]
+    judged = [(case, axis) for case in ("noise", "C") for axis in world.AXES]
     times = [
         (
             f"{key}, {config}",
             int(figures[f"{key}_{config}_cycles"]),
             figures[f"{key}_{config}_us"],
-            TIME_US[BESIDE[key]],
+            world.TIME_US[world.BESIDE[key]],
         )
         for key in ("ma2014_cf", "ekf_quaternion", "complementary")
         for config in ("small", "fast")
@@ -369,6 +354,6 @@ def _sections(figures: dict[str, float]) -> list[Section]:
         Section(
             title="What the paper leaves open, or prints twice",
             columns=("", "assumed here"),
-            rows=OPEN,
+            rows=world.OPEN,
         ),
     ]
