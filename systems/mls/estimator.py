@@ -27,18 +27,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight import Estimator, Output, Param, State, ops
+from boresight.model.algebra import covariance
 from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.angles import roll_pitch_heading_ht
-from boresight.model.algebra.covariance import (
-    Symmetric,
-    bounded_element,
-    congruence,
-    covariance_of,
-    covariance_states,
-    element_names,
-    reduced,
-    symmetric,
-)
 from boresight.model.algebra.quaternion import (
     conjugate_turn,
     dot,
@@ -114,7 +105,7 @@ class MlsAttitude(Estimator):
             *parts.attitude_states(),
             *((State("norm", 0.0, NORM_LIMIT, "", 1.0),) if self.free_norm else ()),
             State("unaligned", -1.0, 0.0, "", -1.0),  # -1: not begun, 0: aligned
-            *covariance_states(self.order, lambda i: parts.ALIGN_P),
+            *covariance.covariance_states(self.order, lambda i: parts.ALIGN_P),
         )
         self.outputs = (
             *(Output(name, "ht", 2.5e-5) for name in ("roll", "pitch", "heading")),
@@ -146,7 +137,7 @@ class MlsAttitude(Estimator):
         before = (x.qw, x.qx, x.qy, x.qz)
         product = multiply(dq, before) if "process" in self.printed else multiply(before, dq)
         q = [ops.saturated(c, 1.0) for c in product]
-        a = self._predicted(covariance_of(x, self.order), dq, u, p)
+        a = self._predicted(covariance.covariance_of(x, self.order), dq, u, p)
         c_nb = matrix(q)
 
         field = (u.mx, u.my, u.mz)
@@ -190,7 +181,7 @@ class MlsAttitude(Estimator):
                 **parts.restarted(q_new, u),
                 **extra,
                 "unaligned": count,
-                **{name: after[i][j] for name, i, j in element_names(self.order)},
+                **{name: after[i][j] for name, i, j in covariance.element_names(self.order)},
             },
             {
                 **dict(zip(("roll", "pitch", "heading"), angles, strict=True)),
@@ -208,7 +199,9 @@ class MlsAttitude(Estimator):
         s = -s if "process" in self.printed else s
         return [ops.bounded(v, -1.0, 1.0, "sine, cosine") for v in (w, *(s * h for h in half))]
 
-    def _predicted(self, a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
+    def _predicted(
+        self, a: covariance.Symmetric, dq: list[Any], u: Any, p: Any
+    ) -> covariance.Symmetric:
         """F P F^T + Q in the body's basis: turned by C(dq), as printed (18) not at all."""
         lead = self.order - 3
         white = ops.saturated(0.5 * p.gyro_sd * (u.dt * p.scale), parts.STEP_LIMIT)
@@ -216,29 +209,33 @@ class MlsAttitude(Estimator):
         full = parts.sum_of(a[k][k] for k in range(lead, self.order)) >= parts.TRACE_LIMIT
 
         def element(i: int, j: int, value: Any) -> Any:
-            return bounded_element(value + ops.where(full, 0.0, noise) if i == j else value, i, j)
+            return covariance.bounded_element(
+                value + ops.where(full, 0.0, noise) if i == j else value, i, j
+            )
 
         if "process" in self.printed:
-            return symmetric(self.order, lambda i, j: element(i, j, a[i][j]))
+            return covariance.symmetric(self.order, lambda i, j: element(i, j, a[i][j]))
         m = [[0.0] * lead + row for row in matrix(dq)]
-        return congruence([[1.0, 0.0, 0.0, 0.0]] * lead + m, a, element)
+        return covariance.congruence([[1.0, 0.0, 0.0, 0.0]] * lead + m, a, element)
 
     def _updated(
         self,
-        a: Symmetric,
+        a: covariance.Symmetric,
         error: list[Any],
         r: list[Any],
         square: float,
         variance: Any,
         nu: list[Any],
         bad: Any,
-    ) -> tuple[Symmetric, list[Any]]:
+    ) -> tuple[covariance.Symmetric, list[Any]]:
         """P and correction after the components of n C^T V / |V|, none where ``bad`` holds.
 
         Row k of H / (2 |V|) is n r_k of the norm, if that is free, then n r x. So S = H P H^T + R
         follows from products that are ready long before P is.
         """
-        squares = symmetric(3, lambda i, j: ops.bounded(r[i] * r[j], -square, square, "field"))
+        squares = covariance.symmetric(
+            3, lambda i, j: ops.bounded(r[i] * r[j], -square, square, "field")
+        )
         lead, states = self.order - 3, range(self.order)
         for k, off in enumerate(nu):
             after, last = (k + 1) % 3, (k + 2) % 3
@@ -255,15 +252,15 @@ class MlsAttitude(Estimator):
             moves: list[Any] = []
             off = off - parts.sum_of(sign * (r[m] * error[j]) for j, sign, m in row)
             parts.update(gains, moves, column, s, off, NOISE_LIMIT * NOISE_LIMIT + square)
-            a = reduced(a, gains[0])
+            a = covariance.reduced(a, gains[0])
             error = [
                 ops.saturated(d + g * moves[0], 2.0) for d, g in zip(error, gains[0], strict=True)
             ]
         return a, error
 
     def _turned(
-        self, a: Symmetric, correction: list[Any], fresh: Any, first: Any
-    ) -> tuple[Any, Symmetric]:
+        self, a: covariance.Symmetric, correction: list[Any], fresh: Any, first: Any
+    ) -> tuple[Any, covariance.Symmetric]:
         """(|correction|, P in the basis of the corrected quaternion); P0 where ``fresh``.
 
         L(c)^T P L(c) with c of length one; with the norm taken off, c is as much shorter than one
@@ -272,7 +269,7 @@ class MlsAttitude(Estimator):
 
         def element(i: int, j: int, value: Any) -> Any:
             value = ops.where(fresh, first if i == j else 0.0, value)
-            value = bounded_element(value, i, j)
+            value = covariance.bounded_element(value, i, j)
             # Of the norm, which has no noise, rounding would take the variance below 0.
             return ops.maximum(value, NORM_FLOOR) if self.free_norm and i == j == 0 else value
 
@@ -281,7 +278,7 @@ class MlsAttitude(Estimator):
         if self.free_norm:
             unit = [ops.saturated(v * shrink, 1.0) for v in correction]
             length = ops.saturated(square * shrink, NORM_LIMIT)
-            return length, congruence(left_matrix(unit), a, element)
+            return length, covariance.congruence(left_matrix(unit), a, element)
         unit = [v * shrink for v in correction]
         c = [v * shrink for v in unit]
-        return 1.0, congruence([row[1:] for row in left_matrix(c)[1:]], a, element)
+        return 1.0, covariance.congruence([row[1:] for row in left_matrix(c)[1:]], a, element)
