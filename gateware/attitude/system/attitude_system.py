@@ -89,6 +89,7 @@ class AttitudeSystem(wiring.Component):
             ("host", self._bridge),
             ("output", self._output),
         )
+        self._orders = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
         self.events = tuple(
             f"{source}_{name}" for source, part in self._sources for name in part.EVENTS
         )
@@ -162,9 +163,9 @@ class AttitudeSystem(wiring.Component):
             read_cycles=self._attitude.read_cycles,
         )
         time = Signal(32)
-        m.d.sync += time.eq(time + 1)
-        orders = self._orders(m, bus)
-        self._pins(m)
+        # Orders of a write of register ``order`` in the cycle before, by name.
+        orders: Any = Signal(layout_of(self._orders))
+        m.d.sync += [time.eq(time + 1), orders.eq(bus.order)]
         self._sensors(m, bus, orders, time)
         self._filter(m, bus, orders)
         self._results(m, bus)
@@ -185,17 +186,16 @@ class AttitudeSystem(wiring.Component):
         ]
         return m
 
-    def _orders(self, m: Module, bus: SystemBus) -> Any:
-        """Orders of a write of register ``order`` in the cycle before, by name."""
-        fields = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
-        orders: Any = Signal(layout_of(fields))
-        m.d.sync += orders.eq(bus.order)
-        return orders
-
     def _sensors(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
-        """Readers to their registers."""
+        """Pins, readers, and their registers."""
         inertial, compass, csr = self._inertial, self._compass, bus
+        for name in ("cs_n", "sclk", "mosi", "reset_n"):
+            m.d.comb += getattr(self, f"adis_{name}").eq(getattr(inertial, name))
         m.d.comb += [
+            inertial.miso.eq(self.adis_miso),
+            inertial.data_ready.eq(self.adis_data_ready),
+            compass.rx.eq(self.hmr_rx),
+            self.hmr_tx.eq(compass.tx),
             inertial.time.eq(time),
             inertial.restart.eq(orders.restart_inertial),
             *(getattr(inertial, name).eq(getattr(csr, f"inertial_{name}")) for name in SETTINGS),
@@ -278,22 +278,9 @@ class AttitudeSystem(wiring.Component):
         wiring.connect(m, bus.core, attitude.bus)
         wiring.connect(m, output.port, attitude.ports[0])
 
-    def _pins(self, m: Module) -> None:
-        """Parts to pins."""
-        inertial, compass, bridge = self._inertial, self._compass, self._bridge
-        for name in ("cs_n", "sclk", "mosi", "reset_n"):
-            m.d.comb += getattr(self, f"adis_{name}").eq(getattr(inertial, name))
-        m.d.comb += [
-            inertial.miso.eq(self.adis_miso),
-            inertial.data_ready.eq(self.adis_data_ready),
-            compass.rx.eq(self.hmr_rx),
-            self.hmr_tx.eq(compass.tx),
-            bridge.rx.eq(self.host_rx),
-            self.host_tx.eq(bridge.tx),
-        ]
-
     def _initiators(self, m: Module, bus: SystemBus, bridge: Bridge) -> None:
         """Initiators of the register bus: the host, and a processor if present."""
+        m.d.comb += [bridge.rx.eq(self.host_rx), self.host_tx.eq(bridge.tx)]
         if not self.wishbone:
             wiring.connect(m, bridge.bus, bus.bus)
             m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
