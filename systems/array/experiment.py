@@ -71,16 +71,11 @@ class Array(CasesExperiment):
         **{"b_calibrated": 2, "b_faults": 2}
     }
     intro = """
-        A radar array rests for 300 s, in which its attitude is found from gyros and
-        accelerometers. It is erected to a pitch of 66 deg, and turned about the vertical for
-        hours. A mark on the turntable tells its azimuth once a turn. Wang Wenzhe et al.
-        (2016) print errors after each hour. Here the integer program of the core runs
-        through every sample, in C.
-
-        Sensor errors are the paper's (gyro 0.003 deg/h, 1e-5, 20e-6; accelerometer 20 ug,
-        1e-4, 20e-6), their signs drawn in every run. As in the paper there is no noise,
-        unless a case says so. Errors, in arcsec, count while it turns; later: from the
-        second turn on.
+        The array of Wang Wenzhe et al. (2016) rests for 300 s, is erected to a pitch of
+        66 deg, and turned about the vertical for hours. The integer program of the core runs
+        through every sample, in C. Sensor errors are the paper's, their signs drawn in every
+        run; there is no noise, unless a case says so. Errors, in arcsec, count while it turns;
+        later: from the second turn on.
     """
     columns = {
         **{f"{a}, {kind}": f"{a}_{kind}" for a in ANGLES for kind in ("rms", "max")},

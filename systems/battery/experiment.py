@@ -37,14 +37,10 @@ class Battery(CasesExperiment):
         ),
     }
     intro = """
-        A Kalman filter of three states has the current and the voltage of a lithium cell
-        once a second: its charge, and the voltages of two elements of its equivalent
-        circuit. Two hours of changing loads, ten minutes of rest, a charge; the filter
-        begins at half, the cell nearly full.
-
-        {runs} runs of the integer program, seeds {seed} to {last}; charges as shares of a
-        full cell, after ten minutes. Counted: the sum of the measured current alone, from
-        the true charge on.
+        Two hours of changing loads, ten minutes of rest, a charge; the filter begins at half,
+        the cell nearly full. {runs} runs of the integer program, seeds {seed} to {last}; charges
+        as shares of a full cell, after ten minutes. Counted: the sum of the measured current
+        alone, from the true charge on.
     """
     columns = {
         "charge, rms": "charge_rms",

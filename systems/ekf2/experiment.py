@@ -32,13 +32,10 @@ class Ekf2(CasesExperiment):
         "no_field": Case("no magnetometer", {"without": ("field", "declination")}),
     }
     intro = """
-        24 error states of PX4's EKF2: attitude, velocity, position, biases of gyro and
-        accelerometer, earth's and body's magnetic field, wind, terrain; one scalar
-        measurement in each of 100 updates a second.
-
-        {runs} runs of the integer program, seeds {seed} to {last}, 90 s each; figures after
-        half a minute, velocity and position without the outages and two seconds after them.
-        Drift: most position error within an outage.
+        One scalar measurement in each of 100 updates a second. {runs} runs of the integer
+        program, seeds {seed} to {last}, 90 s each; figures after half a minute, velocity and
+        position without the outages and two seconds after them. Drift: most position error
+        within an outage.
     """
     columns = {
         "attitude, rms, deg": "attitude_rms",

@@ -36,13 +36,10 @@ class InsGnss(CasesExperiment):
         "lever_unknown": Case("drone, antenna taken to be at the sensor", _DRONE),
     }
     intro = """
-        15 error states: attitude, velocity, position, biases of gyro and accelerometer.
-        Inertial sensors at 100 Hz, fixes of 1 m and 0.1 m/s at 10 Hz, 0.1 s late, of an
-        antenna 1.5 m away.
-
-        {runs} runs of the integer program, seeds {seed} to {last}, two minutes each;
-        figures after half a minute, without the outages and two seconds after them. Drift:
-        most position error within an outage.
+        Inertial sensors at 100 Hz, fixes of 1 m and 0.1 m/s at 10 Hz, 0.1 s late, of an antenna
+        1.5 m away. {runs} runs of the integer program, seeds {seed} to {last}, two minutes
+        each; figures after half a minute, without the outages and two seconds after them.
+        Drift: most position error within an outage.
     """
     columns = {
         "attitude, rms, deg": "attitude_rms",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,38 +26,12 @@ GLIDE_DEG = 3.0  #: elevation of receivers.
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 STEP_DEG = 0.05  #: between beams of a scan.
 _SCAN = SCANS["azimuth"]
-_HIGH = (20.0, 30.0)  #: elevations at which Z is looked at as well.
+_HIGH = 30.0  #: elevation at which Z is looked at as well.
 _PULSES = (
     "Elements displaced along {} by b d N(0, 1), 64 elements, one draw: what receivers at -60, 0 "
     "and 60 deg get over time, a pulse while the beam goes to 62 deg and one while it comes back "
-    "(bars), with a pause of 0.6 ms between. "
+    "(bars), with a pause of 0.6 ms between."
 )
-_AXES = {
-    "x": "At b = 0.5 only the ends of the scan are usable, as the paper says; at 0.1 the pulse is "
-    "lower, but as wide as before.",
-    "y": "In the centre a displacement along the array does not change the path.",
-    "z": "Along Z it counts with the sine of the elevation: on a glide path of 3 deg there is "
-    "nothing to see, at 30 deg (table) there is.",
-}
-_COLUMNS = (
-    *("elements, axis, b, azimuth, elevation", "gain", "gain, closed form", "peak", "width, deg"),
-    *("sd, deg", "wrong peaks", "side lobe, dB", "merged"),
-)
-
-
-class Trial(NamedTuple):
-    """What becomes of the pulse of a receiver, over many draws; amplitudes of one draw.
-
-    ``gain`` of the field where it is, and ``closed``, the mean gain in closed form; ``peak`` of the
-    pulse; ``width`` of the -3 dB gate and ``sd`` of the angle found [deg] of pulses at the right
-    place; ``wrong``, the share of those elsewhere; median ``sidelobe_db`` beyond the first ones;
-    ``merged``, the share whose pulses to and fro would be one, never 3 dB lower in between, if the
-    beam turned without a pause. Shown are the scan [deg] and the amplitudes.
-    """
-
-    meaning: str
-    figures: dict[str, float]
-    shown: tuple[FloatArray, FloatArray]
 
 
 def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
@@ -68,38 +42,44 @@ def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
     return np.stack([run.outputs[f"phase_{k}"] for k in range(array.elements)], axis=1)
 
 
-def patterns_of(array: Array, draws: int, seed: int) -> dict[str, Trial]:
-    """Trials by axis, b and azimuth (``x_05_m60``), at higher elevations ``z_05_0_at_30``.
+def patterns_of(
+    array: Array, draws: int, seed: int
+) -> tuple[dict[str, float], dict[str, tuple[FloatArray, FloatArray]]]:
+    """Figures of pulses (`_figures`) and one draw's scan [deg] and amplitudes, by their names.
 
-    The phases are those of the core for beams every `STEP_DEG`, the deck level.
+    A name has axis, b and azimuth (``x_05_m60``), at the higher elevation ``z_05_0_at_30``. The
+    phases are those of the core for beams every `STEP_DEG`, the deck level.
     """
     scan = np.linspace(_SCAN.low, _SCAN.high, round(2.0 * _SCAN.half / STEP_DEG) + 1)
-    trials = {}
-    for elevation in (GLIDE_DEG, *_HIGH):
+    figures, shown = dict[str, float](), {}
+    for elevation in (GLIDE_DEG, _HIGH):
         phases = phases_of(array, np.tile(LEVEL, (len(scan), 1)), direction(scan, elevation))
-        for axis, (k, b) in ((a, kb) for a in range(3) for kb in enumerate((0.1, 0.5))):
-            for key, azimuth in AZIMUTHS.items():
-                name, e = f"{'xyz'[axis]}_0{10 * b:.0f}_{key}", direction(azimuth, elevation)
-                if elevation != GLIDE_DEG and name != "z_05_0":
-                    continue
-                rng = np.random.default_rng([seed, axis, k, round(azimuth) % 360])
-                q = array.displacements(axis, b, draws, rng)
-                amplitude = np.abs(array.field(phases, e, q))
-                # 2 pi b d/lambda c, c the direction's cosine along the axis
-                turn = 2.0 * math.pi * b * array.spacing * float(e[axis])
-                figures = _figures(array, scan, amplitude, azimuth, turn)
-                name += "" if elevation == GLIDE_DEG else f"_at_{elevation:.0f}"
-                meaning = (
-                    f"{array.elements}, {'XYZ'[axis]}, {b}, {azimuth:g} deg, {elevation:g} deg"
-                )
-                trials[name] = Trial(meaning, figures, (scan, amplitude[0]))
-    return trials
+        for axis, (k, b), (key, azimuth) in product(
+            range(3), enumerate((0.1, 0.5)), AZIMUTHS.items()
+        ):
+            name, e = f"{'xyz'[axis]}_0{10 * b:.0f}_{key}", direction(azimuth, elevation)
+            if elevation != GLIDE_DEG and name != "z_05_0":
+                continue
+            rng = np.random.default_rng([seed, axis, k, round(azimuth) % 360])
+            q = array.displacements(axis, b, draws, rng)
+            amplitude = np.abs(array.field(phases, e, q))
+            name += "" if elevation == GLIDE_DEG else f"_at_{elevation:.0f}"
+            values = _figures(array, scan, amplitude, azimuth).items()
+            figures |= {f"{name}_{figure}": float(value) for figure, value in values}
+            shown[name] = scan, amplitude[0]
+    return figures, shown
 
 
 def _figures(
-    array: Array, scan: FloatArray, amplitude: FloatArray, azimuth: float, turn: float
-) -> dict[str, float]:
-    """Figures of amplitudes (draws, m); see `Trial`."""
+    array: Array, scan: FloatArray, amplitude: FloatArray, azimuth: float
+) -> dict[str, Any]:
+    """What becomes of the pulse of a receiver at an azimuth, of amplitudes (draws, m).
+
+    ``gain`` of the field where it is; ``width`` of the -3 dB gate and ``sd`` of the angle found
+    [deg] of pulses at the right place; ``wrong``, the share of those elsewhere; median
+    ``sidelobe_db`` beyond the first ones; ``merged``, the share whose pulses to and fro would be
+    one, never 3 dB lower in between, if the beam turned without a pause.
+    """
     # To the second null, so that the first side lobes are part of it.
     tilt = math.cos(math.radians(azimuth))
     main = math.degrees(2.0 / (array.elements * array.spacing * tilt))
@@ -107,33 +87,22 @@ def _figures(
     error = _SCAN.angle(*_SCAN.times(main_lobe.centre)) - azimuth
     right = np.abs(error) < main
     between = np.where(scan >= azimuth, amplitude, np.inf).min(axis=1)
-    figures = {
+    return {
         "gain": amplitude[:, np.abs(scan - azimuth).argmin()].mean(),
-        **{"closed": math.exp(-(turn**2) / 2.0), "peak": main_lobe.peak.mean()},
         **{"width": np.median(main_lobe.width[right]), "sd": error[right].std()},
         **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(main_lobe.sidelobe_db)},
         "merged": (between > np.sqrt(0.5) * main_lobe.peak).mean(),
     }
-    return {name: float(value) for name, value in figures.items()}
 
 
-def sections_of(patterns: Mapping[int, Mapping[str, Trial]]) -> Iterator[Section]:
-    """Figures 3 to 5, and the table of all trials, by number of elements."""
-    pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
-    yield Section(title="Figures 3 to 5: elements out of place", figures=pulses)
-    trials = [trial for by_name in patterns.values() for trial in by_name.values()]
-    rows: list[list[str | float]] = [[trial.meaning, *trial.figures.values()] for trial in trials]
-    yield Section(title="The same in numbers", columns=_COLUMNS, rows=rows)
-
-
-def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
+def _pulses(patterns: Mapping[str, tuple[FloatArray, FloatArray]], axis: str) -> str:
     """Figures 3 to 5: what receivers at three azimuths get over time."""
     with settings():
         figure, grid = figure_and_axes(3.4, 2, 3, sharex=True, sharey=True)
         for row, b in zip(grid, (1, 5), strict=True):
             row[0].set_ylabel("amplitude")
             for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
-                time, amplitude = _SCAN.waveform(*patterns[f"{axis}_0{b}_{key}"].shown)
+                time, amplitude = _SCAN.waveform(*patterns[f"{axis}_0{b}_{key}"])
                 for at in _SCAN.times(azimuth):
                     axes.axvline(1e3 * at, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
                 axes.plot(1e3 * time, amplitude, color=COLOUR["heading"], linewidth=0.8)
@@ -183,10 +152,7 @@ CASES = {
 _BEAMS = (
     "Azimuth antenna (above) and elevation antenna (below), receivers at azimuths of -60, 0 and 60 "
     "deg, 3 deg high (bars), the ship turned by up to 10 deg about each axis: pulses with phases "
-    "of a level array, and with phases turned by the filter's attitude, here of beams 3 deg to "
-    "each side, at 60 deg past the end of the scan. The ship turns as "
-    "a whole here; displacements as in (14), of each element by itself, are beyond what any "
-    "attitude can take back."
+    "of a level array, and with phases turned by the filter's attitude, 3 deg to each side."
 )
 
 
@@ -196,15 +162,10 @@ class Mls(CasesExperiment):
     estimator, step_s, at_once = MlsAttitude, 1.0 / RATE_HZ, 50
     cases, most_runs = CASES, {name: FEW for name in CASES if name not in _ALL_RUNS}
     intro = """
-        A landing-system array on a moving deck. Wang Ding et al. (2018) show pulses of a
-        phased array whose elements are out of place (Figures 3 to 5), a quaternion Kalman
-        filter on a turntable (6), and pulses after compensation (7); they print no numbers.
-        Here are numbers. The phases that make every pattern are those of the core's program;
-        the filter is the integer program too.
-
-        Elements are half a wavelength apart, the receiver stands 3 deg high. Gyro 0.3 deg/s
-        of noise a sample at 1 kHz with the bias that gives the prototype's figures,
-        accelerometer 0.02 g, field 2 %. What does not hold, or is not asked for, has a note.
+        Wang Ding et al. (2018) show pulses of a phased array whose elements are out of place
+        (Figures 3 to 5), a quaternion Kalman filter on a turntable (6), and pulses after
+        compensation (7), without numbers. Here are numbers, of the core's integer programs;
+        {runs} runs, seeds {seed} to {last}.
     """
     columns = {
         **{f"{axis}, deg": f"{axis}_deg" for axis in (*AXES, "worst")},
@@ -215,8 +176,7 @@ class Mls(CasesExperiment):
     shown = ("corrected", "lag_5ms")
     shown_text = (
         "Figure 6: encoder of 1024 lines (0.088 deg) and filter, and the error. Every 1.5 s an "
-        "axis jumps by 8 deg in 60 ms. The filter begins with the mean of an eighth of a second, "
-        "and forgets its error slowly."
+        "axis jumps by 8 deg in 60 ms."
     )
 
     def run_case(self, name: str, seeds: range) -> Runs:
@@ -264,12 +224,10 @@ class Mls(CasesExperiment):
                 figures[f"mls_{name}_lag_ms"] = float(spread.argmin(axis=0).max())
         figures |= {f"mls_{axis}_deg": pooled["corrected"][f"{axis}_deg"] for axis in AXES}
         figures["mls_fixed_float_deg"] = max(pooled[n]["fixed_float_deg"] for n in COMPARED)
-        self.patterns = {}
-        for elements in (64, 16):
+        for elements in (16, 64):
             say(f"patterns of {elements} elements")
-            self.patterns[elements] = patterns_of(Array(elements), 4 * max(runs, FEW), seed)
-            for name, trial in self.patterns[elements].items():
-                figures |= {f"array{elements}_{name}_{k}": v for k, v in trial.figures.items()}
+            some, self.patterns = patterns_of(Array(elements), 4 * max(runs, FEW), seed)
+            figures |= {f"array{elements}_{name}": value for name, value in some.items()}
         for config, parts in schedules_of(
             MlsAttitude(), ArrayPhases(), ArrayPhases(axis="z")
         ).items():
@@ -278,27 +236,13 @@ class Mls(CasesExperiment):
         return figures
 
     def sections(self, outcomes: Mapping[str, Runs]) -> list[Section]:
-        """Figures 3 to 5 and 7; errors of the beams."""
+        """Figures 3 to 5 and 7."""
+        pulses = [(_PULSES.format(axis.upper()), _pulses(self.patterns, axis)) for axis in "xyz"]
         beams = [("", _beams(outcomes["rolling"].shown))]
-        sections = [
-            *sections_of(self.patterns),
+        return [
+            Section(title="Figures 3 to 5: elements out of place", figures=pulses),
             Section(title="Figure 7: compensation", text=_BEAMS, figures=beams),
         ]
-        for antenna in SCANS:
-            keys = [
-                f"{level}{antenna}_{k}_deg" for level in ("", "uncompensated_") for k in AZIMUTHS
-            ]
-            heads = [
-                f"{a:g} deg{level}" for level in ("", ", level array") for a in AZIMUTHS.values()
-            ]
-            rows: list[list[str | float]] = [
-                [CASES[name].meaning, *(figures[key] for key in keys)]
-                for name, figures in ((n, o.pooled()) for n, o in outcomes.items())
-                if keys[0] in figures
-            ]
-            title = f"Beams, {antenna}: root mean square, deg"
-            sections.append(Section(title=title, columns=("receiver at", *heads), rows=rows))
-        return sections
 
 
 def flown(

@@ -27,11 +27,7 @@ class Pmsm(CasesExperiment):
     world, estimator, step_s = Motor, Core, DT
     cases = {name: Case(machine.meaning, {"machine": name}) for name, machine in MACHINES.items()}
     intro = """
-        One core has the currents of a machine and answers with the next voltage, 20,000
-        times a second: Kalman filter of four states, speed and current controllers, no
-        sensor at the rotor. Forced start from any angle, load from 0.3 to 0.45 s, reversal
-        at 0.5 s, load again.
-
+        Forced start from any angle, load from 0.3 to 0.45 s, reversal at 0.5 s, load again.
         {runs} runs of the integer program in closed loop, seeds {seed} to {last}; angle and
         speed from 0.25 s on, in electrical degrees. Nothing is tuned for a case.
     """

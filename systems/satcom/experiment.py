@@ -60,14 +60,10 @@ class Satcom(CasesExperiment):
     estimator, step_s = Filter, 0.02
     cases, most_runs = CASES, {"acc_bias": 25, "hz_200": 25}
     intro = """
-        Patent CN104880189 (2015) prints no figure: each of its claims is tested, and
-        equations that it misprints are also simulated as printed. Five minutes of driving,
-        the integer program of the core in closed loop with a 0.6 m antenna in Ku band; gyro
-        bias (0.3, -0.4, 0.5) deg/s.
-
-        {runs} runs, seeds {seed} to {last}, at most 25 of the last two
-        cases; figures after half a minute: root mean square over all runs, the largest, or
-        the mean. The prototype, in float, had ideal tracking errors of 0.2 deg.
+        Claims of patent CN104880189 (2015), and equations that it misprints as printed: the
+        integer program of the core in closed loop with a 0.6 m antenna in Ku band. {runs} runs,
+        seeds {seed} to {last}, at most 25 of the last two cases; figures after half a minute.
+        The prototype, in float, had ideal tracking errors of 0.2 deg.
     """
     columns = {
         **{f"{a}, deg": f"{a}_rms" for a in ANGLES},

@@ -320,7 +320,7 @@ def _timing() -> dict[str, float]:
 
 
 def _sections(figures: dict[str, float]) -> list[Section]:
-    """Tables 2 and 3, the times, and what the paper leaves open."""
+    """Tables 2 and 3, and the times."""
     judged = [(case, axis) for case in ("noise", "C") for axis in world.AXES]
     times = [
         (
@@ -350,10 +350,5 @@ def _sections(figures: dict[str, float]) -> list[Section]:
             title="Figure 8: time of one update at 100 MHz",
             columns=("", "cycles", "core, us", "paper, us"),
             rows=times,
-        ),
-        Section(
-            title="What the paper leaves open, or prints twice",
-            columns=("", "assumed here"),
-            rows=world.OPEN,
         ),
     ]

@@ -1,4 +1,4 @@
-"""The two tests of Ma Long et al. (2014) as logs, what the paper prints, and what it leaves open.
+"""The two tests of Ma Long et al. (2014) as logs, and what the paper prints.
 
 Ma Long, Zhang Rui and Su Zhigang, "A New Data Fusion Algorithm Based on Magnetometer and MEMS
 Inertial Device", Computer Measurement & Control 22(8), 2014, 2518. Angles are in degrees, in the
@@ -79,45 +79,6 @@ BESIDE = {
     "complementary": "complementary",
     "ekf_quaternion": "kalman",
 }
-
-#: What the paper does not print or prints twice, and what is taken here.
-OPEN = (
-    ("Sample rate of the loop", "8 Hz, the rate of the HMR3300"),
-    (
-        "Unit of time of Kp and Ki",
-        "one sample: x -= Kp e. Per second at 100 Hz the "
-        "levelling error of Table 3 would be three times the printed one",
-    ),
-    (
-        "Site, and so the field",
-        "Tianjin: (-3.45, 27.90, -46.20) uT east, north, up; heading counts from magnetic north",
-    ),
-    (
-        "Euler sequence: eq. (3) is z-y'-x'', eq. (4)-(7) are z-x'-y''",
-        "z-x'-y'' throughout; eq. (3) as printed is run beside it",
-    ),
-    ("Reference unit (AHRS): its own errors", "none: errors here are against exact truth"),
-    (
-        "Kalman filter: only cited (Marins 2001, Sabatini 2006)",
-        "four quaternion states, noises of Table 2",
-    ),
-    ("Length of the heading test: 90 periods of 6 s, or 10 min", "90 periods, 540 s"),
-    ("Time of the complementary filter: 316 us or 360 us (abstract)", "316 us"),
-    ("Gyro bias of Table 2, printed in rad", "rad/s"),
-    (
-        "Accelerometer: samples per update",
-        "12.5 averaged (100 Hz over 8 Hz), delay compensated; "
-        "read off Table 3 itself, so mag/acc is a fit and no prediction",
-    ),
-    (
-        "What is wrong with the sensors beside noise",
-        "case C: gyro misaligned by 1 deg (sd, drawn "
-        "for each axis and run), soft iron of 1 %: x too large, y too small. Found by search too; "
-        "the form of the soft iron was chosen among nine as the one nearest to the mag/acc heading "
-        "of Table 3 and the prototype (0.51 to 0.58 deg)",
-    ),
-)
-
 
 LOOP_HZ = 8.0
 #: Accelerometer samples averaged into one of the loop, 100 Hz over 8 Hz.

@@ -8,7 +8,6 @@ import pytest
 
 from boresight.sim.attitude.ma2014 import experiment
 from boresight.sim.attitude.ma2014.experiment import Ma2014, line_amplitude, slow_share, spread
-from boresight.sim.attitude.ma2014.world import OPEN
 from boresight.sim.experiments.seeds import Runs
 
 
@@ -85,6 +84,5 @@ def test_lines_and_shares_of_a_spectrum():
 def test_the_page_has_the_targets_and_the_tables(result):
     page = html.unescape(result.pages["ma2014.html"])
     assert not re.search(r'<script|(src|href)="http', page)
-    assert all(question in page and answer in page for question, answer in OPEN)
     for text in ("Table 3", "Figure 8", "Targets met", "complementary filter", "--seed 5"):
         assert text in page, text
