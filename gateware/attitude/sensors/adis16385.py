@@ -156,11 +156,6 @@ EVENT_MEANINGS: Final = {
     "overrun": "a data-ready edge came while a sample was being read: skipped",
     "restart": "reset pulse: too many bad samples in a row, a start given up, or asked for",
 }
-#: Level flags.
-FLAGS: Final = data.StructLayout(dict.fromkeys(FLAG_MEANINGS, 1))
-#: Names of the events.
-EVENTS: Final = tuple(EVENT_MEANINGS)
-
 
 #: Cycles from an edge at a pin until it is seen.
 _SYNCHRONISER = 2
@@ -204,8 +199,7 @@ class Adis16385(wiring.Component):
     **Latency** ``sample`` comes `burst_cycles` after a data-ready edge.
     """
 
-    EVENTS: Final = EVENTS
-    FLAGS: Final = FLAGS
+    EVENTS: Final = tuple(EVENT_MEANINGS)
 
     def __init__(
         self, *, clock_hz: float, timing: Timing | None = None, bad_limit: int = 4
@@ -254,8 +248,8 @@ class Adis16385(wiring.Component):
                 "diag_stat": Out(16),
                 "stamp": Out(32),  # ``time`` when its edge was seen, `_SYNCHRONISER` after it
                 "number": Out(16),  # of its edge since the first start, modulo 2**16
-                "flags": Out(FLAGS),
-                "events": Out(len(EVENTS)),
+                "flags": Out(data.StructLayout(dict.fromkeys(FLAG_MEANINGS, 1))),
+                "events": Out(len(self.EVENTS)),
             }
         )
 
@@ -564,7 +558,7 @@ class _Registers:
         self.testing = Signal()  # it is made, its result is next
         self.edge, self.running, self.skipped = _bits("edge", "running", "skipped")
         self.over, self.alarm, self.invalid = _bits("over", "alarm", "invalid")
-        self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
+        self.event = {name: Signal(name=f"event_{name}") for name in EVENT_MEANINGS}
         waits = (reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks, reader.test_ticks)
         self.timer = Signal(range(1 + max(waits)), init=reader.reset_ticks)
         self.done = Signal(init=reader.reset_ticks == 0)  # the timer is 0

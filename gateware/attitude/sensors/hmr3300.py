@@ -97,7 +97,15 @@ class SentenceParser(wiring.Component):
         valid = Signal()
         error = Signal()
         m.d.sync += [valid.eq(self.valid), error.eq(self.error)]
-        nibble, byte = self._byte(m)
+        nibble = Signal(4)
+        digit = (self.data[4:] == 3) & (self.data[:4] < 10)
+        classes = {
+            "digit": digit,
+            **{name: self.data == ord(sign) for name, sign in _SIGNS.items()},
+        }
+        byte = {name: Signal(name=name) for name in classes}
+        m.d.sync += nibble.eq(self.data[:4])
+        m.d.sync += [byte[name].eq(condition) for name, condition in classes.items()]
 
         line = _Line()
         step, field, tenths = line.step, line.field, line.tenths
@@ -126,20 +134,6 @@ class SentenceParser(wiring.Component):
         with m.Elif(error | (self.pause & ~at_begin)):
             m.d.sync += [step.eq(Step.SKIP), self.rejected.eq(step != Step.SKIP)]
         return m
-
-    def _byte(self, m: Module) -> tuple[Signal, Mapping[str, Signal]]:
-        """The byte's low half and its class."""
-        nibble = Signal(4)
-        m.d.sync += nibble.eq(self.data[:4])
-
-        def is_a(name: str, condition: Any) -> Signal:
-            flag = Signal(name=name)
-            m.d.sync += flag.eq(condition)
-            return flag
-
-        byte = {"digit": is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))}
-        byte |= {name: is_a(name, self.data == ord(sign)) for name, sign in _SIGNS.items()}
-        return nibble, byte
 
     def _arithmetic(
         self, m: Module, valid: Signal, nibble: Signal, byte: Mapping[str, Signal], line: _Line

@@ -83,49 +83,20 @@ module hmr3300_device #(
     reg [7:0] head = 0, tail = 0;
     integer unsigned random = 32'h2545F491;
 
-    task put(input [7:0] character);
-        begin
-            text[head] = character;
-            head = head + 8'd1;
-        end
-    endtask
+    reg [8*24-1:0] sentence;  // with bytes of 0 to its left
 
-    task put_whole(input integer value);  // not negative
-        integer power;
-        begin
-            power = 1;
-            while (power * 10 <= value) power = power * 10;
-            while (power > 0) begin
-                put(8'd48 + 8'((value / power) % 10));
-                power = power / 10;
+    task put;  // the sentence
+        for (k = 23; k >= 0; k = k - 1)
+            if (sentence[8*k +: 8] != 0) begin
+                text[head] = sentence[8*k +: 8];
+                head = head + 8'd1;
             end
-        end
-    endtask
-
-    task put_number(input integer value, input tenths);
-        integer size;
-        begin
-            size = value < 0 ? -value : value;
-            if (value < 0) put("-");
-            if (tenths) begin
-                put_whole(size / 10);
-                put(".");
-                put_whole(size % 10);
-            end else put_whole(size);
-        end
-    endtask
-
-    task end_line;
-        begin
-            put(8'h0D);
-            put(8'h0A);
-        end
     endtask
 
     reg counts = 0, streaming = 1;
 
     task put_line(input integer at);
-        integer field, value, begins;
+        integer field, value, size, begins;
         begin
             begins = head;
             if (active[1]) begin
@@ -133,20 +104,25 @@ module hmr3300_device #(
                     random = random ^ (random << 13);
                     random = random ^ (random >> 17);
                     random = random ^ (random << 5);
-                    put(random[11:4]);
+                    text[head] = random[11:4];
+                    head = head + 8'd1;
                 end
             end else begin
                 for (field = 0; field < 3; field = field + 1)
                     if (!(active[6] && field == 1)) begin
-                        if (field != 0) begin
-                            put(",");
-                            put(" ");
-                        end
+                        sentence = field == 0 ? "" : ", ";
+                        put;
                         value = numbers[6 * at + field + (counts ? 3 : 0)];
                         if (active[7]) value = counts ? 40_000 : value + 3600;
-                        put_number(value, !counts);
+                        size = value < 0 ? -value : value;
+                        sentence = value < 0 ? "-" : "";
+                        put;
+                        if (counts) $sformat(sentence, "%0d", size);
+                        else $sformat(sentence, "%0d.%0d", size / 10, size % 10);
+                        put;
                     end
-                if (!active[5]) end_line;
+                sentence = "\015\n";
+                if (!active[5]) put;
                 else head = 8'(begins + 1 + (at % 12));
             end
         end
@@ -197,9 +173,8 @@ module hmr3300_device #(
             else if (command == "M" && !streaming) counts = 1;
             else if (command == "Q" && !streaming) put_line(at);
             else begin
-                put("#");
-                put("I");
-                end_line;
+                sentence = "#I\015\n";
+                put;
             end
             command = 0;
         end
@@ -228,11 +203,8 @@ module hmr3300_device #(
         end else if (starting != 0) begin
             starting = starting - 1;
             if (starting == 0) begin
-                put("H"); put("M"); put("R"); put("3"); put("3"); put("0"); put("0"); put(" ");
-                put("1"); put("."); put("0");
-                end_line;
-                put("#"); put("O"); put("K");
-                end_line;
+                sentence = "HMR3300 1.0\015\n#OK\015\n";
+                put;
             end
         end
         was_reset = active[11];

@@ -176,13 +176,6 @@ _INTRO = (
     "{runs} runs, seeds {seed} to {last}: boresight experiment ma2014 --seed {seed}. Standard "
     "deviations are pooled over the runs; all else are medians.",
 )
-_SQUARED = "\N{SUPERSCRIPT TWO}"
-_TABLE_2 = {
-    "gyro bias, rad/s": world.GYRO_BIAS,
-    f"gyro, (rad/s){_SQUARED}": world.GYRO_VARIANCE,
-    f"accelerometer, (m/s{_SQUARED}){_SQUARED}": world.ACC_VARIANCE,
-    f"magnetometer, G{_SQUARED}": world.MAG_VARIANCE_G,
-}
 
 
 class Ma2014(Experiment):
@@ -320,24 +313,9 @@ def _timing() -> dict[str, float]:
 
 
 def _sections(figures: dict[str, float]) -> list[Section]:
-    """Tables 2 and 3, and the times."""
+    """Table 3."""
     judged = [(case, axis) for case in ("noise", "C") for axis in world.AXES]
-    times = [
-        (
-            f"{key}, {config}",
-            int(figures[f"{key}_{config}_cycles"]),
-            figures[f"{key}_{config}_us"],
-            world.TIME_US[world.BESIDE[key]],
-        )
-        for key in ("ma2014_cf", "ekf_quaternion", "complementary")
-        for config in ("small", "fast")
-    ]
     return [
-        Section(
-            title="Table 2: bias and variances of the sensors, as printed",
-            columns=("", "x", "y", "z"),
-            rows=[(name, *(f"{v:.5g}" for v in values)) for name, values in _TABLE_2.items()],
-        ),
         Section(
             title="Table 3: standard deviations",
             columns=("", *(f"{axis}, {case}, deg" for case, axis in judged)),
@@ -345,10 +323,5 @@ def _sections(figures: dict[str, float]) -> list[Section]:
                 (m.title, *(figures[f"{case}_{m.key}_sd_{axis}_rms"] for case, axis in judged))
                 for m in METHODS
             ],
-        ),
-        Section(
-            title="Figure 8: time of one update at 100 MHz",
-            columns=("", "cycles", "core, us", "paper, us"),
-            rows=times,
-        ),
+        )
     ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from boresight.gateware.attitude.sensors.adis16385 import EVENTS, FLAG_MEANINGS, Adis16385, Timing
+from boresight.gateware.attitude.sensors.adis16385 import FLAG_MEANINGS, Adis16385, Timing
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
 from boresight.sim.rtl.verilator import build
@@ -219,7 +219,7 @@ def _record(happened: Happened, time: int, kind: str, rest: list[str]) -> None:
         stamp, number, log_line = (int(word) for word in rest[:3])
         happened.samples.append(Sample(time, stamp, number, log_line, words))
     elif kind == "E":
-        happened.events.append((time, _names(rest[0], EVENTS)))
+        happened.events.append((time, _names(rest[0], Adis16385.EVENTS)))
     elif kind == "L":
         happened.latest.append((time, _signed(rest[0]), _signed(rest[1])))
     elif kind == "F":
