@@ -31,12 +31,10 @@ _FIXED = ("start.S", "link.ld", "soc.h")
 
 
 def source(name: str) -> str:
-    """Text of a file of this folder."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def find_cross_compiler() -> str:
-    """Path of the compiler."""
     path = shutil.which(COMPILER)
     if path is None:
         raise ToolMissing(

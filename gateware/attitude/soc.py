@@ -56,7 +56,6 @@ class Cpu(wiring.Component):
         super().__init__({"ibus": Out(ProcessorBus()), "dbus": Out(ProcessorBus())})
 
     def elaborate(self, platform: Any) -> Module:
-        """Instance of the package's module, whose Verilog is a separate file."""
         m = Module()
         # On a board there is no other reset after power-up.
         starting = Signal(3, init=-1)
@@ -140,7 +139,6 @@ class Soc(wiring.Component):
         super().__init__({"slot": Out(WishboneSignature()), "word": Out(32), "word_valid": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
-        """Instructions come from the memory; data from memory, counter or slot."""
         m = Module()
         m.submodules.cpu = cpu = Cpu()
         m.submodules.ram = ram = self.ram
@@ -167,7 +165,6 @@ class Soc(wiring.Component):
 
 
 def _forward(source: Any, target: Any, selected: Any) -> list[Any]:
-    """Connect the processor's outputs to a target."""
     names = [
         n for n in ("adr", "dat_w", "stb", "we", "sel", "cti") if n in target.signature.members
     ]

@@ -127,7 +127,6 @@ class EkfBias(Estimator):
     urgent = 7
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         aligning = u.dt + x.unaligned < 0.0
         seeking = u.dt + x.heading_unknown < 0.0
 

@@ -83,7 +83,6 @@ class EkfQuaternion(Estimator):
     urgent = 7
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         aligning = u.dt + x.unaligned < 0.0
         q, dq = parts.predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
         before = covariance_of(x, 4)
@@ -154,6 +153,5 @@ class EkfQuaternion(Estimator):
 
 
 def _unit(v: Any, v_sq: Any) -> list[Any]:
-    """v / |v|."""
     inverse = ops.rsqrt(v_sq)
     return [ops.saturated(c * inverse, 1.0) for c in v]

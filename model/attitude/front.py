@@ -118,7 +118,6 @@ class CalibrateInertial(Estimator):
     urgent = 0  # what counts is when the filter can begin: the length
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample."""
         out = {}
         for sensor, name, limit in (("g", "gyro", GYRO_LIMIT), ("a", "acc", ACC_LIMIT)):
             raw = [getattr(u, f"{sensor}{a}_counts") for a in AXES]
@@ -161,7 +160,6 @@ class CalibrateField(Estimator):
     urgent = 3
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One magnetometer sample."""
         raw = [getattr(u, f"m{a}_counts") - getattr(p, f"field_bias_{a}") for a in AXES]
         field = rows(p, "field", raw, FIELD_LIMIT)
         return {}, {f"m{a}": value for a, value in zip(AXES, field, strict=True)}
@@ -215,7 +213,6 @@ class CompassField(Estimator):
     urgent = 3
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One line of the compass."""
         (sh, ch), (sp, cp), (sr, cr) = (
             ops.sincos_ht(
                 ops.wrap_ht(

@@ -81,7 +81,6 @@ class Ma2014Cf(Estimator):
             self.name = "ma2014_cf_as_printed"
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         # (4): up in the body's axes gives sine and cosine of the pitch and of the roll.
         force_sq = u.ax * u.ax + u.ay * u.ay + u.az * u.az
         inverse = ops.rsqrt(ops.maximum(force_sq, _LEAST_FORCE_SQ))

@@ -208,7 +208,6 @@ def write_board(
 
 
 def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
-    """Words of the input registers for these values."""
     words = {}
     for name, number in values.items():
         wanted = f"an input without a sensor: {', '.join(registers) or 'none declared'}"
@@ -223,7 +222,6 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
 
 
 def _figures(board: Board, filter: int, run: BoardRun, verdict: Judgement) -> dict[str, Any]:
-    """Metrics of a run."""
     us, trace = 1e6 / board.setup.clock_hz, run.trace
     length = board.system.plan.lengths[filter]
     transfer, core = verdict.transfer_cycles[1], verdict.core_cycles[1]

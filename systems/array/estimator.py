@@ -105,7 +105,6 @@ class ArrayAttitude(Estimator):
             self.states += alignment.states(self.align, self.dt)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         restart = u.phase < -0.5
         sample = sd.sampled(x, u, p)
         seen = sd.angles(sample.q)

@@ -71,7 +71,6 @@ class Discharge(BatchedWorld):
         self.cell, self.steps = CELLS[cell], steps
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
-        """All records at once."""
         draws = [np.random.default_rng([seed, 24]) for seed in self.seeds]
         current = np.stack([self._loads(draw) for draw in draws], axis=1)
         z = np.array([draw.uniform(0.8, 0.98) for draw in draws])

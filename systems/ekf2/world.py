@@ -82,7 +82,6 @@ class Flight(BatchedWorld):
         self.without, self.outage, self.steps = tuple(without), outage, steps
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
-        """All records at once."""
         runs = [self._run(seed) for seed in self.seeds]
         yield {name: np.stack([run[name] for run in runs], axis=1) for name in runs[0]}
 

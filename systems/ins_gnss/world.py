@@ -77,7 +77,6 @@ class Journey(BatchedWorld):
         self.delay_steps, self.lever = round(delay / DT), np.array(lever)
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
-        """All records at once."""
         runs = [self._run(seed) for seed in self.seeds]
         yield {name: np.stack([run[name] for run in runs], axis=1) for name in runs[0]}
 

@@ -129,7 +129,6 @@ class MlsAttitude(Estimator):
         return values
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         progress = ops.where(u.dt < 0.0, -1.0, x.unaligned)
         aligning = progress < 0.0
         norm: Any = ops.where(aligning, 1.0, x.norm) if self.free_norm else 1.0

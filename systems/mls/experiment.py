@@ -236,7 +236,6 @@ class Mls(CasesExperiment):
         return figures
 
     def sections(self, outcomes: Mapping[str, Runs]) -> list[Section]:
-        """Figures 3 to 5 and 7."""
         pulses = [(_PULSES.format(axis.upper()), _pulses(self.patterns, axis)) for axis in "xyz"]
         beams = [("", _beams(outcomes["rolling"].shown))]
         return [

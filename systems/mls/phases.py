@@ -65,7 +65,6 @@ class ArrayPhases(Estimator):
         )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One beam: see the module docstring."""
         c = matrix((u.qw, u.qx, u.qy, u.qz), unit=False)
         beam = (u.beam_x, u.beam_y, u.beam_z)
         ahead = dot(beam, [row[0] for row in c])

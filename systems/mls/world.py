@@ -182,7 +182,6 @@ class OnDeck(World):
         self.columns = dict(zip(names, rows.T, strict=True))
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
-        """All records; see `World`."""
         yield self.columns
 
 
@@ -231,7 +230,6 @@ class Landing(World):
             self.q[:] = [1.0, 0.0, 0.0, 0.0]
 
     def start(self) -> None:
-        """Restart."""
         self._count, self._beam = 0, 0
         self._centre, self._half = self.scan.middle, self.scan.half
         self._amplitude = np.zeros(self.beams)
@@ -248,7 +246,6 @@ class Landing(World):
         return np.linspace(max(low, self.scan.low), min(high, self.scan.high), self.beams)
 
     def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
-        """The next beam; see `World`."""
         if outputs is not None:
             self._received(outputs)
         if self._sample >= len(self.q):

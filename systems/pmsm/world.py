@@ -69,7 +69,6 @@ class Motor(BatchedWorld):
         self.machine, self.steps = MACHINES[machine], steps
 
     def start(self) -> None:
-        """At rest."""
         draws = [np.random.default_rng([seed, 20]) for seed in self.seeds]
         self.theta = np.array([PI * draw.uniform(-1.0, 1.0) for draw in draws])
         self.omega = np.zeros(self.runs)

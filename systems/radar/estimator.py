@@ -180,7 +180,6 @@ class Registration(Estimator):
         return tuple(f"{b}_bias" for b in BIASES), p
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One record: see the module docstring."""
         restart = u.dt < 0.0
         dt = ops.where(restart, 0.0, u.dt)
         samples = [[getattr(u, f"{a}{i}") for a in "xyz"] for i in "12"]
@@ -321,7 +320,6 @@ class Registration(Estimator):
 
     @staticmethod
     def _updated(x: Any, state: Vector, update: Potter, restart: Any) -> dict[str, Any]:
-        """Next states of the filter itself."""
         after = {}
         for k in range(6):
             after[f"bias_{k}"], after[f"rest_{k}"] = carried(
@@ -331,7 +329,6 @@ class Registration(Estimator):
         return after
 
     def _corrected(self, samples: Matrix, beams: list[_Beam], correcting: Any) -> dict[str, Any]:
-        """Tracks without the biases so far."""
         out = {}
         for i, (axes, beam) in enumerate(zip(self.axes, beams, strict=True)):
             local = [ops.saturated(c, APART) for c in conjugate_turn(beam.unit, beam.moved)]

@@ -237,7 +237,6 @@ class TwoRadars(World):
         self._k = 0
 
     def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
-        """See `World`; truths are the biases and the target."""
         k = self._k
         if k >= len(self.place):
             return None

@@ -175,7 +175,6 @@ class Satcom(Estimator):
         return values
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         restart = u.dt < 0.0
         dt = ops.where(restart, 0.0, u.dt)
         rate = [

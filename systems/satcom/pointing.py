@@ -81,7 +81,6 @@ class SatcomPointing(Estimator):
     )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: see the module docstring."""
         toward, cosine, sine, square = direction(u.latitude, u.longitude, u.height, p.satellite)
         inverse = ops.rsqrt(square)
         c = matrix((u.qw, u.qx, u.qy, u.qz), unit=False)

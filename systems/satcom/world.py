@@ -166,7 +166,6 @@ class Receiver:
         self.reset()
 
     def reset(self) -> None:
-        """Begin an interval."""
         self._powers, self._count, self._age = np.zeros(()), 0, 0.0
 
     def sample(
@@ -257,7 +256,6 @@ class OnTheMove(BatchedWorld):
         self.start()
 
     def start(self) -> None:
-        """Restart."""
         ride, e = self.drive.ride, self.errors
         n = len(ride.q)
         draws = [np.random.default_rng([seed, 2015]) for seed in self.seeds]
@@ -285,7 +283,6 @@ class OnTheMove(BatchedWorld):
         self._k = 0
 
     def record(self, outputs: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
-        """See `World.record`; with true values."""
         k = self._k
         if k >= len(self.truth):
             return None

@@ -84,7 +84,6 @@ class Turning:
 
     @property
     def samples(self) -> int:
-        """Of all turns."""
         return int(self.begins[-1])
 
     def _in_body(

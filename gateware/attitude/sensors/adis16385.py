@@ -274,7 +274,6 @@ class Adis16385(wiring.Component):
         return ticks * self.tick_cycles + (CONFIG_FRAMES + 1) * self.spi.frame_cycles + 8
 
     def elaborate(self, platform: Any) -> Module:
-        """Pins, frames, buffer, judgement, and four states."""
         m = Module()
         r = _Registers(self)
         m.submodules.spi = spi = self.spi
@@ -397,7 +396,6 @@ class Adis16385(wiring.Component):
             m.next = "RESET"
 
     def _next_frame(self, m: Module, r: _Registers) -> None:
-        """One frame after another."""
         step = r.step
         with m.If(r.answered):
             m.d.sync += [step.eq(step + 1), *r.wait()]
@@ -571,7 +569,6 @@ class _Registers:
         self.edges = Signal(16)
 
     def wait(self) -> list[Any]:
-        """Begin the wait of the next state."""
         return [self.begin.eq(1), self.done.eq(0)]
 
     def give_chances(self) -> list[Any]:

@@ -92,7 +92,6 @@ class SentenceParser(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Classes of bytes; a cycle later grammar and arithmetic."""
         m = Module()
         valid = Signal()
         error = Signal()
@@ -195,7 +194,6 @@ class SentenceParser(wiring.Component):
         return at_begin, following
 
     def _advance(self, m: Module, byte: Mapping[str, Signal], line: _Line) -> None:
-        """Update the state of the line."""
         with m.If(line.step == Step.NUMBER):
             m.d.sync += line.negative.eq(byte["minus"])
         with m.If((line.step == Step.MORE) & byte["point"]):
@@ -238,7 +236,6 @@ class _Sequence:
         self.sending = Signal()  # characters are left
 
     def go_to(self, stage: Stage, *, command: bool = False) -> list[Any]:
-        """Enter a stage, with its command."""
         return [self.stage.eq(stage), self.timer.eq(0), *(self.send() if command else ())]
 
     def send(self, raw: Any = 0) -> list[Any]:
@@ -292,7 +289,6 @@ class Commander(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Stages, time-outs, four characters."""
         m = Module()
         at = _Sequence(self.timeout_ticks.bit_length())
         stage, left, manual, raw, tries = at.stage, at.left, at.manual, at.raw, at.tries
@@ -487,7 +483,6 @@ class Hmr3300(wiring.Component):
         return self._receiver.latency + self._parser.latency
 
     def elaborate(self, platform: Any) -> Module:
-        """Line, parser, commands; the stale counter."""
         m = Module()
         m.submodules.receiver = receiver = self._receiver
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)

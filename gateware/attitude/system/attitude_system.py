@@ -120,7 +120,6 @@ class AttitudeSystem(wiring.Component):
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
     def map(self) -> Description:
-        """All registers of the system."""
         return system_map(
             self.core, registers=self.registers, events=self.events, feed=self.plan.feed.registers
         )
@@ -151,7 +150,6 @@ class AttitudeSystem(wiring.Component):
         }
 
     def elaborate(self, platform: Any) -> Module:
-        """Connect the parts."""
         m = Module()
         m.submodules.inertial, m.submodules.compass = self._inertial, self._compass
         m.submodules.attitude = attitude = self._attitude
@@ -221,7 +219,6 @@ class AttitudeSystem(wiring.Component):
         wiring.connect(m, queue.r_stream, compass.command)
 
     def _filter(self, m: Module, bus: SystemBus, orders: Any) -> None:
-        """Readers and registers to the core."""
         inertial, compass, attitude = self._inertial, self._compass, self._attitude
         m.d.comb += [
             inertial.index.eq(attitude.index),
@@ -245,7 +242,6 @@ class AttitudeSystem(wiring.Component):
             ]
 
     def _results(self, m: Module, bus: SystemBus) -> None:
-        """Results to the output and the bus."""
         attitude, output = self._attitude, self._output
         inertial, compass = self._inertial.flags, self._compass.flags
         m.d.comb += [

@@ -170,7 +170,6 @@ class Words:
         return word
 
     def put_away(self, m: Module, results: Results, header: Value) -> None:
-        """Write words to the result memory."""
         s, i, o = self.s, self.i, self.o
         is_filter = s.job == Job.FILTER
         region = Signal(2)
@@ -320,7 +319,6 @@ class Conductor(wiring.Component):
         return 1 + lengths[self.plan.inertial] + 4 + lengths[number] + 3 + waits
 
     def elaborate(self, platform: Any) -> Module:
-        """Requests from outside; job, state and count; the words to and from the core."""
         m = Module()
         s = Step(self.plan)
         m.submodules.engine = engine = Engine(
@@ -420,7 +418,6 @@ class Conductor(wiring.Component):
         m.d.comb += self.events.eq(Cat(pulses[name] for name in self.EVENTS))
 
     def _idle(self, m: Module, s: Step) -> None:
-        """Wait for a sample."""
         plan = self.plan
         m.d.comb += s.next_count.eq(0)
         m.d.sync += [s.job.eq(Job.INERTIAL), self.choice.eq(plan.inertial), s.ends.eq(0)]
@@ -445,7 +442,6 @@ class Conductor(wiring.Component):
             ]
 
     def _feed(self, m: Module, s: Step, fire: Value) -> None:
-        """Feed the record, then choose the next state."""
         m.d.sync += s.offer.eq(s.chosen & ~(fire & s.ends))
         with m.If(fire):
             m.d.comb += s.next_count.eq(Mux(s.ends, 0, s.count + 1))
@@ -456,7 +452,6 @@ class Conductor(wiring.Component):
             ]
 
     def _collect(self, m: Module, s: Step, o: Any) -> None:
-        """Collect output words."""
         ended: Value = o.valid & o.payload.last
         if self.plan.early:
             ended = ended | s.ended
@@ -468,7 +463,6 @@ class Conductor(wiring.Component):
                 m.d.sync += s.restarting.eq(o.payload.data[-1])
 
     def _finish(self, m: Module, s: Step, accepted: Value, new_set: Value) -> None:
-        """Choose the next job."""
         plan = self.plan
         m.d.comb += s.next_count.eq(0)
         with m.If(s.job == Job.INERTIAL):  # unless the registers' words are still on their way
@@ -536,7 +530,6 @@ class Conductor(wiring.Component):
         return going
 
     def _outputs(self, m: Module, s: Step, words: Words, payload: Any, saturated: Value) -> None:
-        """Words to the core and to the results."""
         plan = self.plan
         m.submodules.results = results = Results(read_cycles=self.read_cycles)
         for mine, theirs in zip(self.ports, results.ports, strict=True):

@@ -92,7 +92,6 @@ class Csr(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Memory, inputs, outputs."""
         m = Module()
         marker = 1 << WORD  # an additional bit that marks existing registers
         depth = 2 << self.bits
@@ -153,7 +152,6 @@ class Csr(wiring.Component):
     def _write(
         self, m: Module, register: Register, enable: Signal, copy: Signal, stored: Signal
     ) -> None:
-        """Store a word, and a copy of it."""
         legal = self.w_en
         if register.names and len(register.names) < 1 << len(stored):
             legal = legal & (self.w_data[: len(stored)] < len(register.names))
@@ -303,7 +301,6 @@ class Results(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Banks and copies."""
         m = Module()
         bits = (self.readers + 1).bit_length()
         write = Signal(bits, init=1)

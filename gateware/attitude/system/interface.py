@@ -251,7 +251,6 @@ FIELDS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
 
 
 def filter_of(header: int) -> int:
-    """Number of the filter in a header."""
     return FIELDS["filter"].of(header)
 
 
@@ -302,17 +301,14 @@ class Update:
 
     @property
     def filter(self) -> int:
-        """Number of the filter that ran."""
         return filter_of(self.flags << 16)
 
     @property
     def is_attitude(self) -> bool:
-        """Whether the values are an attitude."""
         return "heading_deg" in self.values
 
     @property
     def flag_names(self) -> tuple[str, ...]:
-        """Names of the flags that are set."""
         return tuple(n for n, f in FIELDS.items() if f.width == 1 and f.of(self.flags << 16))
 
 

@@ -72,7 +72,6 @@ def feed_of(programs: Sequence[Program]) -> Feed:
     registers: dict[str, Value] = {}
 
     def constant(word: int) -> int:
-        """Place of a constant."""
         if word == 0:
             return ZERO
         if word not in constants:

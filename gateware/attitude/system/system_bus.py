@@ -55,7 +55,6 @@ class WishboneSlave(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Idle, request, read word, acknowledge."""
         m = Module()
         wb, bus = self.wb, self.bus
         asked, writes, wanted = (Signal(name=name) for name in ("asked", "writes", "wanted"))
@@ -104,7 +103,6 @@ class BusArbiter(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """An owner, which changes at the end of a transfer or without a request."""
         m = Module()
         owner = Signal()
         ended = Signal(init=1)
@@ -174,7 +172,6 @@ class SystemBus(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Decode the address; multiplex the blocks' words."""
         m = Module()
         m.submodules.csr, m.submodules.counters = csr, counters = self.csr, self.counters
         bus, core, addr = self.bus, self.core, self.bus.addr
@@ -254,7 +251,6 @@ class SystemBus(wiring.Component):
 
 
 def _registered(m: Module, value: Value) -> Signal:
-    """The value of the cycle before."""
     before = Signal.like(value)
     m.d.sync += before.eq(value)
     return before

@@ -71,12 +71,10 @@ class Board:
 
     @property
     def core(self) -> Core:
-        """Core of the system."""
         return self.system.core
 
     @cached_property
     def verilog(self) -> str:
-        """The system as Verilog, for simulation."""
         return to_verilog(self.system, "system", instances=False)
 
 
@@ -124,7 +122,6 @@ def board_sources(board: Board) -> dict[str, str]:
 
 
 def board_parameters(setup: Setup) -> dict[str, int]:
-    """Parameters of the bench."""
     clock = setup.clock_hz
     half = clock / setup.timing.sclk_hz / 2
     return {

@@ -41,7 +41,6 @@ class Samples:
     feed: Mapping[str, int] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        """Count the updates."""
         return len(self.stamp)
 
 
