@@ -35,20 +35,16 @@ def source(name: str) -> str:
 
 
 def find_cross_compiler() -> str:
-    path = shutil.which(COMPILER)
-    if path is None:
-        raise ToolMissing(
-            f"{COMPILER} was not found: install it (Debian, Ubuntu: apt-get install {PACKAGES})"
-        )
-    specs = subprocess.run(
-        [path, "-print-file-name=picolibc.specs"], capture_output=True, text=True, check=True
-    ).stdout.strip()
-    if not Path(specs).is_absolute():
-        raise ToolMissing(
-            f"picolibc for {COMPILER} was not found: install it "
-            f"(Debian, Ubuntu: apt-get install {PACKAGES})"
-        )
-    return path
+    path, missing = shutil.which(COMPILER), COMPILER
+    if path is not None:
+        command = [path, "-print-file-name=picolibc.specs"]
+        run = subprocess.run(command, capture_output=True, text=True, check=True)
+        if Path(run.stdout.strip()).is_absolute():
+            return path
+        missing = f"picolibc for {COMPILER}"
+    raise ToolMissing(
+        f"{missing} was not found: install it (Debian, Ubuntu: apt-get install {PACKAGES})"
+    )
 
 
 def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> tuple[str, int]:

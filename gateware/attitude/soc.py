@@ -10,7 +10,6 @@ from amaranth.hdl import ClockSignal, Const, Instance, Module, Mux, ResetSignal,
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.system.system_bus import WishboneSignature
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import ToolMissing
 
@@ -136,7 +135,8 @@ class Soc(wiring.Component):
 
     def __init__(self, *, words: int) -> None:
         self.ram = Ram(words=words)
-        super().__init__({"slot": Out(WishboneSignature()), "word": Out(32), "word_valid": Out(1)})
+        slot = ProcessorBus(addr_width=_SLOT_BITS)
+        super().__init__({"slot": Out(slot), "word": Out(32), "word_valid": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -165,9 +165,7 @@ class Soc(wiring.Component):
 
 
 def _forward(source: Any, target: Any, selected: Any) -> list[Any]:
-    names = [
-        n for n in ("adr", "dat_w", "stb", "we", "sel", "cti") if n in target.signature.members
-    ]
+    names = ("adr", "dat_w", "stb", "we", "sel", "cti")
     outputs = [getattr(target, name).eq(getattr(source, name)) for name in names]
     return [target.cyc.eq(selected), *outputs]
 

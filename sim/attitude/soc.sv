@@ -22,7 +22,7 @@ module bench (
     soc soc (
         .clk(clk), .rst(rst), .word(word), .word_valid(word_valid),
         .slot__adr(adr), .slot__dat_w(dat_w), .slot__dat_r(dat_r), .slot__cyc(cyc),
-        .slot__stb(stb), .slot__we(we), .slot__ack(ack)
+        .slot__stb(stb), .slot__we(we), .slot__ack(ack), .slot__sel(), .slot__cti()
     );
 
     always @(posedge clk) begin

@@ -129,7 +129,7 @@ def test_signals() -> None:
     """
     core = system_core(("complementary", "mekf"))
     designs = {
-        "system": (AttitudeSystem(core=core, wishbone=True), ""),
+        "system": (AttitudeSystem(core=core), ""),
         "core on a board": (Top(core=filters("small"), clock_hz=100e6), "xc6slx9"),
         "AXI": (AxiCore(word=24), ""),
     }

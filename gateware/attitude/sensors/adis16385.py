@@ -144,18 +144,14 @@ FLAG_MEANINGS: Final = {
     "over_range": "a gyro or accelerometer of the last good sample is at full scale",
     "overrun": "a data-ready edge was skipped just before the last good sample",
 }
-#: Event: meaning. In the order of their bits; each is one cycle long.
-EVENT_MEANINGS: Final = {
-    "sample": "a good sample",
-    "identity_error": "PROD_ID is wrong: sample dropped, or start given up",
-    "config_error": "a setting reads back wrong: sample dropped, or start given up",
-    "no_data_ready": "the data-ready edge is overdue",
-    "link_error": "sample dropped: DIAG_STAT says so, or it is the first after a wrong one",
-    "alarm": "a good sample, with an alarm in DIAG_STAT",
-    "over_range": "a good sample, with a gyro or accelerometer at full scale",
-    "overrun": "a data-ready edge came while a sample was being read: skipped",
-    "restart": "reset pulse: too many bad samples in a row, a start given up, or asked for",
-}
+#: Events, in the order of their bits, each one cycle long: a good sample, what the flags say of
+#: samples and starts, and a reset pulse, after too many bad samples in a row, a start given up, or
+#: an order.
+EVENTS: Final = (
+    *("sample", "identity_error", "config_error", "no_data_ready", "link_error"),
+    *("alarm", "over_range", "overrun", "restart"),
+)
+
 
 #: Cycles from an edge at a pin until it is seen.
 _SYNCHRONISER = 2
@@ -199,7 +195,7 @@ class Adis16385(wiring.Component):
     **Latency** ``sample`` comes `burst_cycles` after a data-ready edge.
     """
 
-    EVENTS: Final = tuple(EVENT_MEANINGS)
+    EVENTS: Final = EVENTS
 
     def __init__(
         self, *, clock_hz: float, timing: Timing | None = None, bad_limit: int = 4
@@ -249,7 +245,7 @@ class Adis16385(wiring.Component):
                 "stamp": Out(32),  # ``time`` when its edge was seen, `_SYNCHRONISER` after it
                 "number": Out(16),  # of its edge since the first start, modulo 2**16
                 "flags": Out(data.StructLayout(dict.fromkeys(FLAG_MEANINGS, 1))),
-                "events": Out(len(self.EVENTS)),
+                "events": Out(len(EVENTS)),
             }
         )
 
@@ -556,7 +552,7 @@ class _Registers:
         self.testing = Signal()  # it is made, its result is next
         self.edge, self.running, self.skipped = _bits("edge", "running", "skipped")
         self.over, self.alarm, self.invalid = _bits("over", "alarm", "invalid")
-        self.event = {name: Signal(name=f"event_{name}") for name in EVENT_MEANINGS}
+        self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
         waits = (reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks, reader.test_ticks)
         self.timer = Signal(range(1 + max(waits)), init=reader.reset_ticks)
         self.done = Signal(init=reader.reset_ticks == 0)  # the timer is 0

@@ -417,15 +417,8 @@ class Hmr3300(wiring.Component):
     #: stop bit; command sent, had its effect, had none in time (or was refused in a sequence),
     #: refusal (#I) by the compass; the last sentence became stale.
     EVENTS = (
-        "heading_line",
-        "counts_line",
-        "rejected_line",
-        "framing_error",
-        "command_sent",
-        "command_acknowledged",
-        "command_timed_out",
-        "invalid_command",
-        "went_stale",
+        *("heading_line", "counts_line", "rejected_line", "framing_error", "command_sent"),
+        *("command_acknowledged", "command_timed_out", "invalid_command", "went_stale"),
     )
 
     def __init__(

@@ -178,7 +178,7 @@ class Bridge(wiring.Component):
             {
                 "rx": In(1, init=1),
                 "tx": Out(1, init=1),
-                # An initiator of `gateware.attitude.system.system_bus.BusArbiter`.
+                # It has the bus from ``request`` on, with ``grant``.
                 "bus": Out(BusSignature(word=32, address=12)),
                 "request": Out(1),
                 "grant": In(1, init=1),

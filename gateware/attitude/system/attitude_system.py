@@ -22,12 +22,7 @@ from boresight.gateware.attitude.system.interface import (
     system_map,
     system_registers,
 )
-from boresight.gateware.attitude.system.system_bus import (
-    BusArbiter,
-    SystemBus,
-    WishboneSignature,
-    WishboneSlave,
-)
+from boresight.gateware.attitude.system.system_bus import SystemBus
 from boresight.gateware.boards.board import Line
 from boresight.gateware.bus.core_registers import layout_of
 from boresight.gateware.core import Core
@@ -44,19 +39,18 @@ class AttitudeSystem(wiring.Component):
     ::
 
         ADIS16385 -- Adis16385 --\                   /-- results -- SystemBus -- Bridge -- host
-                                  Conductor ---------<               |
+                                  Conductor ---------<
         HMR3300 ---- Hmr3300 ----/                    \-- AttitudeOutput --------/
-                                                                     Wishbone slave
 
     There is one clock domain; every asynchronous input passes two flip-flops. Accesses of the host
-    or the Wishbone cannot delay the filter. With a core whose memories have a register behind them
-    (depth 9 and more) a read of a register takes a cycle more.
+    cannot delay the filter. With a core whose memories have a register behind them (depth 9 and
+    more) a read of a register takes a cycle more.
 
     **Latency** `latency_cycles`: data-ready edge at the pin to new results.
 
-    ``core`` is one of `gateware.attitude.system.programs.system_core`; ``wishbone`` adds a slave
-    for a processor; ``inertial`` and ``compass`` are other readers than the default ones. The pins
-    are `_LINES`; ``probe_*`` are for simulation, unconnected on a board.
+    ``core`` is one of `gateware.attitude.system.programs.system_core`; ``inertial`` and ``compass``
+    are other readers than the default ones. The pins are `_LINES`; ``probe_*`` are for simulation,
+    unconnected on a board.
     """
 
     def __init__(
@@ -65,14 +59,12 @@ class AttitudeSystem(wiring.Component):
         core: Core,
         clock_hz: float = 100e6,
         host_baud: float = 921_600,
-        wishbone: bool = False,
         inertial: Adis16385 | None = None,
         compass: Hmr3300 | None = None,
     ) -> None:
         self.core = core
         self.clock_hz = clock_hz
         self.host_baud = host_baud
-        self.wishbone = wishbone
         self._inertial = inertial or Adis16385(clock_hz=clock_hz)
         self._compass = compass or Hmr3300(clock_hz=clock_hz)
         self._attitude = Conductor(core=core)
@@ -99,14 +91,12 @@ class AttitudeSystem(wiring.Component):
             build=self.build,
             feed=bool(self.plan.feed.registers),
         )
-        ports = {"wb": In(WishboneSignature()), "interrupt": Out(1)}  # one cycle: new results
         super().__init__(
             {
                 **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
                 **{f"probe_{name}": Out(1) for name in _PROBES},
                 **{f"probe_value{k}": Out(16) for k in range(3)},
                 "probe_events": Out(len(self.events)),
-                **(ports if wishbone else {}),
             }
         )
 
@@ -115,7 +105,7 @@ class AttitudeSystem(wiring.Component):
         """Digest of programs and configuration, 64 bits: registers system_build_low and _high."""
         adis, compass = self._inertial, self._compass
         speeds = (adis.burst_cycles, adis.start_cycles, compass.divisor)
-        system = (float(self.clock_hz), self._bridge.divisor, self.wishbone)
+        system = (float(self.clock_hz), self._bridge.divisor)
         configuration = repr((self.core.digest, self.core.machine, *system, *speeds))
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
@@ -167,7 +157,14 @@ class AttitudeSystem(wiring.Component):
         self._sensors(m, bus, orders, time)
         self._filter(m, bus, orders)
         self._results(m, bus)
-        self._initiators(m, bus, self._bridge)
+        bridge = self._bridge
+        wiring.connect(m, bridge.bus, bus.bus)
+        m.d.comb += [
+            bridge.rx.eq(self.host_rx),
+            self.host_tx.eq(bridge.tx),
+            bridge.grant.eq(1),
+            bus.read.eq(bridge.request & ~bridge.bus.w_stb),
+        ]
         self._lights(m, time)
         inertial, compass = self._inertial, self._compass
         m.d.comb += [
@@ -273,26 +270,6 @@ class AttitudeSystem(wiring.Component):
         wiring.connect(m, output.o, self._bridge.i)
         wiring.connect(m, bus.core, attitude.bus)
         wiring.connect(m, output.port, attitude.ports[0])
-
-    def _initiators(self, m: Module, bus: SystemBus, bridge: Bridge) -> None:
-        """Initiators of the register bus: the host, and a processor if present."""
-        m.d.comb += [bridge.rx.eq(self.host_rx), self.host_tx.eq(bridge.tx)]
-        if not self.wishbone:
-            wiring.connect(m, bridge.bus, bus.bus)
-            m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
-            return
-        m.submodules.slave = slave = WishboneSlave(read_cycles=self._attitude.read_cycles)
-        m.submodules.arbiter = arbiter = BusArbiter()
-        wiring.connect(m, wiring.flipped(self.wb), slave.wb)
-        initiators: tuple[Any, ...] = (slave, bridge)
-        for k, initiator in enumerate(initiators):
-            wiring.connect(m, initiator.bus, arbiter.initiators[k])
-            m.d.comb += [
-                arbiter.request[k].eq(initiator.request),
-                initiator.grant.eq(arbiter.grant[k]),
-            ]
-        wiring.connect(m, arbiter.bus, bus.bus)
-        m.d.comb += [bus.read.eq(arbiter.read), self.interrupt.eq(self._attitude.updated)]
 
     def _lights(self, m: Module, time: Signal) -> None:
         """LEDs: one blinks with updates, one shows faults of the sensors."""

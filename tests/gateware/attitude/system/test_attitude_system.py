@@ -23,12 +23,11 @@ def test_identity_follows_programs_and_configuration(core: Core) -> None:
             {},
             {"clock_hz": 50e6},
             {"host_baud": 115_200},
-            {"wishbone": True},
             {"inertial": Adis16385(clock_hz=100e6, timing=Timing(stall_s=20e-6))},
             {"compass": Hmr3300(clock_hz=100e6, baud=9600)},
         )
     }
-    assert len(builds) == 6
+    assert len(builds) == 5
     assert AttitudeSystem(core=core).build in builds
 
 
