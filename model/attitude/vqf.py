@@ -160,6 +160,16 @@ def _channels(low_pass: LowPass, name: str, parts: str, largest: float, unit: st
     ]
 
 
+def _low_passed(
+    x: Any, weights: Weights, low_pass: LowPass, name: str, parts: Any, samples: Any, most: float
+) -> tuple[list[Any], dict[str, Any]]:
+    """Means of the channels ``name_part``, and their states."""
+    before = [(getattr(x, f"{name}_z_{k}"), getattr(x, f"{name}_v_{k}")) for k in parts]
+    means, after = filtered(weights, low_pass, before, samples, most)
+    states = {f"{name}_z_{k}": s[0] for k, s in zip(parts, after, strict=True)}
+    return means, states | {f"{name}_v_{k}": s[1] for k, s in zip(parts, after, strict=True)}
+
+
 def interface_of(
     settings: Settings,
 ) -> tuple[tuple[Input, ...], tuple[Param, ...], tuple[State, ...]]:
@@ -317,23 +327,16 @@ def bias_of(
     of the low-passed force before the correction, a unit vector.
     """
     across = [ops.bounded(dot(row, bias), -ROOT_3, ROOT_3, "bias of unit size") for row in C[:2]]
-    means: list[Any] = []
-    states: dict[str, Any] = {}
-    for kind, parts, samples, most in (
-        ("c", [f"{a}{b}" for a in "enu" for b in "xyz"], [c for row in C for c in row], 1.0),
-        ("b", ["e", "n"], across, ROOT_3),
-    ):
-        before = [(getattr(x, f"{kind}_z_{n}"), getattr(x, f"{kind}_v_{n}")) for n in parts]
-        outputs, after = filtered(weights, settings.vertical, before, samples, most)
-        means += outputs
-        states |= {f"{kind}_z_{n}": s[0] for n, s in zip(parts, after, strict=True)}
-        states |= {f"{kind}_v_{n}": s[1] for n, s in zip(parts, after, strict=True)}
-    R = [means[:3], means[3:6], means[6:9]]
+    names, elements = [f"{a}{b}" for a in "enu" for b in "xyz"], [c for row in C for c in row]
+    means, states = _low_passed(x, weights, settings.vertical, "c", names, elements, 1.0)
+    R = [means[:3], means[3:6], means[6:]]
+    mean, more = _low_passed(x, weights, settings.vertical, "b", "en", across, ROOT_3)
+    states |= more
     east, north = vertical
     rate = settings.rate_hz / CLIP_RAD_S
     in_motion = [
-        -rate * north + means[9] - dot(R[0], bias),
-        rate * east + means[10] - dot(R[1], bias),
+        -rate * north + mean[0] - dot(R[0], bias),
+        rate * east + mean[1] - dot(R[1], bias),
         -dot(R[2], bias),
     ]
     rows, errors = [], []
@@ -614,12 +617,10 @@ def rest_of(
     weights = low_pass.weights(beginning, inverse)
     for kind, bound, limit in (("gyr", RATE_MOST, p.rest_gyr), ("acc", ACC_MOST, p.rest_acc)):
         samples = [getattr(u, f"{kind[0]}{a}") for a in "xyz"]
-        before = [(getattr(x, f"{kind}_z_{a}"), getattr(x, f"{kind}_v_{a}")) for a in "xyz"]
-        means[kind], after = filtered(weights, low_pass, before, samples, bound)
+        means[kind], more = _low_passed(x, weights, low_pass, kind, "xyz", samples, bound)
         deviation = [ops.saturated(s - m, 1.0) for s, m in zip(samples, means[kind], strict=True)]
         moving[kind] = ~(ops.saturated(dot(deviation, deviation) - limit * limit, 1.0) < 0.0)
-        states |= {f"{kind}_z_{a}": s[0] for a, s in zip("xyz", after, strict=True)}
-        states |= {f"{kind}_v_{a}": s[1] for a, s in zip("xyz", after, strict=True)}
+        states |= more
     broken = moving["gyr"]
     for rate in means["gyr"]:
         broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S * CLIP_RAD_S, 1.0) > 0.0)

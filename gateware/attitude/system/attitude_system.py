@@ -162,7 +162,6 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [
             bridge.rx.eq(self.host_rx),
             self.host_tx.eq(bridge.tx),
-            bridge.grant.eq(1),
             bus.read.eq(bridge.request & ~bridge.bus.w_stb),
         ]
         self._lights(m, time)
@@ -219,14 +218,10 @@ class AttitudeSystem(wiring.Component):
         inertial, compass, attitude = self._inertial, self._compass, self._attitude
         m.d.comb += [
             inertial.index.eq(attitude.index),
-            attitude.word.eq(inertial.word),
-            attitude.sample.eq(inertial.sample),
-            attitude.stamp.eq(inertial.stamp),
-            attitude.line.eq(compass.line),
-            attitude.is_counts.eq(compass.is_counts),
+            *(getattr(attitude, n).eq(getattr(inertial, n)) for n in ("word", "sample", "stamp")),
+            *(getattr(attitude, n).eq(getattr(compass, n)) for n in ("line", "is_counts")),
             *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
-            attitude.run.eq(bus.run),
-            attitude.filter.eq(bus.filter),
+            *(getattr(attitude, n).eq(getattr(bus, n)) for n in ("run", "filter")),
             attitude.source.eq(bus.magnetic_source),
             attitude.restart.eq(orders.restart_filter),
             attitude.load_states.eq(orders.initial_states),
