@@ -76,7 +76,8 @@ def log_of(
         )
     has_counts = np.array([u.sensed is not None for u in updates], dtype=np.bool_)
     begins = _flag(updates, "initial_states") & has_counts
-    found = f"{int(has_counts.sum())} of {len(updates)} updates with counts, none of them so"
+    found = f"{int(has_counts.sum())} of {len(updates)} updates with counts, "
+    found += "none of them from initial states"
     wanted = "updates with counts, from the filter's initial states on"
     fix = "record from the port, or write output_mode=record, then order=8"
     require(bool(begins.any()), source, wanted, found, fix)
@@ -268,7 +269,7 @@ def _values(text: str) -> Iterator[tuple[str, str]]:
     """Registers of an ``@FILE`` of parameters, by program."""
     path = text[1:]
     data = read_json(path, "a file of parameters")
-    programs = data.get("parameters") if isinstance(data, dict) else None
+    programs: Any = data.get("parameters") if isinstance(data, dict) else None
     is_map = isinstance(data, dict) and "registers" in data
     found = "a register map" if is_map else kind_of(data)
     good = isinstance(programs, dict) and all(isinstance(v, dict) for v in programs.values())
@@ -303,21 +304,6 @@ def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, 
         texts = [str(0x100 | ord(c)) for c in f"{value}\r\n"] if is_line else [value]
         words += [(register, word_of(register, text)) for text in texts]
     return words
-
-
-def _updates(
-    line: BoardLine, count: int | None, silence_s: float, each: Callable[[str], None] | None
-) -> Iterator[Update]:
-    """Yield what comes, up to ``count`` or the end of a file."""
-    came = 0
-    for item in line.items(silence_s=silence_s):
-        if isinstance(item, Update):
-            came += 1
-            if each is not None:
-                each(update_line(item))
-            yield item
-        if count is not None and came >= count:
-            return
 
 
 def monitor(
@@ -384,8 +370,13 @@ def monitor(
         if keep or count is not None or not (reads or writes):
             try:
                 with suppress(KeyboardInterrupt):
-                    for update in _updates(line, count, silence_s, each):
-                        came.append((update, time.monotonic()))
+                    for item in line.items(silence_s=silence_s):
+                        if isinstance(item, Update):
+                            came.append((item, time.monotonic()))
+                            if each is not None:
+                                each(update_line(item))
+                        if count is not None and len(came) >= count:
+                            break
             except InputError as error:  # what came is kept
                 if not (keep and came):
                     raise

@@ -50,11 +50,14 @@ def test_other_data_and_lost_samples_are_seen(board, what, plain) -> None:
     compass[0, 0] += 1
     assert verdict(dataclasses.replace(what, counts=counts)).mismatches > 0
     assert verdict(dataclasses.replace(what, compass=compass)).mismatches > 0
-    silent = verdict(run=dataclasses.replace(plain, frames=plain.frames[:0]))
+    none = dataclasses.replace(plain, frames=plain.frames[:0], frame_ends=plain.frame_ends[:0])
+    silent = verdict(run=none)
     assert (silent.mismatches, silent.updates) == (1, 0)
     samples, updates = (np.delete(v, 5) for v in (plain.trace.samples, plain.trace.updates))
     gone = dataclasses.replace(plain.trace, samples=samples, updates=updates)
-    assert verdict(run=dataclasses.replace(plain, trace=gone, frames=plain.frames[:-1])).lost == 1
+    frames, ends = plain.frames[:-1], plain.frame_ends[:-1]
+    lost = dataclasses.replace(plain, trace=gone, frames=frames, frame_ends=ends)
+    assert verdict(run=lost).lost == 1
 
 
 def test_latency_is_the_stated_one(board, what, plain) -> None:
