@@ -196,11 +196,7 @@ class Dispatcher(wiring.Component):
                 "word_data": In(word),
                 "done": Out(1),
                 "bus": Out(BusSignature(word=word, address=address)),
-                # The bus is needed; the target sees it in this cycle. A read word comes in the
-                # cycle after the first one with a grant, a write is acknowledged only with one. 1
-                # for an only initiator.
-                "request": Out(1),
-                "grant": In(1, init=1),
+                "reads": Out(1),  # The bus has the address of a word to read.
                 "o_reply": Out(stream.Signature(reply_layout(word))),  # To WRITE and READ.
                 **(records if inputs else {}),
             }
@@ -225,7 +221,6 @@ class Dispatcher(wiring.Component):
             self.bus.w_data.eq(self.word_data),
             reply.payload.data.eq(Mux(self.kind == Kind.WRITE, self.bus.addr, answer)),
             reply.payload.kind.eq(self.kind),
-            self.request.eq(self.bus.w_stb),
         ]
         if self.inputs:
             m.d.comb += [
@@ -280,10 +275,9 @@ class Dispatcher(wiring.Component):
             m.next = "FETCH"
             with m.If(self.kind == Kind.READ):
                 m.next = "READ"
-        with m.State("READ"):  # the bus has the address
-            m.d.comb += self.request.eq(1)
-            with m.If(self.grant):
-                m.next = f"READ_DATA{self.read_cycles - 1}"
+        with m.State("READ"):
+            m.d.comb += self.reads.eq(1)
+            m.next = f"READ_DATA{self.read_cycles - 1}"
         for left in range(1, self.read_cycles):
             with m.State(f"READ_DATA{left}"):
                 m.next = f"READ_DATA{left - 1}"

@@ -178,10 +178,8 @@ class Bridge(wiring.Component):
             {
                 "rx": In(1, init=1),
                 "tx": Out(1, init=1),
-                # It has the bus from ``request`` on, with ``grant``.
                 "bus": Out(BusSignature(word=32, address=12)),
-                "request": Out(1),
-                "grant": In(1, init=1),
+                "reads": Out(1),  # a word of the bus, in this cycle
                 "i": In(stream.Signature(body_layout)),  # bodies to push
                 "events": Out(len(self.EVENTS)),
             }
@@ -204,8 +202,7 @@ class Bridge(wiring.Component):
         m.d.comb += [
             receiver.rx.eq(self.rx),
             *dispatcher.fed_by(unpacker, receiver),
-            self.request.eq(dispatcher.request),
-            dispatcher.grant.eq(self.grant),
+            self.reads.eq(dispatcher.reads),
             self.tx.eq(transmitter.tx),
             self.events.eq(Cat(receiver.error, unpacker.dropped)),
         ]

@@ -29,9 +29,6 @@ from boresight.gateware.core import Core
 from boresight.gateware.description import Description, describe
 from boresight.model.errors import InputError
 
-#: Bit of the time at which the LED may change: about three times a second at 100 MHz.
-_BLINK_BIT = 25
-
 
 class AttitudeSystem(wiring.Component):
     r"""Readers, core, registers and output: the design of a board's bitstream.
@@ -162,9 +159,9 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [
             bridge.rx.eq(self.host_rx),
             self.host_tx.eq(bridge.tx),
-            bus.read.eq(bridge.request & ~bridge.bus.w_stb),
+            bus.read.eq(bridge.reads),
         ]
-        self._lights(m, time)
+        self._lights(m)
         inertial, compass = self._inertial, self._compass
         m.d.comb += [
             bus.time.eq(time),
@@ -266,19 +263,10 @@ class AttitudeSystem(wiring.Component):
         wiring.connect(m, bus.core, attitude.bus)
         wiring.connect(m, output.port, attitude.ports[0])
 
-    def _lights(self, m: Module, time: Signal) -> None:
+    def _lights(self, m: Module) -> None:
         """LEDs: one blinks with updates, one shows faults of the sensors."""
-        came = Signal()
-        beat = Signal()
-        bit = min(_BLINK_BIT, int(self.clock_hz / 4).bit_length())
-        m.d.sync += beat.eq(time[bit])
-        with m.If(self._attitude.updated):
-            m.d.sync += came.eq(1)
-        with m.If(beat != time[bit]):
-            m.d.sync += came.eq(0)
-            with m.If(came):
-                m.d.sync += self.led_running.eq(~self.led_running)
         flags = self._inertial.flags
+        m.d.sync += self.led_running.eq(self._attitude.number[_BLINK_BIT])
         m.d.sync += self.led_fault.eq(
             ~flags.running
             | flags.link_error
@@ -288,6 +276,8 @@ class AttitudeSystem(wiring.Component):
         )
 
 
+#: Bit of an update's number that the LED shows: it changes four times a second.
+_BLINK_BIT = 8
 _PROBES = ("sample", "running", "updated", "line", "counts")
 #: Ports for a write of an input register.
 _FEED = ("feed_en", "feed_index", "feed_data")

@@ -29,12 +29,11 @@ class Host:
             w_port.addr.eq(dut.bus.addr),
             w_port.data.eq(dut.bus.w_data),
             w_port.en.eq(dut.bus.w_stb & dut.bus.w_ack),
-            dut.grant.eq(dut.request & (waited == delay)),
-            dut.bus.w_ack.eq(dut.bus.w_stb & dut.grant),
-            r_port.addr.eq(Mux(dut.grant, dut.bus.addr, ~dut.bus.addr)),
+            dut.bus.w_ack.eq(dut.bus.w_stb & (waited == delay)),
+            r_port.addr.eq(Mux(dut.reads, dut.bus.addr, ~dut.bus.addr)),
             dut.bus.r_data.eq(r_port.data),
         ]
-        top.d.sync += waited.eq(Mux(dut.request & ~dut.grant, waited + 1, 0))
+        top.d.sync += waited.eq(Mux(dut.bus.w_stb & ~dut.bus.w_ack, waited + 1, 0))
         self._send, self._listen = send, listen
         self.received, self.decoder = bytearray(), Decoder(word=32)
         self.frames: list[tuple[Kind, list[int]]] = []
