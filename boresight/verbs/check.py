@@ -139,7 +139,7 @@ def check(
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        results += checking.run(*records, keep_all=False, rows=rows or ROWS)
+        results += checking.run(*records, rows=rows or ROWS)
     lines = [] if choice is None else [str(choice)]
     lines += [line for result in results for line in result.lines()]
     if output is not None:

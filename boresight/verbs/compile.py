@@ -55,7 +55,7 @@ from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.vectors import recorded
+from boresight.sim.levels.rtl import recorded
 from boresight.sim.report.data import JUDGED, core_data
 from boresight.sim.result import Result, Row, plain
 
@@ -376,7 +376,7 @@ def core_texts(
 ) -> dict[str, str]:
     """Verilog, C, register map, texts and bench of a core for one of `TARGET_NAMES`, by file.
 
-    ``records`` of every program are the bench's (`sim.levels.vectors.recorded`); area and clock are
+    ``records`` of every program are the bench's (`sim.levels.rtl.recorded`); area and clock are
     for the README.
     """
     core = build.core

@@ -141,7 +141,7 @@ def _fields(topic: Topic) -> list[str]:
 
 
 #: Programs of the system that must be there; on Debian and Ubuntu from the package build-essential.
-_PROGRAMS = ("gcc", "g++", "make", "perl")
+_PROGRAMS = ("gcc", "g++")
 #: Optional programs, how to get them, what they are for.
 _OPTIONAL_PROGRAMS = {
     "iverilog": ("sudo apt-get install iverilog", "simulation by Icarus"),
@@ -177,7 +177,7 @@ def _installed() -> Result:
         line = "" if found else advice
         return {"tool": name, "version": found, "to install": line, "optional for": use}
 
-    advice, yosys = "sudo apt-get install build-essential perl", ""
+    advice, yosys = "sudo apt-get install build-essential", ""
     with suppress(ToolMissing):
         yosys = find_tool().version
     tools = [row("python", platform.python_version())]

@@ -17,8 +17,7 @@ from boresight.model.settings import CURRENT
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.sim.campaign import Journal, complete, digest
-from boresight.sim.montecarlo.campaign import Campaign, draws, record_count
-from boresight.sim.montecarlo.figures import figures, result_of
+from boresight.sim.montecarlo.campaign import Campaign, draws, figures, record_count, result_of
 from boresight.sim.result import Result
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
@@ -48,7 +47,7 @@ def montecarlo(
 
     Completed draws are stored in ``montecarlo-WORLD-ESTIMATOR.jsonl``, where a later call with the
     same files continues. Results do not depend on the number of processes. Returns ``outputs``,
-    ``nees``, ``nis``, ``worst``: see `sim.montecarlo.figures.figures`. Raises InputError for a
+    ``nees``, ``nis``, ``worst``: see `sim.montecarlo.campaign.figures`. Raises InputError for a
     world without draws or truth, or whose draws are all equal; ToolMissing if a scheduler is given,
     and dask.distributed is not installed.
 

@@ -50,13 +50,6 @@ NEEDS = {
     ),
     "gcc": Need(lambda: _compiles("gcc", "c", "math.h"), "C of an estimator", "gcc libc6-dev"),
     "g++": Need(lambda: _compiles("g++", "c++", "cstdio"), "simulation in Verilator", "g++"),
-    "make": Need(lambda: bool(shutil.which("make")), "simulation in Verilator", "make"),
-    # Debian's perl-base has a perl without the modules that Verilator's launcher uses.
-    "perl": Need(
-        lambda: _succeeds("perl", "-MPod::Usage", "-MGetopt::Long", "-MFindBin", "-e", "1"),
-        "simulation in Verilator",
-        "perl",
-    ),
     "verilator": Need(
         lambda: COMMON or bool(shutil.which("verilator")), "simulation of the Verilog", "verilator"
     ),

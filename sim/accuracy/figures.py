@@ -88,15 +88,6 @@ class Errors:
         return _units(self.estimator, self.result())
 
 
-def errors(
-    estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray]
-) -> dict[str, float]:
-    """`Errors` of a whole run."""
-    accumulator = Errors(estimator)
-    accumulator.add(columns, outputs)
-    return accumulator.result()
-
-
 def means(scores: Iterable[Mapping[str, float]]) -> dict[str, float]:
     """Mean of each figure over the logs that have it."""
     scores = [*scores]

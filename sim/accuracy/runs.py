@@ -26,8 +26,7 @@ from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.textbook import wrong_steps
 from boresight.sim.compare.verdict import saturations
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
 from boresight.sim.records.files import Log, bundled, bundled_names, logs_of
 from boresight.sim.records.nine_axis import NineAxis

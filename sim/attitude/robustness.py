@@ -33,9 +33,8 @@ from boresight.sim.accuracy.runs import PEERS, require_peers, run_peer
 from boresight.sim.attitude.worlds import fast_turn
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import bundled, log_files, read_record
 from boresight.sim.records.nine_axis import NineAxis

@@ -35,8 +35,7 @@ from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.record import Record
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import attitude_of, largest_turn_deg
-from boresight.sim.rtl.simulators import SimulationFailed
-from boresight.sim.rtl.verilator import build
+from boresight.sim.rtl.simulators import SimulationFailed, build
 
 #: Bytes of memory: more than an FPGA has, so that every filter fits.
 _RAM = 256 * 1024

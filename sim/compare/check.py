@@ -5,128 +5,75 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise, zip_longest
 
 import numpy as np
 
-from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import PERIODS, Output
 from boresight.model.errors import ToolMissing, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.tools.external import ToolFailed
-from boresight.model.words.fixed import IntArray
 from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.compare.claims import FoldedClaims, claim_results
-from boresight.sim.compare.difference import Differences, around
-from boresight.sim.compare.results import (
-    Agreement,
-    CheckResult,
-    LevelResult,
-    Part,
-    first_difference,
-)
+from boresight.sim.compare.difference import Differences
+from boresight.sim.compare.results import CheckResult, LevelResult, Part
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
-from boresight.sim.compare.twin import RANGE_SLACK
-from boresight.sim.compare.verdict import Judge
+from boresight.sim.compare.twin import RANGE_SLACK, Traced
+from boresight.sim.compare.verdict import Judge, Piece
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted, Interpreted
 from boresight.sim.levels.level import Level, Run
-from boresight.sim.levels.registry import LEVELS
-from boresight.sim.ranges.claims import claims_of
-from boresight.sim.ranges.examine import Examined, examine
+from boresight.sim.levels.registry import LEVELS, CompiledFloat, Emitted, Interpreted
+from boresight.sim.levels.rtl import Simulated
+from boresight.sim.ranges.claims import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import estimate_warnings
 from boresight.sim.records.record import TRUTH, Record, truth_names
-from boresight.sim.rtl.simulators import SIMULATORS
+from boresight.sim.rotations.zyx import wrapped
+from boresight.sim.rtl.simulators import SIMULATORS, default_simulator
 
-#: Levels that can be checked.
-EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
-#: Rows of a log that are read at a time, and of a long one those that are kept.
-KEPT = 1 << 16
-#: Typical error in an estimator's own standard deviations, beyond which it is told.
-_SURE = 10.0
+EXACT = tuple(name for name, level in LEVELS.items() if level.exact)  #: Levels that can be checked.
+KEPT = 1 << 16  #: Rows of a log that are read at a time, and the leading ones that a result keeps.
+_SURE = 10.0  #: Typical error in an estimator's own standard deviations, beyond which it is told.
 #: Warning where nothing decides whether rounding is small enough.
 _BARE = "no output has a tolerance, so that rounding is not judged; give tolerance=, or --tolerance"
-#: Rows that run on a level at a time.
-ROWS = 1 << 15
+ROWS = 1 << 15  #: Rows that run on a level at a time.
 
 
 class _Attempt:
     """A level of every estimator, as far as it came."""
 
-    def __init__(self, kind: type[Level], tool: str, make: Callable[[], list[Level]]) -> None:
-        self.kind, self.tool, self._make = kind, tool, make
+    def __init__(self, check: Check, kind: type[Level]) -> None:
+        chosen = (check.simulator or default_simulator()) if kind is Simulated else kind.tool
+        self.check, self.kind, self.tool = check, kind, chosen
         self.levels: list[Level] = []
-        self.agreements: list[Agreement] = []
+        self.results = [LevelResult(kind.name, chosen) for _ in check.build.estimators]
         self.seconds, self.error = 0.0, ""
-        #: Records of each estimator on which it still runs; None: on all.
-        self.left: int | None = None
-        self._pieces = 0
-        #: By estimator, states before its first update that differs.
-        self.differs: dict[int, IntArray | None] = {}
-
-    def begin(self) -> None:
-        """Make the levels."""
-
-        def make() -> list[Run]:
-            self.levels = self._make()
-            self.agreements = [Agreement(level) for level in self.levels]
-            self.left = self.levels[0].record_limit
-            return []
-
-        self._guarded(make)
+        self._rows = self._pieces = 0
 
     def advance(self, records: Sequence[FloatArray], anew: bool) -> list[Run]:
         """The next records of each estimator: their runs, if there are any."""
-        if self.left is not None:
-            records = [x[: self.left] for x in records]
-            self.left -= max(map(len, records))
-        if self.error or not any(map(len, records)):
+        if self.error:
             return []
-        seed, self._pieces = self._pieces, self._pieces + 1
-        run = partial(self.kind.run_together, self.levels, records, anew=anew, seed=seed)
-        return self._guarded(run)
-
-    def compare(self, k: int, runs: Sequence[Run], wanted: Run, case: _Case) -> None:
-        """Compare the next records of estimator ``k`` with the interpreter's run of them."""
-        assert wanted.states is not None
-        if runs and (row := self.agreements[k].add(runs[k], wanted, case.rows)) is not None:
-            self.differs[k] = wanted.states[row - 1] if row else case.before
-
-    def _guarded(self, call: Callable[[], Iterable[Run]]) -> list[Run]:
         start = time.perf_counter()
         try:
-            return [*call()]
+            self.levels = self.check.levels_of(self.kind, self.tool)
+            if isinstance(rtl := self.levels[0], Simulated) and rtl.record_limit is not None:
+                records = [x[: max(rtl.record_limit - self._rows, 0)] for x in records]
+            rows = max(map(len, records))
+            self._rows, self._pieces = self._rows + rows, self._pieces + 1
+            run = self.kind.run_together
+            return run(self.levels, records, anew=anew, seed=self._pieces) if rows else []
         except (ToolMissing, ToolFailed) as failed:
             self.error = str(failed).strip().splitlines()[0]
             return []
         finally:
             self.seconds += time.perf_counter() - start
-
-    def result(
-        self, number: int, again: Callable[[], Iterable[tuple[FloatArray, IntArray, BoolArray]]]
-    ) -> LevelResult:
-        """The verdict on one estimator: on a mismatch with the first value that differs."""
-        if self.error:
-            return LevelResult(
-                self.kind.name, self.tool, None, None, self.seconds, error=self.error
-            )
-        level, agreement, text = self.levels[number], self.agreements[number], ""
-        if number in self.differs:
-            assert agreement.first_wrong is not None
-            step = agreement.first_wrong
-            pieces = ((rows, bool(new[0])) for rows, _, new in again())
-            text = first_difference(level, pieces, self.differs[number], step)
-            many = len(self.levels)
-            rest = f"with {many} programs in turns" if many > 1 else "all values equal"
-            text = text or f"{level.name}: outputs differ, step {step}, {rest}"
-        return agreement.result(self.seconds, text)
 
 
 @dataclass(eq=False)
@@ -139,64 +86,34 @@ class _Case:
     rows: int = 0
     #: Errors of the interpreter against the true values of the log.
     truth: Differences | None = None
-    #: The interpreter's states before the piece at hand; None: it begins from the initial ones.
-    before: IntArray | None = None
-    feeds: list[Feed] = field(default_factory=list)
-    pieces: list[Part] = field(default_factory=list)
+    kept: Feed | None = None  #: the first block of the log.
+    pieces: list[Part] = field(default_factory=list)  #: what ran of it.
     clamped: Mapping[str, int] = field(default_factory=dict)
     warnings: dict[str, None] = field(default_factory=dict)
-    #: Warnings about the rows so far.
-    told: Sequence[str] = ()
+    told: Sequence[str] = ()  #: warnings about the rows so far.
 
-    def take(self, block: Feed, keep_all: bool) -> None:
-        """Rows of the log; they are kept, those of a long log only to keep all."""
-        if not len(block):
-            return
-        self.truth = self.truth or Differences(self.outputs, block.truth, judged=False)
-        self.clamped, self.told = block.clamped, block.warnings
-        if keep_all or not self.feeds:
-            self.feeds.append(block)
-
-    def add(self, part: Part, keep_all: bool) -> None:
+    def add(self, part: Part, anew: bool) -> None:
         """Judge the next rows."""
-        given, start, anew = part.given, self.rows, self.before is None
-        states = self.judge.add(given.inputs, part.fixed, part.floating, anew=anew)
+        given = part.given
+        self.clamped, self.told = given.clamped, given.warnings
+        self.judge.add(given.inputs, part.fixed, part.floating, anew=anew)
         self.folded.add(given.inputs, anew=anew)
-        if self.truth is not None:
-            truth = {n: np.where(given.counts, v, np.nan) for n, v in given.truth.items()}
-            self.truth.add(part.fixed.outputs, truth)
-        self.before, self.rows = states[-1], start + len(given)
-        if keep_all or start < KEPT:
+        self.truth = self.truth or Differences(self.outputs, given.truth, judged=False)
+        truth = {n: np.where(given.counts, v, np.nan) for n, v in given.truth.items()}
+        self.truth.add(part.fixed.outputs, truth)
+        if self.rows < KEPT:
             self.pieces.append(part)
-
-    @property
-    def complete(self) -> bool:
-        """Whether all rows are kept."""
-        return sum(len(part.given) for part in self.pieces) == self.rows
+        self.rows += len(given)
 
 
 class Check:
     """The estimators of one core on records, on as many records as wanted: all is built once.
 
-    Parameters
-    ----------
-    build : Build
-        Estimators in one core; where they are several, they take turns on the RTL.
-    levels : sequence of str, optional
-        Which of `EXACT`; by default all. The integer interpreter, with which each is
-        compared, and float64 run in any case.
-    simulator : str, optional
-        Verilator or Icarus (not all updates); by default Verilator, or Icarus without it.
-    progress : callable, optional
-        Told what runs.
-    search : bool
-        Whether claims that intervals do not prove are searched for inputs that break them, which
-        takes half a second.
-
-    Raises
-    ------
-    InputError
-        Unknown level or simulator.
+    Several estimators take turns on the RTL. ``levels`` are some of `EXACT`, by default all; the
+    integer interpreter, with which each is compared, and float64 run in any case. ``simulator`` is
+    one of `SIMULATORS`; Icarus runs the leading updates only. ``progress`` is told what runs.
+    Without ``search``, which takes half a second, no inputs that break claims are looked for.
+    Raises InputError for an unknown level or simulator.
     """
 
     def __init__(
@@ -216,69 +133,46 @@ class Check:
         self.build, self.levels, self.simulator, self.search = build, levels, simulator, search
         self.progress = progress or (lambda text: None)
         self._count = len(build.estimators)
-        #: `Build.shortage`; None until the first records have been looked at.
-        self._shortage: str | None = None
-        self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
+        self._made: dict[type[Level], list[Level]] = {}
         #: Proofs and searches of the claims of each estimator, made once.
         self._examined: dict[int, list[Examined]] = {}
 
-    def run(
-        self, *logs: Log | Record, keep_all: bool = True, rows: int = ROWS
-    ) -> list[CheckResult]:
-        """Run everything, a piece of the logs after the other on every level.
+    def run(self, *logs: Log | Record, rows: int = ROWS) -> list[CheckResult]:
+        """Run everything, a piece of ``rows`` of the logs after the other on every level.
 
-        Returns a result for each estimator. Raises InputError for a record that does not feed its
-        estimator, or what no core could compute right (`sim.compare.soundness`); ToolMissing
-        without a C compiler.
-
-        Parameters
-        ----------
-        logs : Log or Record
-            One for all estimators, or one for each of them; they may differ in length.
-        keep_all : bool
-            Whether results have the rows of a log of more than `KEPT`.
-        rows : int
-            Rows of a piece.
+        There is one log for all estimators, or one for each; they may differ in length. Returns a
+        result for each estimator. Raises InputError for a record that does not feed its estimator,
+        or what no core could compute right (`sim.compare.soundness`); ToolMissing without a C
+        compiler.
         """
         sources = [Log.of(log) for log in logs]
         build = self.build
         cases = [
             _Case(
                 estimator.outputs,
-                Judge(build, k, curves=keep_all),
-                FoldedClaims(
-                    estimator, claims_of(build.programs[k], build.nodes[k]), build.params[k]
-                ),
+                Judge(build, k),
+                FoldedClaims(Traced.of(build, k), build.params[k]),
                 warnings=dict.fromkeys(filter(None, [estimator.start_note(build.word)])),
             )
             for k, estimator in enumerate(build.estimators)
         ]
-        attempts = [
-            _Attempt(LEVELS[name], tool, partial(self._levels, LEVELS[name], tool))
-            for name in self.levels
-            if name != Interpreted.name
-            for tool in LEVELS[name].tools_of_check(self.simulator)
-        ]
-        interpreter = _Attempt(
-            Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
-        )
+        kinds: list[type[Level]] = [Interpreted, *(LEVELS[name] for name in self.levels)]
+        attempts = [_Attempt(self, kind) for kind in dict.fromkeys(kinds)]
         begun = False
         for blocks in self._blocks(sources):
             for case, block in zip(cases, blocks, strict=True):
-                case.take(block, keep_all)
+                case.kept = case.kept or block
             if not begun:
-                self._begin(cases, [b.inputs for b in blocks], [*attempts, interpreter])
+                self._begin(cases, blocks, attempts)
             for piece, anew in _pieces(blocks, rows, not begun):
-                self._piece(cases, piece, anew, attempts, interpreter, keep_all)
+                self._piece(cases, piece, anew, attempts)
                 begun = True
         results = []
         for k, case in enumerate(cases):
-            again = partial(self._again, k, case, sources)
-            levels = [x.result(k, again) for x in attempts]
-            own = interpreter.agreements[k].result(interpreter.seconds)
+            own, *levels = (x.results[k].ended(x.seconds, x.error) for x in attempts)
             if Interpreted.name in self.levels or own.error:
                 levels.insert(0, dataclasses.replace(own, reference=True))
-            results.append(self._result(k, case, sources, levels, again))
+            results.append(self._result(k, case, sources, levels))
         return results
 
     def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
@@ -298,30 +192,28 @@ class Check:
             yield [block or none for block, none in zip(several, empty, strict=True)]
 
     def _begin(
-        self, cases: Sequence[_Case], records: Sequence[FloatArray], attempts: Sequence[_Attempt]
+        self, cases: Sequence[_Case], blocks: Sequence[Feed], attempts: Sequence[_Attempt]
     ) -> None:
-        """Look at the leading rows, and begin on every level."""
-        if self._shortage is None:
-            check_sound(self.build, records)
-            self._shortage = self.build.shortage
-        if self._shortage:
-            text = f"no core, as compile would make it: {self._shortage}"
+        """Look at the leading rows, and tell what runs."""
+        if not self._made:
+            check_sound(self.build, [block.inputs for block in blocks])
+        if shortage := self.build.shortage:
+            text = f"no core, as compile would make it: {shortage}"
             for case in cases:
                 case.warnings[text] = None
-        for text in dict.fromkeys(text for case in cases for text in (*case.told, *case.warnings)):
+        pairs = zip(cases, blocks, strict=True)
+        texts = (text for case, block in pairs for text in (*block.warnings, *case.warnings))
+        for text in dict.fromkeys(texts):
             self.progress(f"warning: {text}")
-        names = ["float64"]
-        for attempt in attempts:
-            attempt.begin()
-            slow = " (slow: --simulator verilator is faster)" * (attempt.tool == "icarus")
-            names.append(f"{attempt.kind.name} in {attempt.tool}{slow}")
-        self.progress(", ".join(names))
+        slow = {"icarus": " (slow: --simulator verilator is faster)"}
+        names = (f"{x.kind.name} in {x.tool}{slow.get(x.tool, '')}" for x in attempts)
+        self.progress(", ".join(["float64", *names]))
 
-    def _levels(self, kind: type[Level], tool: str | None = None) -> list[Level]:
+    def levels_of(self, kind: type[Level], tool: str | None = None) -> list[Level]:
         """A level for each estimator, made once."""
-        if (kind, tool) not in self._made:
-            self._made[kind, tool] = [kind(self.build, k, tool) for k in range(self._count)]
-        return self._made[kind, tool]
+        if kind not in self._made:
+            self._made[kind] = [kind(self.build, k, tool) for k in range(self._count)]
+        return self._made[kind]
 
     def _piece(
         self,
@@ -329,28 +221,18 @@ class Check:
         piece: Sequence[Feed],
         anew: bool,
         attempts: Sequence[_Attempt],
-        interpreter: _Attempt,
-        keep_all: bool,
     ) -> None:
-        """Run a piece on every level, and compare."""
+        """Run a piece on every level, and compare with the first one, the interpreter."""
         records = [rows.inputs for rows in piece]
-        floating = CompiledFloat.run_together(self._levels(CompiledFloat), records, anew=anew)
-        tried = [attempt.advance(records, anew) for attempt in attempts]
-        fixed = interpreter.advance(records, anew)
-        for k, part in enumerate(map(Part, piece, fixed, floating)):
+        floating = CompiledFloat.run_together(self.levels_of(CompiledFloat), records, anew=anew)
+        runs = [attempt.advance(records, anew) for attempt in attempts]
+        for k, part in enumerate(map(Part, piece, runs[0], floating)):
             if len(part.given):
-                cases[k].before = None if anew else cases[k].before
-                for attempt, runs in zip((interpreter, *attempts), (fixed, *tried), strict=True):
-                    attempt.compare(k, runs, part.fixed, cases[k])
-                cases[k].add(part, keep_all)
-
-    def _again(
-        self, number: int, case: _Case, sources: Sequence[Log]
-    ) -> Iterator[tuple[FloatArray, IntArray, BoolArray]]:
-        """Records of an estimator piece by piece, their states (kept, or the C's), restarts."""
-        for part in case.pieces if case.complete else self._parts(number, sources):
-            assert part.fixed.states is not None
-            yield part.given.inputs, part.fixed.states, part.given.restarts
+                for attempt, own in zip(attempts, runs, strict=True):
+                    if own:
+                        level = attempt.levels[k]
+                        attempt.results[k].add(level, own[k], part.fixed, cases[k].rows)
+                cases[k].add(part, anew)
 
     def _parts(self, number: int, sources: Sequence[Log]) -> Iterator[Part]:
         """Every row of an estimator's log, with the C and float64."""
@@ -368,15 +250,19 @@ class Check:
                     yield Part(piece[number], fixed, floating)
 
     def _result(
-        self,
-        number: int,
-        case: _Case,
-        sources: Sequence[Log],
-        levels: Sequence[LevelResult],
-        again: Callable[[], Iterator[tuple[FloatArray, IntArray, BoolArray]]],
+        self, number: int, case: _Case, sources: Sequence[Log], levels: Sequence[LevelResult]
     ) -> CheckResult:
-        """All of an estimator on its log."""
-        accuracy, given = case.judge.result(case.clamped, again), Feed.joined(case.feeds)
+        given = case.kept
+        assert given is not None
+        kept = len(given) == case.rows
+        parts = partial(iter, case.pieces) if kept else partial(self._parts, number, sources)
+
+        def pieces() -> Iterator[Piece]:
+            for part in parts():
+                assert part.fixed.states is not None
+                yield part.given.inputs, part.fixed.states, part.given.restarts
+
+        accuracy = case.judge.result(case.clamped, pieces)
         reference = Run.joined([part.floating for part in case.pieces])
         anew = np.flatnonzero(given.restarts[1:])
         first = given.rows(0, int(anew[0]) + 1) if len(anew) else given
@@ -390,17 +276,23 @@ class Check:
         sure = [] if strange or source.comparison else _too_sure(self.build, number, given, run)
         judged = any(d.tolerance is not None for d in accuracy.differences)
         bare = [] if judged else [_BARE]
-        bare += _without_truth(estimator, given)
+        bare += [
+            f"{o.name}: truth={o.truth:g} is not judged: the log has no true value of it, "
+            f"{o.name}{TRUTH}"
+            for o in estimator.outputs
+            if o.truth is not None and not np.isfinite(given.truth.get(o.name, np.nan)).any()
+        ]
         late = (*book.remarks, *told, *strange, *sure, *near, *bare)
         for text in late:
             self.progress(f"warning: {text}")
         given = dataclasses.replace(
             given, clamped=dict(case.clamped), warnings=(*case.told, *case.warnings, *late)
         )
-        examined = self._claims_of(number)
-        broken = {examined[k].claim for k in accuracy.broken if k < len(examined)}
-        program, seen = self.build.programs[number], accuracy.reached
-        claims = claim_results(program, examined, seen, broken) if examined else ()
+        if self.search and number not in self._examined:
+            self.progress(f"stated ranges of {estimator.name}")
+            self._examined[number] = examine(Traced.of(self.build, number))
+        examined = self._examined.get(number, [])
+        claims = claim_results(self.build.programs[number], examined, accuracy)
         return CheckResult(
             self.build,
             number,
@@ -412,21 +304,10 @@ class Check:
             book,
             tuple(d for d in case.truth.result() if d.samples) if case.truth else (),
             source.comparison,
-            (*claims, *case.folded.result()),
+            [*claims, *case.folded.result()],
             case.rows,
-            None if case.complete else partial(self._parts, number, sources),
+            parts,
         )
-
-    def _claims_of(self, number: int) -> list[Examined]:
-        """Prove the claims of an estimator, or search for inputs that break them; once."""
-        build = self.build
-        if not self.search:
-            return []
-        if number not in self._examined:
-            estimator, program = build.estimators[number], build.programs[number]
-            self.progress(f"stated ranges of {estimator.name}")
-            self._examined[number] = examine(estimator, program, build.nodes[number])
-        return self._examined[number]
 
 
 #: A whole turn in the units of angles that are not compared modulo it.
@@ -466,16 +347,6 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
     return lines
 
 
-def _without_truth(estimator: Estimator, given: Feed) -> list[str]:
-    """Lines about outputs with a limit truth= for which the log has no true value."""
-    return [
-        f"{o.name}: truth={o.truth:g} is not judged: the log has no true value of it, "
-        f"{o.name}{TRUTH}"
-        for o in estimator.outputs
-        if o.truth is not None and not np.isfinite(given.truth.get(o.name, np.nan)).any()
-    ]
-
-
 def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:
     """Lines about outputs whose errors are many times the estimator's own deviations of them."""
     estimator, program = build.estimators[number], build.programs[number]
@@ -495,7 +366,7 @@ def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:
             continue
         error = np.abs(estimates[name] - given.truth[name])
         unit = units.get(name, "")
-        error = around(error, PERIODS[unit]) if unit in PERIODS else error
+        error = np.abs(wrapped(error, PERIODS[unit])) if unit in PERIODS else error
         variance = own[1][:, k, k]
         known = given.counts & np.isfinite(error) & (variance > 0.0)
         times = np.median(error[known] / np.sqrt(variance[known])) if known.any() else 0.0

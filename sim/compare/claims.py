@@ -8,14 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model.arrays import FloatArray
-from boresight.model.estimator import Estimator
 from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.diagnosis import NAMED
-from boresight.sim.compare.twin import made_of
+from boresight.sim.compare.twin import Traced, made_of
+from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.fit.observe import Observer
-from boresight.sim.ranges.claims import TOLERANCE, Claim
-from boresight.sim.ranges.examine import Examined
-from boresight.sim.ranges.search import Witness
+from boresight.sim.ranges.claims import TOLERANCE, Claim, Examined, Witness, claims_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,33 +77,28 @@ class ClaimResult:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
         return {**vars(self), "witness": None if self.witness is None else vars(self.witness)}
 
 
 def claim_results(
-    program: Program,
-    examined: Sequence[Examined],
-    seen: Sequence[tuple[float, float] | None],
-    broken: set[Claim],
-) -> tuple[ClaimResult, ...]:
-    """Join what the search and the log say: extremes ``seen`` on it, claims that it breaks."""
+    program: Program, examined: Sequence[Examined], accuracy: Accuracy
+) -> list[ClaimResult]:
+    """Join what the search and the log say."""
     results = []
-    for e, log in zip(examined, seen, strict=True):
-        claim, reach = e.claim, e.reach
-        search = None if reach is None else (reach.low, reach.high)
+    for k, e in enumerate(examined):
+        claim, search, log = e.claim, e.reach, accuracy.reached[k]
         status = "proven" if e.proven else "checked"
-        if claim in broken:
+        if k in accuracy.broken:
             status = "broken"
-        elif reach is not None and reach.broken:
+        elif e.witness is not None:
             status = "excepted" if claim.unless else "broken" if claim.bounded else "left"
         share = max((claim.share(*ends) for ends in (log, search) if ends is not None), default=0.0)
         stated = claim.reason, claim.line, claim.low, claim.high, claim.state
-        witness = None if claim in broken else e.witness
+        witness = None if k in accuracy.broken else e.witness
         sources = _sources(program, claim, witness) if status == "left" else ()
         reached = status, log, search, share, witness
         results.append(ClaimResult(*stated, *reached, unless=claim.unless, sources=sources))
-    return tuple(results)
+    return results
 
 
 def _sources(program: Program, claim: Claim, witness: Witness | None) -> tuple[str, ...]:
@@ -121,14 +114,12 @@ def _sources(program: Program, claim: Claim, witness: Witness | None) -> tuple[s
 class FoldedClaims:
     """Claims whose values no word holds: the compiler decided with them all that they enter.
 
-    They are compared with float64 on the log; ``claims`` are those whose values the program holds.
+    They are compared with float64 on the log.
     """
 
-    def __init__(
-        self, estimator: Estimator, claims: Sequence[Claim], params: Mapping[str, float] | None
-    ) -> None:
-        trace = estimator.record()
-        held = {(c.line, c.low, c.high) for c in claims}
+    def __init__(self, of: Traced, params: Mapping[str, float] | None) -> None:
+        trace = of.estimator.record()
+        held = {(c.line, c.low, c.high) for c in claims_of(of)}
         self._claims = [
             e
             for e in trace.needed
@@ -136,7 +127,7 @@ class FoldedClaims:
             and not any(e.data[3:])  # an exception
             and (str(e.line), *map(float, e.data[:2])) not in held
         ]
-        self._observer = Observer(trace, estimator, params) if self._claims else None
+        self._observer = Observer(trace, of.estimator, params) if self._claims else None
 
     def add(self, inputs: FloatArray, *, anew: bool = False) -> None:
         """Take the next rows, which perhaps begin from the initial states."""

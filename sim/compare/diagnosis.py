@@ -25,31 +25,23 @@ from boresight.model.lowering.profile import OBSERVED, Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program
 from boresight.sim.accuracy.covariance import covariance_of
-from boresight.sim.compare.twin import KINDS, Traced, Twin, authors_name, becomes, parts_of, twins
+from boresight.sim.compare.twin import KINDS, Traced, Twin, parts_of, twins
 from boresight.sim.ranges.intervals import Ends, ends_of
 
-#: Bits above the largest value of a log that are no waste: other logs go further.
-MARGIN_BITS = 2
-#: Values that messages name.
-NAMED = 3
-#: Condition of a narrower range.
-IF_ALWAYS = ", if it holds for all logs and parameters"
-#: Cure of a value that `Measurement.sd_max` bounds.
-RAISE = "raise sd_max of this Measurement"
-#: Cure of a value that its range does not hold.
-WIDEN = "widen the range"
+MARGIN_BITS = 2  #: Bits above the largest value of a log that are no waste: other logs go further.
+NAMED = 3  #: Values that messages name.
+IF_ALWAYS = ", if it holds for all logs and parameters"  #: Condition of a narrower range.
+RAISE = "raise sd_max of this Measurement"  #: Cure of a value that `Measurement.sd_max` bounds.
+WIDEN = "widen the range"  #: Cure of a value that its range does not hold.
 #: What helps where a covariance by hand is not exact enough.
 _MODEL = "write the model with boresight.kalman, or one scalar update for each measurement"
 #: What else keeps it positive.
 _POSITIVE = "use Joseph's form, or limit it by ops.maximum(p, FLOOR)"
-#: Widest word, bits.
-_WIDEST = 32
-#: Share of the word below which an argument is too coarse to be normalised.
-_FEW = 0.375
+_WIDEST = 32  #: Widest word, bits.
+_FEW = 0.375  #: Share of the word below which an argument is too coarse to be normalised.
 #: Functions that normalise their argument.
 _NORMALISED = {"rsqrt": "root", "reciprocal": "division"}
-#: Multiple of the floor of a normalised argument below which it counts as near.
-_NEAR = 4.0
+_NEAR = 4.0  #: Multiple of the floor of a normalised argument below which it counts as near.
 
 
 class Culprit(NamedTuple):
@@ -78,40 +70,26 @@ def find_culprit(
     Where none does up to an update that is wrong, a root or reciprocal whose argument holds few
     significant bits in it is to blame: what follows it is as coarse.
 
-    Parameters
-    ----------
-    pieces : iterable of (int64 (n, n_inputs), int64 (n, n_states), bool (n,))
-        Input words, state words after each update, and updates that begin from the initial
-        states; from the first update on.
-    wrong : sequence of int
-        Updates that are known to be wrong, in their order.
-    among : collection of int, optional
-        Values that may be to blame; by default all.
+    ``pieces`` are input words (n, n_inputs), state words after each update (n, n_states) and
+    updates that begin from the initial states (n,), from the first update on; ``wrong`` are the
+    updates that are known to be wrong, in their order; values ``among`` may be to blame, by default
+    all.
     """
-    start, before, ahead, remedies = 0, None, list(wrong), of.estimator.remedies
+    start, before, ahead = 0, None, list(wrong)
     for inputs, states, anew in pieces:
-        at = 0
-        while ahead and at < len(inputs):
-            stop = min(len(inputs), ahead[0] + 1 - start)
-            here = slice(at, stop)
-            rows = inputs[here], states[here], before, start + at, anew[here]
-            for twin in twins(of.program, of.nodes, *rows):
-                if (culprit := _first_leaving(twin, among, remedies)) is not None:
-                    return culprit
-            if start + stop > ahead[0]:
-                culprit = _weakest(twin, ahead.pop(0) - twin.first, among, remedies)
-                if culprit is not None:
-                    return culprit
-            before, at = states[stop - 1], stop
-        start += len(inputs)
-        if not ahead:
-            break
+        for twin in twins(of, inputs, states, before, start, anew):
+            culprit = _first_leaving(twin, among)
+            stop = twin.first + len(twin.words[0]) if culprit is None else culprit.step
+            while ahead and ahead[0] < stop:
+                if (weakest := _weakest(twin, ahead.pop(0) - twin.first, among)) is not None:
+                    return weakest
+            if culprit is not None or not ahead:
+                return culprit if ahead else None
+        start, before = start + len(inputs), states[-1]
     return None
 
 
-def _first_leaving(
-    twin: Twin, among: Collection[int] | None, remedies: Mapping[str, str]
-) -> Culprit | None:
+def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit | None:
     """The first operation of some updates that leaves its twin or its range."""
     candidates = [
         (int(np.argmax(wrong)), op.dest, ranged)
@@ -123,15 +101,15 @@ def _first_leaving(
     if not candidates:
         return None
     step, value, ranged = min(candidates, key=lambda f: f[0])  # the first op of several
-    for part in parts_of(twin.nodes[value], twin.value_of):
-        if (fault := _function_fault(twin, part, step, remedies)) is not None:
+    for part in parts_of(twin.nodes[value], twin.of.value_of):
+        if (fault := _function_fault(twin, part, step)) is not None:
             return _named(twin, value, step, *fault, line=part.line)
     arithmetic = twin.program.arithmetic
     at_limit = int(twin.words[value][step]) in (arithmetic.min_int, arithmetic.max_int)
     with np.errstate(all="ignore"):
         exact = float(np.broadcast_to(twin.computed(twin.nodes[value]), len(twin.words[0]))[step])
     held = float(twin.real(value)[step])
-    said = twin.program.values[twin.declared(value)]
+    said = twin.program.values[twin.of.declared(value)]
     if ranged or at_limit:
         why = (
             f"{'saturates: ' * at_limit}{exact if at_limit else held:.6g} does not fit its range "
@@ -156,23 +134,21 @@ def _named(
     twin: Twin, value: int, step: int, why: str, cure: str, line: str | None = None
 ) -> Culprit:
     """A culprit, with the name that its author gave, or in words where there is none."""
-    node, name = twin.nodes[value], authors_name(twin.program, twin.nodes, value)
-    if twin.declared(value) == value and node.title and not node.name:
+    node, name = twin.nodes[value], twin.of.name(value)
+    if twin.of.declared(value) == value and node.title and not node.name:
         name = f"{name}, {KINDS.get(node.kind, node.kind)}"
     return Culprit(twin.first + step, name, line or node.line, why, cure)
 
 
-def _function_fault(
-    twin: Twin, node: Node, step: int, remedies: Mapping[str, str]
-) -> tuple[str, str] | None:
+def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None:
     """What an argument out of its function's domain explains, with the cure."""
     if node.kind not in (*_NORMALISED, "asin"):
         return None
     arg = node.args[0]
-    x = float(twin.argument(arg)[step])
+    x, name = float(twin.argument(arg)[step]), _argument(arg)
     full = max(abs(arg.low), abs(arg.high))
     if node.kind == "rsqrt" and x < 0.0:
-        return f"rsqrt: argument {x:.3g} is negative", f"keep {_argument(arg)} at 0 or above"
+        return f"rsqrt: argument {x:.3g} is negative", f"keep {name} at 0 or above"
     if node.kind == "asin":
         said = f"asin: argument {x:.3g} is outside 0 to {ASIN_LIMIT}"
         return None if 0.0 <= x <= ASIN_LIMIT else (said, f"limit {_argument(arg)}")
@@ -181,7 +157,7 @@ def _function_fault(
         return None
     return (
         f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",
-        _more_bits(node, remedies),
+        _more_bits(twin.of, node),
     )
 
 
@@ -189,25 +165,21 @@ def _argument(arg: Node) -> str:
     return arg.name or f"the argument ({arg.line})"
 
 
-def _normalising(
-    nodes: Mapping[int, Node], held: Mapping[int, int]
-) -> Iterator[tuple[int, Node, int]]:
-    """Roots and reciprocals whose argument is a value: what each is part of, itself, that value."""
-    for value, node in nodes.items():
-        for part in parts_of(node, held):
-            if part.kind in _NORMALISED and part.args[0].number in held:
-                yield value, part, held[part.args[0].number]
+def _normalising(of: Traced) -> Iterator[tuple[int, Node]]:
+    """Roots and reciprocals whose argument is a value: what each is part of, and itself."""
+    for value, node in of.nodes.items():
+        for part in parts_of(node, of.value_of):
+            if part.kind in _NORMALISED and part.args[0].number in of.value_of:
+                yield value, part
 
 
-def _weakest(
-    twin: Twin, step: int, among: Collection[int] | None, remedies: Mapping[str, str]
-) -> Culprit | None:
+def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | None:
     """The root or reciprocal whose argument has the fewest bits, if they are few."""
     few = [
         (bits, value, part)
-        for value, part, held in _normalising(twin.nodes, twin.value_of)
+        for value, part in _normalising(twin.of)
         if among is None or value in among
-        if (bits := int(abs(twin.words[held][step])).bit_length())
+        if (bits := int(abs(twin.words[twin.of.value_of[part.args[0].number]][step])).bit_length())
         <= _FEW * twin.program.arithmetic.word
     ]
     if not few:
@@ -215,14 +187,15 @@ def _weakest(
     bits, value, part = min(few, key=lambda f: f[0])
     why = f"{part.kind}: argument {float(twin.argument(part.args[0])[step]):.3g} has only "
     why += f"{bits} significant bits"
-    return _named(twin, value, step, why, _more_bits(part, remedies), line=part.line)
+    return _named(twin, value, step, why, _more_bits(twin.of, part), line=part.line)
 
 
 def near_floor(of: Traced, ranges: WordRanges, reached: Mapping[int, Range]) -> str:
     """The root or reciprocal whose argument came nearest to its floor, within `_NEAR`; or empty."""
     arithmetic, nearest, text = of.program.arithmetic, _NEAR, ""
     last = {node.number: n for n, node in of.nodes.items()}  # a copy in the function's format
-    for _, part, held in _normalising(of.nodes, last):
+    for _, part in _normalising(of):
+        held = last[part.args[0].number]
         low, high = reached[held]
         below = part.args[0].high < 0.0 or high < 0.0
         size, at = (max(-high, 0.0), ranges.high_at) if below else (max(low, 0.0), ranges.low_at)
@@ -236,14 +209,14 @@ def near_floor(of: Traced, ranges: WordRanges, reached: Mapping[int, Range]) -> 
             text = (
                 f"{part.line}: the argument of a {_NORMALISED[part.kind]}, {size:.3g} in step "
                 f"{int(at[held])}, is only {share:.2g} times the smallest that "
-                f"{arithmetic.word} bits can normalise; {_more_bits(part, of.estimator.remedies)}"
+                f"{arithmetic.word} bits can normalise; {_more_bits(of, part)}"
             )
     return text
 
 
-def _more_bits(node: Node, remedies: Mapping[str, str]) -> str:
+def _more_bits(of: Traced, node: Node) -> str:
     """What gives the argument of a root or reciprocal more bits."""
-    arg = node.args[0]
+    arg, remedies = node.args[0], of.estimator.remedies
     limits = f"[{arg.low:.3g}, {arg.high:.3g}]"
     if node.kind == "rsqrt" and node.line in remedies:
         return f"to narrow the range {limits} of {SPREAD}, {remedies[node.line]}"
@@ -304,11 +277,11 @@ def wasted_bits(of: Traced, reached: Mapping[int, Range]) -> list[Wasted]:
         own = declared_name(program, nodes, n)
         name, line = f"{value.kind.value} {own}", declared.get(own, "")
         if value.kind is Kind.OP:
-            if n not in nodes or becomes(program, nodes, n) is not None:
+            if n not in nodes or of.becomes(n) is not None:
                 continue
             if not _is_source(of, reached, n):
                 continue
-            name, line = authors_name(program, nodes, n), nodes[n].line
+            name, line = of.name(n), nodes[n].line
         if cure := _cure(of, nodes.get(n), n, reached, low, high):
             wasted.append(Wasted(n, name, line, bits, low, high, cure))
     return sorted(wasted, key=lambda w: -w.bits)
@@ -426,7 +399,7 @@ def rounding_text(
         return text + (wider.removesuffix(", or ") or "accept a larger tolerance")
     # The state whose changes have the fewest bits: each update rounds it, perhaps to one side.
     change, state, after = min(computed, key=lambda k: k[0])
-    name = authors_name(program, nodes, after)
+    name = of.name(after)
     where = f" ({nodes[after].line})" if nodes[after].line else ""
     unused, narrow = math.floor(headroom_bits(program, state, reached[state])), ""
     if unused > MARGIN_BITS:

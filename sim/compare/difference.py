@@ -18,7 +18,6 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import (
@@ -31,9 +30,9 @@ from boresight.model.declarations import (
 )
 from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
+from boresight.sim.rotations.zyx import wrapped
 
-#: Natural logarithm of a quaternion's norm that is no attitude's.
-_NORMS = math.log(2.0)
+_NORMS = math.log(2.0)  #: Natural logarithm of a quaternion's norm that is no attitude's.
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,6 @@ class Difference:
         return self.largest <= self.tolerance and steady
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
         return {
             "output": self.output,
             "unit": self.unit,
@@ -91,7 +89,6 @@ class Difference:
         }
 
     def line(self) -> str:
-        """One line for people."""
         unit = f" {self.unit}" if self.unit else ""
         if self.limit is not None:
             verdict = f"{'within' if self.good else 'BEYOND'} {self.limit:.3g}"
@@ -128,7 +125,6 @@ class Decided:
     _running = 0
 
     def add(self, differing: BoolArray) -> None:
-        """Whether they differ in the next rows."""
         edges = np.flatnonzero(np.diff(np.concatenate([[0], differing.astype(np.int8), [0]])))
         lengths = np.diff(edges)[::2]
         if len(lengths) and differing[0]:
@@ -140,7 +136,6 @@ class Decided:
 
     @property
     def good(self) -> bool:
-        """Few enough differ, and not too many in a row."""
         share = self.differing / self.of
         return share <= self.most_share and self.longest <= self.most_longest
 
@@ -184,37 +179,36 @@ class Differences:
         self._outputs = [o for o in outputs if o.name in references]
         self._judged, self._rows, self._parted = judged, 0, False
         self._accounts = {o.name: _Account(o, judged, curves) for o in self._outputs}
-        self._attitude: _Account | None = None
-        if all(name in self._accounts for name in QUATERNION):
+        if self._accounts.keys() >= {*QUATERNION}:
             limits = [self._accounts[n].tolerance for n in QUATERNION]
             known = [x for x in limits if x is not None]
             limit = ATTITUDE_DEG * max(known) if len(known) == len(limits) else None
             declared = Output(ATTITUDE, unit="deg", tolerance=limit)
-            self._attitude = _Account(declared, judged, curves)
+            self._accounts[ATTITUDE] = _Account(declared, judged, curves)
 
     def add(self, values: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]) -> None:
         """The next rows: (n,) by name, in the outputs' units; NaN in the reference: none there."""
         turned = dict(reference)
         with np.errstate(all="ignore"):  # a reference may be infinite
-            if self._attitude is not None:
+            if has_attitude := ATTITUDE in self._accounts:
                 q, r = attitude_of(values), attitude_of(reference)
                 sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
                 turned |= {n: reference[n] * sign for n in QUATERNION}
             errors = {o.name: _apart(o.unit, values[o.name], turned[o.name]) for o in self._outputs}
+            known = {name: np.isfinite(turned[name]) for name in errors}
+            if has_attitude:
+                errors[ATTITUDE] = np.degrees(_angle(q, r))
+                known[ATTITUDE] = np.logical_and.reduce(np.isfinite(r), axis=-1)
             cut = self._cut(errors)
-            for o in self._outputs:
+            for name, error in errors.items():
                 # A truth may have gaps; a float64 run that is no number is a fault.
-                counted = self._judged | np.isfinite(turned[o.name])
-                self._accounts[o.name].add(errors[o.name], counted, self._rows, cut)
-            if self._attitude is not None:
-                known = self._judged | np.isfinite(r).all(axis=-1)
-                self._attitude.add(np.degrees(_angle(q, r)), known, self._rows, cut)
+                counted = self._judged | known[name]
+                self._accounts[name].add(error, counted, self._rows, cut)
         self._rows += len(next(iter(errors.values()), ()))
 
     def result(self) -> list[Difference]:
         """One for each output that has a reference, and last the attitude, of all rows so far."""
-        more = [] if self._attitude is None else [self._attitude]
-        return [made.result() for made in (*self._accounts.values(), *more)]
+        return [account.result() for account in self._accounts.values()]
 
     def _cut(self, errors: Mapping[str, FloatArray]) -> int | None:
         """Leading rows of a piece before the first decision that differs; None: all."""
@@ -241,9 +235,8 @@ class _Account:
         accepted = output.share, output.longest
         self._decided = Decided(0, 0, 0, *accepted) if self.exact and judged else None
 
-    def add(self, error: FloatArray, mask: npt.ArrayLike, start: int, cut: int | None) -> None:
+    def add(self, error: FloatArray, counted: BoolArray, start: int, cut: int | None) -> None:
         """The next rows, of which those from ``cut`` on follow a decision that differs."""
-        counted = np.broadcast_to(np.asarray(mask, dtype=np.bool_), error.shape)
         cut = None if self.exact else cut
         self._before.add(error[:cut], counted[:cut], start)
         if cut is not None:
@@ -258,7 +251,6 @@ class _Account:
             self._decided.add(error != 0.0)
 
     def result(self) -> Difference:
-        """The figures."""
         name, unit = self.output.name, "words" if self.exact else self.output.unit
         made, after = (
             Difference(name, unit, f.samples, f.largest, f.rms, f.at_step, limit)
@@ -274,8 +266,7 @@ class _Account:
         )
 
 
-#: Squares that are summed at a time: rows of a short log as one.
-_SUMMED = 1 << 16
+_SUMMED = 1 << 16  #: Squares that are summed at a time: rows of a short log as one.
 
 
 class Spread:
@@ -285,7 +276,7 @@ class Spread:
         self.samples, self.largest = 0, math.nan
         self.at_step: int | None = None
         self._sums: list[float] = []
-        self._rest: list[FloatArray] = []
+        self._rest = np.zeros(0)
 
     def add(self, error: FloatArray, counted: BoolArray, start: int) -> None:
         """The next rows, the first of which is row ``start``."""
@@ -298,22 +289,17 @@ class Spread:
             if not seen[k] <= self.largest:  # or that is none yet
                 self.largest = float(seen[k])
                 self.at_step = start + int(np.flatnonzero(counted)[k])
-        before, self.samples = self.samples, self.samples + len(seen)
-        self._rest.append(seen**2)
-        if self.samples // _SUMMED > before // _SUMMED:
-            rest = np.concatenate(self._rest)
-            for _ in range(len(rest) // _SUMMED):
-                self._sums.append(float(np.sum(rest[:_SUMMED])))
-                rest = rest[_SUMMED:]
-            self._rest = [rest]
+        self.samples += len(seen)
+        self._rest = np.concatenate([self._rest, seen**2])
+        while len(self._rest) >= _SUMMED:
+            self._sums.append(float(np.sum(self._rest[:_SUMMED])))
+            self._rest = self._rest[_SUMMED:]
 
     @property
     def rms(self) -> float:
         """Root mean square; NaN of nothing."""
-        if not self.samples:
-            return math.nan
-        rest = float(np.sum(np.concatenate(self._rest)))
-        return float(np.sqrt(np.sum([*self._sums, rest]) / self.samples))
+        total = np.sum([*self._sums, float(np.sum(self._rest))])
+        return float(np.sqrt(total / self.samples)) if self.samples else math.nan
 
 
 def _apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:
@@ -324,13 +310,7 @@ def _apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:
             np.rint(values) != np.rint(reference),
         )
     error = np.abs(values - reference)
-    return around(error, PERIODS[unit]) if unit in PERIODS else error
-
-
-def around(error: FloatArray, period: float) -> FloatArray:
-    """Distances on a circle of so much."""
-    half = 0.5 * period
-    return np.abs((error + half) % period - half)
+    return np.abs(wrapped(error, PERIODS[unit])) if unit in PERIODS else error
 
 
 def _angle(q: FloatArray, r: FloatArray) -> FloatArray:

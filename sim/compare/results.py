@@ -3,44 +3,40 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from boresight.model.arrays import FloatArray
 from boresight.model.estimator import WAIVED
 from boresight.model.lowering.profile import Profile
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.interpreter import Interpreter
 from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import Book
-from boresight.sim.compare.twin import Traced
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 from boresight.sim.result import JsonObject, plain
 
 
-@dataclass(frozen=True)
+@dataclass
 class LevelResult:
-    """One level's verdict.
+    """One level's verdict: words, flags, states if it shows them, and cycles if it has a clock.
 
-    ``n_mismatch`` counts the updates, of ``n_total``, whose outputs, states or saturation flag
-    differ, and ``first_wrong`` is the first of them. ``error`` says why a level did not run, or
-    why its run proves nothing: then there are no counts (None). Cycles are None for levels without
-    a clock. ``reference`` marks the interpreter, with which the others are compared.
+    ``n_mismatch`` counts the updates, of ``n_total``, whose outputs, states or flags differ, and
+    ``first_wrong`` is the first of them. ``error`` says why a level did not run, or why its run
+    proves nothing: then there are no counts (None). Cycles are None for levels without a clock.
+    ``reference`` marks the interpreter, with which the others are compared.
     """
 
     level: str
     simulator: str
-    n_total: int | None
-    n_mismatch: int | None
-    seconds: float
+    n_total: int | None = 0
+    n_mismatch: int | None = 0
+    seconds: float = 0.0
     cycles_predicted: int | None = None
     cycles_min: int | None = None
     cycles_max: int | None = None
@@ -51,6 +47,48 @@ class LevelResult:
     divergence: str = ""
     first_wrong: int | None = None
     reference: bool = False
+
+    def add(self, level: Level, run: Run, wanted: Run, start: int) -> None:
+        """Count the rows from ``start`` on; ``wanted`` are the interpreter's, or more."""
+        self.error = self.error or run.fault
+        found = _columns(run, run)
+        if not len(found):
+            return
+        expected = _columns(wanted, run)[: len(found)]
+        if (plan := level.schedule) is not None:
+            assert run.latency_cycles is not None and run.interval_cycles is not None
+            self._count("cycles", plan.latency, run.latency_cycles[:, : plan.urgent].max(axis=1))
+            self._count("interval", plan.interval, run.interval_cycles)
+        wrong = found != expected
+        rows = wrong.any(axis=1)
+        self.n_total = (self.n_total or 0) + len(rows)
+        self.n_mismatch = (self.n_mismatch or 0) + int(rows.sum())
+        if self.first_wrong is None and rows.any():
+            row = int(np.argmax(rows))
+            column, program = int(np.argmax(wrong[row])), level.program
+            self.first_wrong = start + row
+            states = (f"state {program.values[state].name}" for state, _ in program.states)
+            names = [*program.output_names, "its saturation flag", "its range flag", *states]
+            self.divergence = (
+                f"{self.level}: first difference in {names[column]}, step {self.first_wrong}: "
+                f"wanted {expected[row, column]}, found {found[row, column]}"
+            )
+
+    def _count(self, name: str, predicted: int, counted: IntArray) -> None:
+        seen = [int(counted.min()), int(counted.max())]
+        earlier = (getattr(self, f"{name}_{end}") for end in ("min", "max"))
+        seen += [cycles for cycles in earlier if cycles is not None]
+        setattr(self, f"{name}_predicted", predicted)
+        setattr(self, f"{name}_min", min(seen))
+        setattr(self, f"{name}_max", max(seen))
+
+    def ended(self, seconds: float, error: str) -> LevelResult:
+        """The verdict after so much time, with the level's error if it has one."""
+        error = error or self.error
+        counts = (None, None) if error else (self.n_total, self.n_mismatch)
+        return dataclasses.replace(
+            self, seconds=seconds, error=error, n_total=counts[0], n_mismatch=counts[1]
+        )
 
     @property
     def good(self) -> bool:
@@ -78,7 +116,6 @@ class LevelResult:
         return f"{name} predicted {predicted}, counted {counted}"
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
         return {**dataclasses.asdict(self), "good": self.good, "failure": self.failure}
 
     def line(self) -> str:
@@ -96,103 +133,14 @@ class LevelResult:
         )
 
 
-class Agreement:
-    """A level by its words, flags, states if it shows them, and cycles if it has a clock."""
-
-    def __init__(self, level: Level) -> None:
-        self.level = level
-        self.first_wrong: int | None = None  #: First update that differs.
-        self._total, self._mismatch, self._fault = 0, 0, ""
-        self._cycles: dict[str, int] = {}
-
-    def add(self, run: Run, wanted: Run, start: int) -> int | None:
-        """The rows from ``start`` on; ``wanted`` are the interpreter's, or more.
-
-        Returns the row among them that is `first_wrong`.
-        """
-        assert run.words is not None and wanted.words is not None
-        assert run.saturated is not None and wanted.saturated is not None
-        assert run.beyond is not None and wanted.beyond is not None
-        n = len(run.words)
-        self._fault = self._fault or run.fault
-        if not n:
-            return None
-        same = (run.words == wanted.words[:n]).all(axis=1)
-        same &= run.saturated == wanted.saturated[:n]
-        same &= run.beyond == wanted.beyond[:n]
-        if run.states is not None:
-            assert wanted.states is not None
-            same &= (run.states == wanted.states[:n]).all(axis=1)
-        if (plan := self.level.schedule) is not None:
-            assert run.latency_cycles is not None and run.interval_cycles is not None
-            self._count("cycles", plan.latency, run.latency_cycles[:, : plan.urgent].max(axis=1))
-            self._count("interval", plan.interval, run.interval_cycles)
-        wrong = n - int(np.count_nonzero(same))
-        self._total, self._mismatch = self._total + n, self._mismatch + wrong
-        if not wrong or self.first_wrong is not None:
-            return None
-        row = int(np.argmin(same))
-        self.first_wrong = row + start
-        return row
-
-    def _count(self, name: str, predicted: int, counted: IntArray) -> None:
-        low, high = int(counted.min()), int(counted.max())
-        self._cycles |= {
-            f"{name}_predicted": predicted,
-            f"{name}_min": min(low, self._cycles.get(f"{name}_min", low)),
-            f"{name}_max": max(high, self._cycles.get(f"{name}_max", high)),
-        }
-
-    def result(self, seconds: float = 0.0, divergence: str = "") -> LevelResult:
-        """The verdict."""
-        return LevelResult(
-            self.level.name,
-            self.level.tool,
-            None if self._fault else self._total,
-            None if self._fault else self._mismatch,
-            seconds,
-            **self._cycles,  # type: ignore[arg-type]
-            error=self._fault,
-            divergence=divergence,
-            first_wrong=self.first_wrong,
-        )
-
-
-def first_difference(
-    level: Level, pieces: Iterable[tuple[FloatArray, bool]], before: IntArray | None, step: int
-) -> str:
-    """Run a level up to ``step`` again, alone: the first value that differs; empty if none does.
-
-    ``pieces`` are records (n, n_inputs) in their units, and whether they begin from the initial
-    states; ``before`` are the interpreter's state words (n_states,) before the step; None: the
-    initial ones.
-    """
-    of = Traced.of(level.build, level.number)
-    program = level.program if level.schedule is None else level.schedule.program
-    machine, rows, earlier = Interpreter(program), step + 1, list[FloatArray]()
-    if before is not None:
-        machine.states = before[:, None]
-    for piece, anew in pieces:
-        if anew:
-            earlier = []
-        earlier.append(piece[:rows])
-        rows -= len(piece)
-        if rows <= 0:
-            break
-    last = earlier.pop()
-    machine.update(words_of(level.program, last[-1])[:, None])
-    wanted = [int(w[0]) for w in machine.values_before_commit()]
-    for seen in level.words_of_update(last, earlier):
-        if seen.word != wanted[seen.value]:
-            at = "" if seen.cycle is None else f", cycle {seen.cycle}"
-            found = "X" if seen.word is None else str(seen.word)
-            is_copy = seen.value >= len(of.program.values)  # which the schedule adds
-            name = program.values[seen.value].name if is_copy else of.place(seen.value)
-            return (
-                f"{level.name}: first difference in {name}, step {step}{at}: wanted "
-                f"{wanted[seen.value]}, found {found}"
-            )
-    return ""
+def _columns(run: Run, shown: Run) -> IntArray:
+    """Output words, flags and, if the level shows them, states: (n, columns)."""
+    assert run.words is not None and run.saturated is not None and run.beyond is not None
+    columns = [run.words, run.saturated, run.beyond]
+    if shown.states is not None:
+        assert run.states is not None
+        columns.append(run.states)
+    return np.column_stack(columns)
 
 
 class Part(NamedTuple):
@@ -209,8 +157,8 @@ class CheckResult:
 
     build: Build = field(repr=False)
     number: int  #: which of its estimators was checked.
-    #: What it ran on; of a long log whose rows are not kept, as `fixed` and `floating`, the leading
-    #: rows (`sim.compare.check.KEPT`).
+    #: What it ran on; of a long log, as `fixed` and `floating`, the leading rows
+    #: (`sim.compare.check.KEPT`).
     given: Feed = field(repr=False)
     levels: tuple[LevelResult, ...]
     accuracy: Accuracy
@@ -219,20 +167,14 @@ class CheckResult:
     book: Book = field(default_factory=Book)  #: float64 beside `Estimator.textbook`.
     truth: tuple[Difference, ...] = ()  #: errors of fixed point against the log's true values.
     comparison: bool = False  #: these are another device's estimates: then limits do not count.
-    claims: tuple[ClaimResult, ...] = ()  #: of `ops.bounded`, and the ranges of states.
+    claims: Sequence[ClaimResult] = ()  #: of `ops.bounded`, and the ranges of states.
     rows: int = 0  #: of the log.
-    #: Of a long log all rows once more, as `parts`: those of fixed point are the C's.
-    again: Callable[[], Iterator[Part]] | None = field(default=None, repr=False)
-
-    def parts(self) -> Iterator[Part]:
-        """All rows of the log, piece by piece: what it ran on, fixed point and float64."""
-        if self.again is not None:
-            return self.again()
-        return iter([Part(self.given, self.fixed, self.floating)])
+    #: All rows of the log, piece by piece: what it ran on, fixed point and float64. Of a long log
+    #: they run again, fixed point in C.
+    parts: Callable[[], Iterator[Part]] = field(default=lambda: iter(()), repr=False)
 
     @property
     def estimator(self) -> str:
-        """Name of the estimator."""
         return self.build.estimators[self.number].name
 
     @property
@@ -242,12 +184,10 @@ class CheckResult:
 
     @property
     def textbook(self) -> tuple[Difference, ...]:
-        """Float64 beside the second form."""
         return self.book.differences
 
     @property
     def profile(self) -> Profile | None:
-        """The profile that chose the formats, if there is one."""
         return self.build.estimators[self.number].profile
 
     @property
@@ -274,7 +214,6 @@ class CheckResult:
         return not self.failures
 
     def lines(self) -> list[str]:
-        """Everything, for people."""
         reference = "a comparison" if self.comparison else "truth"
         return [
             f"{self.estimator} on {self.given.record.name}, {self.build.config}, "
@@ -295,7 +234,6 @@ class CheckResult:
         return "\n".join((*self.lines(), verdict([self])))
 
     def to_json(self) -> JsonObject:
-        """Plain data for --json."""
         return {
             "estimator": self.estimator,
             "log": self.given.record.name,

@@ -8,54 +8,38 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, placed
-from boresight.model.estimator import Estimator
-from boresight.model.lowering.graph import Node
 from boresight.model.lowering.resolution import check_resolution, limits
 from boresight.model.recorded import check_recorded, evaluate, sample
 from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Program
-from boresight.sim.compare.twin import Twin
+from boresight.sim.compare.twin import Traced, Twin
 from boresight.sim.levels.build import Build
 
 #: Drawn updates in which words have to move, and the fewest of them without a saturation.
 ROWS, FEWEST_CLEAN = 128, 16
 #: Share of these updates in which float64 has to leave a word that stands still.
 MOVING_SHARE = 0.1
-#: How many times the accepted error it has to leave it by.
-FACTOR = 4.0
+FACTOR = 4.0  #: How many times the accepted error it has to leave it by.
 
 
 def check_sound(build: Build, inputs: Sequence[FloatArray] | None = None) -> None:
     """Refuse estimators whose record is not their step, or whose words cannot hold what they are.
 
-    Parameters
-    ----------
-    build : Build
-    inputs : sequence of (rows, n_inputs), optional
-        Of each estimator, in their units, for its parameters as chosen; by default drawn from the
-        declared ranges.
-
-    Raises
-    ------
-    InputError
-        See `model.recorded.check_recorded` and `model.lowering.resolution.check_resolution`. Or the
-        word of an output or next state stands still where float64 moves by more than it may be off:
-        in updates of drawn states in which nothing saturates.
+    ``inputs`` (rows, n_inputs) of each estimator are in their units, for its parameters as chosen;
+    by default drawn from the declared ranges. Raises InputError as `model.recorded.check_recorded`
+    and `model.lowering.resolution.check_resolution`, or where the word of an output or next state
+    stands still and float64 moves by more than it may be off: in updates of drawn states in which
+    nothing saturates.
     """
     for k, estimator in enumerate(build.estimators):
         own, chosen = None if inputs is None else inputs[k], build.values[k]
         check_recorded(estimator, own, None if own is None else chosen)
         check_resolution(build.programs[k], build.nodes[k])
-        _check_moving(estimator, build.programs[k], build.nodes[k], sample(estimator, own, chosen))
+        _check_moving(Traced.of(build, k), sample(estimator, own, chosen))
 
 
-def _check_moving(
-    estimator: Estimator,
-    program: Program,
-    nodes: dict[int, Node],
-    leaves: Mapping[tuple[str, str], FloatArray],
-) -> None:
+def _check_moving(of: Traced, leaves: Mapping[tuple[str, str], FloatArray]) -> None:
     """Raise InputError where a word stands still that moves in float64."""
+    estimator, program, nodes = of.estimator, of.program, of.nodes
     leaves = {name: values[:ROWS] for name, values in leaves.items()}
     rows = len(next(iter(leaves.values())))
     machine = Interpreter(program, rows)
@@ -68,12 +52,12 @@ def _check_moving(
     clean = ~machine.update(np.stack(inputs))[1]
     if np.count_nonzero(clean) < FEWEST_CLEAN:
         return
-    twin = Twin(program, nodes, [words[clean] for words in machine.values_before_commit()])
+    twin = Twin(of, [words[clean] for words in machine.values_before_commit()])
     trace = estimator.trace()
     results = [*trace.outputs.values(), *(after for _, _, after in trace.states)]
     with np.errstate(all="ignore"):
         values = evaluate(trace, leaves)
-        for (number, limit, of), result in zip(limits(program, nodes), results, strict=True):
+        for (number, limit, what), result in zip(limits(program, nodes), results, strict=True):
             exact = np.broadcast_to(values[result.number], rows)[clean]
             form = program.format(number)
             error = np.abs(np.clip(exact, form.min, form.max) - twin.real(number))
@@ -87,7 +71,7 @@ def _check_moving(
                 said, line = program.values[lost], nodes[lost].line if lost in nodes else ""
                 raise InputError.at(
                     placed(line, f"{program.name}, value {said.name}"),
-                    wanted=f"an LSB that resolves its changes, for {of}",
+                    wanted=f"an LSB that resolves its changes, for {what}",
                     found=f"{program.format(lost).lsb:.3g}, for the range {nodes[lost].range}",
                     fix="limit what it is made of with ops.bounded or ops.clip",
                 )

@@ -1,25 +1,30 @@
-"""Float64 beside a second form of the same equations, where an estimator has one."""
+"""Float64 beside a second form of the same equations; and gates that decide otherwise than it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 
-from boresight.model.arrays import FloatArray
+import numpy as np
+
+from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.declarations import Output
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import WAIVED, Estimator, SecondForm
+from boresight.model.kalman.kalman import Kalman
+from boresight.model.kalman.textbook import Textbook
 from boresight.model.step import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import Feed
 
-#: Leading updates that are compared: the second form is slow.
-_MOST = 2000
-#: Leading updates that show the time step of a model.
-_PROBED = 100
-#: Largest ratio of a model's time step to that of the log.
-_STEPS = 1.25
+_MOST = 2000  #: Leading updates that are compared: the second form is slow.
+_PROBED = 100  #: Leading updates that show the time step of a model.
+_STEPS = 1.25  #: Largest ratio of a model's time step to that of the log.
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,6 @@ class Book:
         return self.by_floor or all(d.good for d in self.differences)
 
     def line(self) -> str:
-        """One line for people."""
         found = self.differences
         texts = ", ".join(f"{d.output} {d.largest:.1e} {d.unit}".rstrip() for d in found)
         beyond = [d.output for d in found if not d.good]
@@ -118,3 +122,51 @@ def _wrong_steps(estimator: Estimator, book: SecondForm, step: float | None) -> 
         for name, (own, *others) in book.time_steps.items()
         if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))
     ]
+
+
+_REJECTED = "rejected"  #: Output that counts what the gates reject.
+#: Largest share of updates that differ in which a gate is to blame, not what it compares.
+_FEW = 0.01
+
+
+def gates_apart(
+    build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]]
+) -> tuple[int, str] | None:
+    """The first update in which a filter's gates reject more or less than in float64, in words.
+
+    None where they never do, or so often that they are not to blame.
+    ``pieces`` are records (n, n_inputs), and which of them begin from the initial states, as their
+    first ones do. The filter runs again in C, with an output that counts.
+    """
+    kalman = build.estimators[number]
+    if not isinstance(kalman, Kalman):
+        return None
+    lines = [str(m.line) for m in Textbook(kalman).measurements if m.gate is not None]
+    if not lines:
+        return None
+    counting = copy(kalman)
+    names = [o.name for o in kalman.outputs]
+    counting.outputs = (*kalman.outputs, *([] if _REJECTED in names else [Output(_REJECTED)]))
+    again = Build(counting, word=build.word, params=[build.params[number]])
+    levels: list[Level] = [Emitted(again), CompiledFloat(again)]
+    first, step, apart, rows = "", 0, 0, 0
+    for records, anew in pieces:
+        for level in levels if len(anew) and anew[0] else ():
+            level.reset()
+        fixed, floating = (level.run(records).outputs[_REJECTED] for level in levels)
+        differ = np.flatnonzero(np.rint(fixed) != np.rint(floating))
+        if len(differ) and not apart:
+            k = int(differ[0])
+            step = rows + k
+            first = f"{fixed[k]:.0f}, in float64 {floating[k]:.0f}"
+        apart, rows = apart + len(differ), rows + len(records)
+    if not 0 < apart <= _FEW * rows:
+        return None
+    wider = "use a wider word, or " * (build.word < 32)
+    counts = [name for name in names if name in ("accepted", _REJECTED)] or [_REJECTED]
+    shares = [f'Output("{name}", "bits", share={2.0 * apart / rows:.1g})' for name in counts]
+    return step, (
+        f"step {step}, measurements that the gate ({', '.join(dict.fromkeys(lines))}) rejects: "
+        f"{first}; an innovation is within rounding of the gate; {wider}accept that some decisions "
+        f"differ, by {' and '.join(shares)}"
+    )

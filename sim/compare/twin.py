@@ -7,7 +7,7 @@ made at once: the states before each are known.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,15 +21,12 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
 from boresight.model.words.tables import ASIN, SIN
-from boresight.sim.compare.difference import around
 from boresight.sim.levels.build import Build
+from boresight.sim.rotations.zyx import wrapped
 
-#: Updates whose words are held at a time.
-CHUNK = 4096
-#: Least significant bits that rounding, tables and constants explain.
-ROUNDING_LSB = 64.0
-#: And as much of a value's magnitude, or of the terms of a sum: 2^(this - W).
-RELATIVE_BITS = 8
+CHUNK = 4096  #: Updates whose words are held at a time.
+ROUNDING_LSB = 64.0  #: Least significant bits that rounding, tables and constants explain.
+RELATIVE_BITS = 8  #: And as much of a value's magnitude, or of the terms of a sum: 2^(this - W).
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
 #: Kinds of values that messages call otherwise.
@@ -44,26 +41,6 @@ KINDS = {
 _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 
 
-@dataclass
-class Rounding:
-    """How far words of one value are from their twins: the largest, and the sum of the squares."""
-
-    largest: float = 0.0
-    squares: float = 0.0
-    samples: int = 0
-
-    @property
-    def rms(self) -> float:
-        """Root mean square; 0 of nothing."""
-        return math.sqrt(self.squares / max(self.samples, 1))
-
-    def add(self, error: FloatArray) -> None:
-        """More updates, in the value's unit."""
-        self.largest = max(self.largest, float(error.max(initial=0.0)))
-        self.squares += float(np.sum(error**2))
-        self.samples += len(error)
-
-
 @dataclass(frozen=True, eq=False)
 class Traced:
     """An estimator, its program and the nodes of that: see `Estimator.compile_traced`."""
@@ -74,27 +51,70 @@ class Traced:
 
     @classmethod
     def of(cls, build: Build, number: int) -> Traced:
-        """One of a build's estimators."""
         return cls(build.estimators[number], build.programs[number], build.nodes[number])
 
     @cached_property
     def value_of(self) -> dict[int, int]:
         """The first value that holds a node, by the node's number."""
-        return value_of(self.nodes)
+        return {node.number: number for number, node in reversed([*self.nodes.items()])}
+
+    @cached_property
+    def read_by(self) -> dict[tuple[int, str], int]:
+        """The value that a kind of function reads of a node, by the node's number and the kind.
+
+        Where the function wants a format of its own it is a copy.
+        """
+        reads = {(op.index, _TABLES.get(op.table)) for op in self.program.ops}
+        reads |= {(op.norm, "rsqrt") for op in self.program.ops}
+        return {
+            (node.number, kind): value
+            for value, node in self.nodes.items()
+            for kind in ("sin", "asin", "rsqrt")
+            if (value, kind) in reads
+        }
+
+    def becomes(self, value: int) -> int | None:
+        """The state that a value, or a copy of it, replaces; None if there is none."""
+        node = self.nodes.get(value)
+        same = {value, *(n for n, other in self.nodes.items() if other is node)}
+        return next((state for state, after in self.program.states if after in same), None)
+
+    def declared(self, value: int) -> int:
+        """The state that a value, or a copy of it, becomes; the value itself where it is none."""
+        state = self.becomes(value)
+        return value if state is None else state
+
+    def name(self, value: int) -> str:
+        """What its author calls a value: a state, name or output; or its kind, in the nearest."""
+        state, node = self.becomes(value), self.nodes.get(value)
+        if state is not None:
+            return f"state {declared_name(self.program, self.nodes, state)}"
+        is_named = node is not None and (node.name or node.title)
+        named = None if is_named else self._nearest(value)
+        if named is None:
+            return declared_name(self.program, self.nodes, value)
+        kind = "a part" if node is None else KINDS.get(node.kind, node.kind)
+        return f"{kind} in {self.name(named).removeprefix('state ')}"
 
     def place(self, value: int) -> str:
         """What its author calls a value, and where it, or what it is a part of, is written."""
-        name = authors_name(self.program, self.nodes, value)
         node = self.nodes.get(value)
-        if node is None and (of := nearest(self.program, self.nodes, value)) is not None:
+        if node is None and (of := self._nearest(value)) is not None:
             node = self.nodes[of]
-        is_next = becomes(self.program, self.nodes, value) is not None
+        is_next = self.becomes(value) is not None
+        name = self.name(value)
         return name if is_next or node is None or not node.line else f"{name}, {node.line}"
 
-
-def value_of(nodes: Mapping[int, Node]) -> dict[int, int]:
-    """The first value that holds a node, by the node's number."""
-    return {node.number: number for number, node in reversed([*nodes.items()])}
+    def _nearest(self, value: int) -> int | None:
+        """The first value made of a value that has a name of its author's."""
+        reached = {value}
+        for op in self.program.ops:
+            if not reached.isdisjoint(op.operands()):
+                reached.add(op.dest)
+                node = self.nodes.get(op.dest)
+                if node is not None and (node.name or node.title):
+                    return op.dest
+        return None
 
 
 class Twin:
@@ -103,12 +123,9 @@ class Twin:
     ``words`` are int64 (n,) by value number.
     """
 
-    def __init__(
-        self, program: Program, nodes: dict[int, Node], words: list[IntArray], first: int = 0
-    ) -> None:
-        self.program, self.nodes, self.words, self.first = program, nodes, words, first
-        self.value_of = value_of(nodes)
-        self.read_by = function_arguments(program, nodes)
+    def __init__(self, of: Traced, words: list[IntArray], first: int = 0) -> None:
+        self.of, self.program, self.nodes = of, of.program, of.nodes
+        self.words, self.first = words, first
 
     def real(self, value: int) -> FloatArray:
         """A value's words in its unit."""
@@ -116,21 +133,20 @@ class Twin:
 
     def argument(self, node: Node) -> FloatArray:
         """A node as the program holds it: its word, or, where it is part of another, computed."""
-        value = self.value_of.get(node.number)
+        value = self.of.value_of.get(node.number)
         return self.computed(node) if value is None else self.real(value)
 
     def computed(self, node: Node) -> FloatArray:
-        """A node from its arguments."""
         if node.kind == "const":
             return np.full(len(self.words[0]), node.value)
         if node.kind in LEAVES:
-            return self.real(self.value_of[node.number])
-        args = [self._read(a, node) for a in node.args]
+            return self.real(self.of.value_of[node.number])
+        copies = [self.of.read_by.get((arg.number, node.kind)) for arg in node.args]
+        args = [
+            self.argument(arg) if copy is None else self.real(copy)
+            for arg, copy in zip(node.args, copies, strict=True)
+        ]
         return np.asarray(_COMPUTE[node.kind](node, args), dtype=np.float64)
-
-    def _read(self, arg: Node, node: Node) -> FloatArray:
-        value = self.read_by.get((arg.number, node.kind))
-        return self.argument(arg) if value is None else self.real(value)
 
     def deviation(self, value: int) -> tuple[FloatArray, FloatArray]:
         """How far a value is from its twin, and how large the twin or its terms are."""
@@ -140,15 +156,18 @@ class Twin:
             error = np.abs(twin - self.real(value))
             error = np.where(np.isinf(twin), 0.0, error)  # 1/0: as large as it gets
             if node.unit in PERIODS:
-                error = around(error, PERIODS[node.unit])
-            return error, np.maximum(self._size(node), np.abs(twin))
+                error = np.abs(wrapped(error, PERIODS[node.unit]))
+            # The terms of a sum may cancel.
+            terms = node.args if node.kind == "sum" else []
+            size = sum((np.abs(self.argument(a)) for a in terms), np.zeros(1))
+            return error, np.maximum(size, np.abs(twin))
 
     def leaves(self, value: int) -> BoolArray:
         """In which updates a value is further from its twin than rounding explains."""
         error, size = self.deviation(value)
         word, node = self.program.arithmetic.word, self.nodes[value]
         # What is limited is as coarse as its own range.
-        inner = parts_of(node, self.value_of)[:-1] if node.kind == "saturated" else []
+        inner = parts_of(node, self.of.value_of)[:-1] if node.kind == "saturated" else []
         full = max((max(-part.low, part.high) for part in inner), default=0.0)
         lsb = max(self.program.format(value).lsb, math.ldexp(full, 1 - word))
         relative = math.ldexp(1.0, RELATIVE_BITS - word)
@@ -159,21 +178,10 @@ class Twin:
 
         Its word may hold that; what was sized by the range does not.
         """
-        declared = self.program.values[self.declared(value)]
+        declared = self.program.values[self.of.declared(value)]
         if not declared.range_source.startswith("declared"):
             return np.zeros(1, dtype=np.bool_)
         return outside(self.real(value), declared)
-
-    def declared(self, value: int) -> int:
-        """The state that a value, or a copy of it, becomes; the value itself where it is none."""
-        state = becomes(self.program, self.nodes, value)
-        return value if state is None else state
-
-    def _size(self, node: Node) -> FloatArray:
-        """Magnitude of the terms of a sum, since they may cancel."""
-        if node.kind != "sum":
-            return np.zeros(1)
-        return np.asarray(sum(np.abs(self.argument(a)) for a in node.args), dtype=np.float64)
 
 
 def parts_of(node: Node, values: Container[int]) -> list[Node]:
@@ -183,8 +191,7 @@ def parts_of(node: Node, values: Container[int]) -> list[Node]:
 
 
 def twins(
-    program: Program,
-    nodes: dict[int, Node],
+    of: Traced,
     inputs: IntArray,
     states: IntArray,
     before: IntArray | None = None,
@@ -197,6 +204,7 @@ def twins(
     the states ``before`` the first one are, by default the initial ones. In updates that are
     ``anew``, (n,), the initial ones come before, too.
     """
+    program = of.program
     initial = np.array([program.values[s].initial for s, _ in program.states], dtype=np.int64)
     before = np.concatenate([(initial if before is None else before)[None], states[:-1]])
     if anew is not None:
@@ -207,54 +215,7 @@ def twins(
         for k, (state, _) in enumerate(program.states):
             machine.values[state] = before[some, k]
         machine.update(inputs[some].T)
-        yield Twin(program, nodes, machine.values_before_commit(), first + start)
-
-
-def function_arguments(program: Program, nodes: Mapping[int, Node]) -> dict[tuple[int, str], int]:
-    """The value that a kind of function reads of a node, by the node's number and the kind.
-
-    Where the function wants a format of its own it is a copy.
-    """
-    reads = {(op.index, _TABLES.get(op.table)) for op in program.ops}
-    reads |= {(op.norm, "rsqrt") for op in program.ops}
-    return {
-        (node.number, kind): value
-        for value, node in nodes.items()
-        for kind in ("sin", "asin", "rsqrt")
-        if (value, kind) in reads
-    }
-
-
-def becomes(program: Program, nodes: Mapping[int, Node], value: int) -> int | None:
-    """The state that a value, or a copy of it, replaces; None if there is none."""
-    node = nodes.get(value)
-    same = {value, *(n for n, other in nodes.items() if other is node)}
-    return next((state for state, after in program.states if after in same), None)
-
-
-def authors_name(program: Program, nodes: Mapping[int, Node], value: int) -> str:
-    """What its author calls a value: a state, a name, an output; else its kind, in the nearest."""
-    state, node = becomes(program, nodes, value), nodes.get(value)
-    if state is not None:
-        return f"state {declared_name(program, nodes, state)}"
-    is_named = node is not None and (node.name or node.title)
-    named = None if is_named else nearest(program, nodes, value)
-    if named is None:
-        return declared_name(program, nodes, value)
-    kind = "a part" if node is None else KINDS.get(node.kind, node.kind)
-    return f"{kind} in {authors_name(program, nodes, named).removeprefix('state ')}"
-
-
-def nearest(program: Program, nodes: Mapping[int, Node], value: int) -> int | None:
-    """The first value made of a value that has a name of its author's."""
-    reached = {value}
-    for op in program.ops:
-        if not reached.isdisjoint(op.operands()):
-            reached.add(op.dest)
-            node = nodes.get(op.dest)
-            if node is not None and (node.name or node.title):
-                return op.dest
-    return None
+        yield Twin(of, machine.values_before_commit(), first + start)
 
 
 def made_of(program: Program, values: Iterable[int]) -> set[int]:

@@ -15,33 +15,20 @@ from boresight.model.kalman.update import CLAIMED
 from boresight.model.lowering.graph import declared_name
 from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
-from boresight.sim.compare.diagnosis import (
-    NAMED,
-    RAISE,
-    WIDEN,
-    Wasted,
-    find_culprit,
-    near_floor,
-    positive_text,
-    reached_by,
-    rounding_text,
-    variances_of,
-    wasted_bits,
-)
+from boresight.sim.compare import diagnosis
+from boresight.sim.compare.diagnosis import Wasted
 from boresight.sim.compare.difference import Difference, Differences
-from boresight.sim.compare.gates import gates_apart
-from boresight.sim.compare.twin import Traced, becomes, made_of, outside
+from boresight.sim.compare.textbook import gates_apart
+from boresight.sim.compare.twin import Traced, made_of, outside
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import Emitted, words_of
-from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.level import Level, Run, words_of
+from boresight.sim.levels.registry import Emitted
 from boresight.sim.ranges.claims import Claim, claims_of
 
 #: Records (n, n_inputs), states after each, and whether it begins from the initial ones.
 Piece = tuple[FloatArray, IntArray, BoolArray]
-#: Saturated values that a line names, the most frequent first.
-MOST_SATURATED = 5
-#: Multiple of an output's format from which on float64 diverges.
-_ENDLESS = 2.0**20
+MOST_SATURATED = 5  #: Saturated values that a line names, the most frequent first.
+_ENDLESS = 2.0**20  #: Multiple of an output's format from which on float64 diverges.
 #: Cure of an estimator that diverges in float64.
 _CORRECT = "correct the equations, the parameters or the log"
 
@@ -74,12 +61,7 @@ class Accuracy:
         clean = not self.saturated_updates and not self.beyond_range and not self.diverges
         return clean and all(d.good for d in self.differences)
 
-    def largest(self, output: str) -> float | None:
-        """Largest difference of an output; None if it was not compared."""
-        return next((d.largest for d in self.differences if d.output == output), None)
-
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
         return {
             "good": self.good,
             "outputs": [d.to_json() for d in self.differences],
@@ -106,7 +88,6 @@ class Accuracy:
         return [*clamped, *self.beyond_range, *first]
 
     def lines(self) -> list[str]:
-        """Everything, for people."""
         out = [f"fixed against float64: {d.line()}" for d in self.differences]
         out += [self.diverges] if self.diverges else []
         if self.clamped:
@@ -136,13 +117,13 @@ def saturations(
     """
     of = Traced.of(level.build, level.number)
     counts = np.zeros(len(of.program.values), dtype=np.int64)
-    with Emitted(level.build, level.number) as again:
-        if params is not None:
-            again.set_params(params)
-        for records, anew in pieces:
-            if anew:
-                again.reset()
-            counts += again.observe(records).saturations
+    again = Emitted(level.build, level.number)
+    if params is not None:
+        again.set_params(params)
+    for records, anew in pieces:
+        if anew:
+            again.reset()
+        counts += again.observe(records).saturations
     return _by_name(of, counts)
 
 
@@ -155,25 +136,22 @@ def judge(
     clamped: Mapping[str, int],
 ) -> Accuracy:
     """Judge a run on ``records`` (n, n_inputs), of a log or a closed loop; see `Judge`."""
-    judging = Judge(build, number, curves=True)
+    judging = Judge(build, number)
     states = judging.add(records, run, reference)
     anew = np.zeros(len(records), dtype=np.bool_)
     return judging.result(clamped, lambda: [(records, states, anew)])
 
 
 class Judge:
-    """How near a run of one of a build's estimators is to float64, piece by piece from a reset on.
+    """How near a run of a build's estimator is to float64, piece by piece from a reset on."""
 
-    ``curves``: `Difference.apart` is kept.
-    """
-
-    def __init__(self, build: Build, number: int, *, curves: bool = False) -> None:
+    def __init__(self, build: Build, number: int) -> None:
         self._build, self._number = build, number
         self._of = Traced.of(build, number)
         self._program = self._of.program
-        self._claims = claims_of(self._program, self._of.nodes)
+        self._claims = claims_of(self._of)
         outputs = self._of.estimator.outputs
-        self._errors = Differences(outputs, [o.name for o in outputs], curves=curves)
+        self._errors = Differences(outputs, [o.name for o in outputs])
         self._rows = self._saturated = 0
         #: First update in which an operation saturated, and in which an output of float64 is no
         #: number or beyond all ranges, with its name and value.
@@ -183,7 +161,7 @@ class Judge:
         self._left: dict[int, tuple[int, float]] = {}
         #: The same of variances below 0.
         self._negative: dict[int, tuple[int, float]] = {}
-        self._variances = variances_of(self._of.estimator)
+        self._variances = diagnosis.variances_of(self._of.estimator)
         #: Extremes of every value, and the largest change of each state.
         self._ranges: WordRanges | None = None
         self._last: IntArray | None = None
@@ -212,17 +190,15 @@ class Judge:
         changes = np.abs(np.diff(rows, axis=0)).max(axis=0, initial=0)
         self._changes, self._last = np.maximum(self._changes, changes), states[-1]
         self._saturated += run.n_saturated
-        if run.saturated is not None:
-            self._clamp = _first(self._clamp, start, run.saturated)
+        if self._clamp is None and run.saturated is not None and run.saturated.any():
+            self._clamp = start + int(np.argmax(run.saturated))
         if self._endless is None:
             self._endless = self._diverging(start, reference)
         for k, (state, _) in enumerate(self._program.states):
             reals = self._program.format(state).real(states[:, k])
-            wrong = outside(reals, self._program.values[state])
-            for first, rows in (
-                (self._left, wrong),
-                (self._negative, (reals < 0.0) & (k in self._variances)),
-            ):
+            left = outside(reals, self._program.values[state])
+            negative = (reals < 0.0) & (k in self._variances)
+            for first, rows in ((self._left, left), (self._negative, negative)):
                 if k not in first and rows.any():
                     step = int(np.argmax(rows))
                     first[k] = start + step, float(reals[step])
@@ -246,8 +222,8 @@ class Judge:
             return Accuracy(errors, 0, {}, (), clamped, "")
         program, claims = self._program, self._claims
         saturated = [*map(int, np.flatnonzero(self._ranges.saturations))]
-        reached = reached_by(program, self._ranges)
-        wasted = wasted_bits(self._of, reached)
+        reached = diagnosis.reached_by(program, self._ranges)
+        wasted = diagnosis.wasted_bits(self._of, reached)
         left = {program.values[program.states[k][0]].name for k in self._left}
         extremes = [None if c.word is None else reached[c.word] for c in claims]
         broken = {
@@ -261,6 +237,10 @@ class Judge:
                 and claim.broken_by(seen)
             )
         }
+        diverges = ""
+        if self._endless is not None:
+            step, name, value = self._endless
+            diverges = f"float64 diverges: {name} is {value:.3g} in step {step}; {_CORRECT}"
         return Accuracy(
             errors,
             self._saturated,
@@ -268,20 +248,13 @@ class Judge:
             self._beyond(saturated, [claims[k] for k in sorted(broken)], reached),
             clamped,
             self._culprit(errors, saturated, wasted, reached, again),
-            tuple(wasted[:NAMED]),
+            tuple(wasted[: diagnosis.NAMED]),
             tuple(extremes),
             frozenset(broken),
             self._ranges,
-            near_floor(self._of, self._ranges, reached),
-            self._diverges(),
+            diagnosis.near_floor(self._of, self._ranges, reached),
+            diverges,
         )
-
-    def _diverges(self) -> str:
-        """A line about float64 that is no number or beyond all ranges; or empty."""
-        if self._endless is None:
-            return ""
-        step, name, value = self._endless
-        return f"float64 diverges: {name} is {value:.3g} in step {step}; {_CORRECT}"
 
     def _beyond(
         self, saturated: Sequence[int], broken: Sequence[Claim], reached: Mapping[int, Range]
@@ -294,9 +267,9 @@ class Judge:
             name = declared_name(program, nodes, program.states[k][0])
             lines.append(
                 f"the variance {name} is {value:.3g} in step {step}, below 0: rounding or the "
-                f"model makes the covariance indefinite; {positive_text(self._of)}"
+                f"model makes the covariance indefinite; {diagnosis.positive_text(self._of)}"
             )
-        named = {becomes(program, nodes, n) for n in saturated}
+        named = {self._of.becomes(n) for n in saturated}
         diverges = "" if self._endless is None else "float64 diverges"
         for k, (step, value) in sorted(self._left.items()):
             state = program.states[k][0]
@@ -314,7 +287,7 @@ class Judge:
             end = int(ends[1] - claim.high > claim.low - ends[0])
             where = f"{claim.line}: " if claim.line else ""
             cure = diverges or "widen it, or limit the value"
-            cure = RAISE if claim.unless == CLAIMED else cure
+            cure = diagnosis.RAISE if claim.unless == CLAIMED else cure
             lines.append(
                 f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
                 f"stated range [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"
@@ -345,23 +318,18 @@ class Judge:
         outputs = zip(program.output_names, program.outputs, strict=True)
         faults |= {n for name, n in outputs if name in bad}
         pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
-        first = find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
+        first = diagnosis.find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
         rows = ((records, anew) for records, _, anew in again())
         apart = gates_apart(self._build, self._number, rows) if bad else None
         if self._endless is not None:
-            widen = first is not None and first.cure.startswith(WIDEN)
+            widen = first is not None and first.cure.startswith(diagnosis.WIDEN)
             first = first._replace(cure=_CORRECT) if first is not None and widen else first
             text = str(first or "")
         else:
-            text = str(first or rounding_text(self._of, wasted, self._changes, reached))
+            text = str(first or diagnosis.rounding_text(self._of, wasted, self._changes, reached))
         if apart is not None and apart[0] <= (first.step if first else max(steps)):
             text = apart[1]
         return text
-
-
-def _first(before: int | None, start: int, rows: BoolArray) -> int | None:
-    """First row of all; ``before`` is that of earlier pieces, or None."""
-    return start + int(np.argmax(rows)) if before is None and rows.any() else before
 
 
 def _by_name(of: Traced, counts: IntArray) -> dict[str, int]:

@@ -35,7 +35,7 @@ from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.model.settings import CURRENT, using
 from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
-from boresight.sim.accuracy.figures import ANGLES, errors, means
+from boresight.sim.accuracy.figures import ANGLES, means
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.verdict import saturated_text
@@ -275,7 +275,12 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     reasons += [r.accuracy.culprit for r in results if r.failures and r.accuracy.culprit][:1]
     reasons += [saturated_text(saturated, values)] if saturated else []
     # Of an attitude the angles of `boresight accuracy`, named as in `ANGLE_NAMES`.
-    found = [errors(build.estimators[0], r.given, r.fixed.outputs) for r in results]
+    found = []
+    for result in results:
+        accumulator = Errors(build.estimators[0])
+        for part in result.parts():
+            accumulator.add(part.given, part.fixed.outputs)
+        found.append(accumulator.result())
     angles = ANGLE_NAMES if any(ANGLES[0] in of for of in found) else {}
     truth = {f"{angles.get(n, n)}.truth": _number(value) for n, value in means(found).items()}
     return {

@@ -27,19 +27,15 @@ from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.twin import Traced
 from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 
-#: Bits above the largest value of hostile runs.
-HOSTILE_BITS = 1.0
+HOSTILE_BITS = 1.0  #: Bits above the largest value of hostile runs.
 #: Most bits added by half of the spare bits, and bits added where nothing limits a value.
 MOST_BITS, UNLIMITED_BITS = 3.0, 2.0
 #: Lower limit of a divisor whose interval reaches zero, as a share of the smallest observed one.
 FLOOR = 2.0**-4
-#: Largest ratio of the divisors that a word can hold.
-WIDEST = 2.0 ** Arithmetic(word=32).norm_max
-#: Functions whose last argument must not be zero.
-_DIVIDING = ("div", "rsqrt", "sqrt")
+WIDEST = 2.0 ** Arithmetic(word=32).norm_max  #: Largest ratio of the divisors that a word can hold.
+_DIVIDING = ("div", "rsqrt", "sqrt")  #: Functions whose last argument must not be zero.
 
 
 def chosen(seen: Range, provoked: Range | None, interval: Range) -> Range | None:
@@ -139,16 +135,13 @@ def profile_of(
     return Profile(estimator.name, digest, tuple(logs), ranges, limits)
 
 
-#: Updates of each hostile stimulus.
-HOSTILE_STEPS = 2000
-#: Factor by which an error has to grow with a profile to be worse.
-WORSE = 1.1
+HOSTILE_STEPS = 2000  #: Updates of each hostile stimulus.
+WORSE = 1.1  #: Factor by which an error has to grow with a profile to be worse.
 #: Share of its tolerance up to which an output may be worse if the mean error is smaller.
 SPARE = 0.5
 #: Factor by which an output without a tolerance may then be worse, if others have one.
 _UNJUDGED = 1.25
-#: Seed of the hostile stimuli.
-_SEED = 2
+_SEED = 2  #: Seed of the hostile stimuli.
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,27 +176,26 @@ def fitted(
     say = progress or (lambda text: None)
     trace, overrides = estimator.record(), dict(params or {})
 
-    def reached(inputs: Inputs, values: Mapping[str, float]) -> tuple[Reached, int]:
-        observer, updates = Observer(trace, estimator, values), 0
+    def run(observer: Observer, inputs: Inputs) -> int:
+        updates = 0
         for piece, anew in pieces_of(inputs):
             if anew:
                 observer.reset()
             updates += len(observer.add(piece))
-        return observer.reached, updates
+        return updates
 
-    seen: Reached = {}
-    provoked: Reached = {}
-    updates, hostile_updates = dict[str, int](), 0
+    observer, updates = Observer(trace, estimator, overrides), dict[str, int]()
     for name, inputs in records.items():
         say(f"float64 on {name}")
-        own, updates[name] = reached(inputs, overrides)
-        seen = joined(seen, own)
+        updates[name] = run(observer, inputs)
+    seen, provoked, hostile_updates = observer.reached, Reached(), 0
     for start in starts:
+        observer = Observer(trace, estimator, overrides | dict(start))
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
         for name, stimulus in stimuli.items():
             say(f"float64, stress test, {name}")
-            own, count = reached(stimulus, overrides | dict(start))
-            provoked, hostile_updates = joined(provoked, own), hostile_updates + count
+            hostile_updates += run(observer, stimulus)
+        provoked = joined(provoked, observer.reached)
     profile = profile_of(trace, estimator, seen, provoked, [*records])
     return Fitted(estimator, trace, seen, profile, updates, hostile_updates)
 

@@ -6,7 +6,7 @@ at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,14 +21,13 @@ from boresight.model.lowering.trace import Trace
 from boresight.model.recorded import evaluate
 
 #: Smallest and largest value by the number of an expression; for a comparison, of the difference.
-Reached = Mapping[int, Range]
+Reached = dict[int, Range]
 
 #: Inputs (n, n_inputs) of a record, or a function that gives them in pieces at each call, each with
 #: whether it begins from the initial states.
 Inputs = FloatArray | Callable[[], Iterable[tuple[FloatArray, bool]]]
 
-#: Updates that are computed at a time.
-CHUNK = 1024
+CHUNK = 1024  #: Updates that are computed at a time.
 
 
 class _States(Estimator):
@@ -40,7 +39,6 @@ class _States(Estimator):
         self.outputs = tuple(Output(s.name, s.unit) for s in inner.states)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One update."""
         next_states, _ = self.inner.step(x, u, p)
         next_states = {s.name: ops.clip(next_states[s.name], s.low, s.high) for s in self.states}
         return next_states, next_states
@@ -66,7 +64,6 @@ class Observer:
         self.reset()
 
     def reset(self) -> None:
-        """Go on from the initial states."""
         self._last_states = np.array([[s.initial for s in self.estimator.states]])
         if self._model is not None:
             self._model.reset()
@@ -77,7 +74,10 @@ class Observer:
         states = states.astype(np.float64)
         low, high = self._low, self._high
         with np.errstate(all="ignore"):
-            for leaves in self._leaves(inputs, np.concatenate([self._last_states, states[:-1]])):
+            before = np.concatenate([self._last_states, states[:-1]])
+            for start in range(0, len(inputs), CHUNK):
+                rows = slice(start, start + CHUNK)
+                leaves = self._leaves(inputs[rows], before[rows])
                 values = evaluate(self.trace, leaves, claims=True)
                 for e in self.trace.needed:
                     if e.kind in ("invert", "both", "either", "differs"):  # no number
@@ -91,21 +91,15 @@ class Observer:
         self._last_states = states[-1:]
         return states
 
-    def _leaves(
-        self, inputs: FloatArray, states: FloatArray
-    ) -> Iterator[dict[tuple[str, str], FloatArray]]:
-        """Leaves of all updates, by kind and name, in chunks."""
-        estimator = self.estimator
-        for start in range(0, len(inputs), CHUNK):
-            chunk = slice(start, start + CHUNK)
-            rows = len(inputs[chunk])
-            leaves = {("input", i.name): inputs[chunk, k] for k, i in enumerate(estimator.inputs)}
-            leaves |= {("state", s.name): states[chunk, k] for k, s in enumerate(estimator.states)}
-            yield leaves | {("param", n): np.full(rows, v) for n, v in self._params.items()}
+    def _leaves(self, inputs: FloatArray, states: FloatArray) -> dict[tuple[str, str], FloatArray]:
+        """Leaves of updates, by kind and name."""
+        of = self.estimator
+        leaves = {("input", i.name): inputs[:, k] for k, i in enumerate(of.inputs)}
+        leaves |= {("state", s.name): states[:, k] for k, s in enumerate(of.states)}
+        return leaves | {("param", n): np.full(len(inputs), v) for n, v in self._params.items()}
 
     @property
     def reached(self) -> Reached:
-        """The ranges, by the number of an expression."""
         ends = enumerate(zip(self._low, self._high, strict=True))
         return {k: (float(a), float(b)) for k, (a, b) in ends if a <= b}
 

@@ -14,8 +14,7 @@ from boresight.model.estimator import Estimator, with_params
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 
-#: Files that hold the core and the primitives in it.
-_VERILOG = ("core.v", "spartan6.v")
+_VERILOG = ("core.v", "spartan6.v")  #: Files that hold the core and the primitives in it.
 
 
 class Build:
@@ -63,7 +62,6 @@ class Build:
 
     @cached_property
     def programs(self) -> list[Program]:
-        """The program of each estimator."""
         return [
             with_params(program, e, values)
             for (program, _), e, values in zip(
@@ -96,7 +94,7 @@ class Build:
         names = emit_c(self.programs[number]) if self.files else {}
         return {name: self.files[f"firmware/{name}"] for name in names} or None
 
-    @property
+    @cached_property
     def shortage(self) -> str:
         """Why no core holds the programs, empty if one does."""
         try:
@@ -106,8 +104,7 @@ class Build:
         return ""
 
 
-#: Lines that are named.
-_NAMED = 3
+_NAMED = 3  #: Lines that are named.
 
 
 def heaviest(traced: Sequence[tuple[Program, Mapping[int, Node]]]) -> str:

@@ -24,21 +24,16 @@ class Run:
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
     """
 
-    #: By name, (n,) in their units.
-    outputs: dict[str, FloatArray]
-    #: (n, n_outputs); None for floating point.
-    words: IntArray | None = None
-    #: (n,): updates in which an operation was clamped.
-    saturated: BoolArray | None = None
+    outputs: dict[str, FloatArray]  #: by name, (n,) in their units.
+    words: IntArray | None = None  #: (n, n_outputs); None for floating point.
+    saturated: BoolArray | None = None  #: (n,): updates in which an operation was clamped.
     #: (n, n_states): words after each update, where the level shows them.
     states: IntArray | None = None
-    #: (n,): updates with an input word beyond its declared range.
-    beyond: BoolArray | None = None
-    #: (n, n_outputs) and (n,): see `sim.rtl.replay.RtlRun`; None for levels without a clock.
+    beyond: BoolArray | None = None  #: (n,): updates with an input word beyond its declared range.
+    #: (n, n_outputs) and (n,): see `sim.rtl.simulation.RtlRun`; None for levels without a clock.
     latency_cycles: IntArray | None = field(default=None, repr=False)
     interval_cycles: IntArray | None = field(default=None, repr=False)
-    #: Reason why the run is not valid evidence; normally empty.
-    fault: str = ""
+    fault: str = ""  #: reason why the run is not valid evidence; normally empty.
 
     @property
     def n_saturated(self) -> int:
@@ -63,20 +58,11 @@ class Run:
         return cls(outputs, **arrays, fault=next(filter(None, parts["fault"]), ""))
 
 
-@dataclass(frozen=True)
-class Seen:
-    """A value's word in one update, with its cycle; None if it is unknown (X) or missing."""
-
-    value: int
-    word: int | None
-    cycle: int | None = None
-
-
 class Level(ABC):
     """An estimator in one form, with its own states.
 
     ``run``, ``advance`` and ``step`` go on where the last one stopped; ``reset`` starts anew. A
-    level holds resources until ``close``. A new form is one more module of this package:
+    level holds resources until ``close``. A new form is one more class in
     `sim.levels.registry`.
 
     Parameters
@@ -84,27 +70,19 @@ class Level(ABC):
     number : int
         Number of the estimator that runs.
     tool : str, optional
-        One of ``tools``; by default the first.
+        Simulator of the RTL.
     """
 
-    #: Name of the form.
-    name: str
-    #: Tools that can run it.
-    tools: ClassVar[tuple[str, ...]]
+    name: str  #: name of the form.
+    tool: str  #: the tool that runs it.
     #: Whether it computes words, which must equal those of the integer interpreter.
     exact: ClassVar[bool] = True
     #: Number of runs side by side, each with its own states (`Emitted`); None: without that axis.
     runs: int | None = None
-    #: Whether runs have the states, of a level that can show them.
-    traced: bool = True
+    traced: bool = True  #: whether runs have the states, of a level that can show them.
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
-        self.build, self.number, self.tool = build, number, tool or self.tools[0]
-
-    @classmethod
-    def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
-        """Tools of a check, in order; ``simulator`` is the user's choice."""
-        return cls.tools
+        self.build, self.number, self.tool = build, number, tool or self.tool
 
     @property
     def program(self) -> Program:
@@ -114,11 +92,6 @@ class Level(ABC):
     @property
     def schedule(self) -> Schedule | None:
         """Schedule for its cycles; None without a clock."""
-        return None
-
-    @property
-    def record_limit(self) -> int | None:
-        """Maximum number of records of a check; None: all."""
         return None
 
     @abstractmethod
@@ -142,16 +115,6 @@ class Level(ABC):
         """One update of inputs (n_inputs,) in their units: `advance` with n = 1."""
         return self.advance(record[None])
 
-    def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = ()
-    ) -> Sequence[Seen]:
-        """Words of the last of these updates, in the order of their computation.
-
-        ``before`` are the records up to these, in pieces, from a reset on. States have their words
-        before the update. Empty if the level does not provide words.
-        """
-        return ()
-
     @classmethod
     def run_together(
         cls,
@@ -161,16 +124,10 @@ class Level(ABC):
         anew: bool = True,
         seed: int = 0,
     ) -> list[Run]:
-        """Run every estimator of a build on its own records.
+        """Run every estimator of a build, a level of each, on its own records.
 
-        Parameters
-        ----------
-        levels : sequence of Level
-            A level of each estimator.
-        anew : bool
-            Whether they begin with a reset, or where the last ones ended.
-        seed : int
-            Of the order in which they take turns.
+        ``anew``: they begin with a reset, else where the last ones ended. ``seed`` is of the order
+        in which they take turns.
         """
         for level in levels if anew else ():
             level.reset()
@@ -180,11 +137,9 @@ class Level(ABC):
         """Release resources."""
 
     def __enter__(self) -> Self:
-        """Itself."""
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Close."""
         self.close()
 
 
@@ -196,6 +151,11 @@ def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more
 def formats_of(program: Program, values: Sequence[int]) -> Format:
     """The formats of several values as one, for arrays with these values along the last axis."""
     return Format(program.arithmetic.word, program.fracs[list(values)])  # type: ignore[arg-type]
+
+
+def words_of(program: Program, records: FloatArray) -> IntArray:
+    """Input words (..., n_inputs) of records in their units; clamped to the word."""
+    return formats_of(program, program.inputs).quantise(records)
 
 
 def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:

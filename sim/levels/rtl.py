@@ -1,11 +1,11 @@
-"""The core's Verilog as a level, for records and for closed loops."""
+"""The core's Verilog as a level, for records and for closed loops; records for a plain bench."""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,13 +13,16 @@ from boresight.gateware.core import Core
 from boresight.gateware.registers import PROGRAM
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.arrays import FloatArray
-from boresight.model.words.fixed import IntArray, wrap
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import InPort, Program
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import words_of
-from boresight.sim.levels.level import Level, Run, Seen, run_of_words
-from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun
-from boresight.sim.rtl.simulation import CoreProcess, RtlSimulation
-from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
+from boresight.sim.levels.level import Level, Run, run_of_words, words_of
+from boresight.sim.rtl.simulation import BusWrite, CoreProcess, RtlRun, RtlSimulation
+from boresight.sim.rtl.simulators import SimulationFailed
+
+if TYPE_CHECKING:
+    from boresight.gateware.texts.core import Recorded
 
 #: Cycles of Icarus in a check: enough for a comparison, few enough for its speed.
 ICARUS_CYCLES = 10_000
@@ -32,33 +35,19 @@ class Simulated(Level):
     SimulationFailed then.
     """
 
-    name = "rtl"
-    tools: ClassVar[tuple[str, ...]] = SIMULATORS
-
-    def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
-        self._process: CoreProcess | None = None
-        super().__init__(build, number, tool)
-
-    @classmethod
-    def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
-        """The chosen simulator; by default Verilator, or Icarus if only that is installed."""
-        if simulator is not None:
-            return (simulator,)
-        return ("icarus",) if available("icarus") and not available("verilator") else ("verilator",)
+    name, tool = "rtl", "verilator"
+    _process: CoreProcess | None = None
 
     @cached_property
     def core(self) -> Core:
-        """The core, with the estimator's program selected."""
         return self.build.core.select(self.number)
 
     @cached_property
     def simulation(self) -> RtlSimulation:
-        """The core in the chosen simulator."""
         return RtlSimulation(self.core, self.tool)
 
     @property
     def schedule(self) -> Schedule:
-        """Schedule for its cycles."""
         return self.core.schedule
 
     @property
@@ -68,11 +57,9 @@ class Simulated(Level):
         return max(1, ICARUS_CYCLES // cycles) if self.tool == "icarus" else None
 
     def reset(self) -> None:
-        """Restart with the states' start words."""
         self.close()
 
     def close(self) -> None:
-        """End the process."""
         if self._process is not None:
             self._process.close()
             self._process = None
@@ -111,35 +98,6 @@ class Simulated(Level):
         if run.fault:
             raise SimulationFailed(f"rtl: {run.fault}")
         return run
-
-    def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = ()
-    ) -> Sequence[Seen]:
-        """Register writes of the lanes in the last update; the program runs alone."""
-        self.reset()
-        try:
-            for piece in before:
-                self._replayed(words_of(self.program, piece))
-            run = self._replayed(words_of(self.program, records), trace=len(records) - 1)
-            writes = run.writes
-        except ReplayFailed as failed:
-            writes = failed.writes
-        schedule, width = self.schedule, self.program.arithmetic.word
-        landed = {
-            (schedule.ends[k].lane, schedule.write_cycle(k)): op.dest
-            for k, op in enumerate(schedule.program.ops)
-        }
-        seen = [
-            Seen(
-                landed.pop((w.lane, w.cycle)),
-                None if w.word is None else wrap(w.word, width),
-                w.cycle,
-            )
-            for w in writes
-            if (w.lane, w.cycle) in landed
-        ]
-        missing = sorted(landed.items(), key=lambda x: x[0][1])
-        return [*seen, *(Seen(value, None, cycle) for (_, cycle), value in missing)]
 
     @classmethod
     def run_together(
@@ -201,3 +159,53 @@ def run_in_turns(
         flags = run.saturated[mine], run.beyond[mine]
         out.append(RtlRun(words, *flags, latency, run.interval_cycles[mine]))
     return out
+
+
+#: Cycles of all records of a program together; minimum and maximum number of records.
+_CYCLES, _RECORDS = 10_000, (6, 60)
+#: A generated input moves by 1/8 of its range per record at most, and is missing in 1 of 8 records.
+_MOVES, _MISSING = 8, 8
+
+
+def recorded(build: Build) -> list[Recorded]:
+    """Return records of every program from power-up on.
+
+    Inputs are random walks within the declared ranges, the same on every machine; in the last
+    record but one each input word is the largest one. All records of one program come before those
+    of the next.
+    """
+    from boresight.gateware.texts.core import Recorded  # it imports Amaranth
+
+    records = []
+    for number, program in enumerate(build.programs):
+        interval = build.core.parts[number].schedule.interval
+        count = min(max(_CYCLES // interval, _RECORDS[0]), _RECORDS[1])
+        rng = random.Random(program.name)
+        ports = dict(zip(program.inputs, program.in_ports, strict=False))
+        walks = [
+            list(_walk(program, n, ports.get(n, InPort()), count, rng)) for n in program.inputs
+        ]
+        words = np.array(walks, dtype=np.int64).T
+        words[-2] = program.arithmetic.max_int
+        outputs, saturated = Interpreter(program).run(words[:, :, None])
+        flags = saturated[:, 0], program.beyond(words)
+        records.append(Recorded(number, words, outputs[:, :, 0], *flags))
+    return records
+
+
+def _walk(
+    program: Program, number: int, port: InPort, count: int, rng: random.Random
+) -> Iterator[int]:
+    """One input: steps within its range, at times the word for a missing sample."""
+    value, form = program.values[number], program.format(number)
+    low, high = int(form.quantise(value.low)), int(form.quantise(value.high))
+    at = rng.randint(low, high)
+    for _ in range(count):
+        step = (high - low) // _MOVES
+        at = min(max(at + rng.randint(-step, step), low), high)
+        if port.flags:
+            yield rng.choice((low, high))
+        elif isinstance(port.missing, float) and not rng.randrange(_MISSING):
+            yield int(form.quantise(port.missing))
+        else:
+            yield at

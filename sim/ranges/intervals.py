@@ -1,17 +1,22 @@
-"""The interval of each kind of node, from those of its arguments."""
+"""The interval of each kind of node, and proofs of ranges on boxes, each halved until it decides.
+
+A value is a function of the values that it is computed from, some steps back, each anywhere in its
+known interval. The interval of the function over the whole box may be too wide, because the same
+value occurs twice or a selection is undecided. Then both halves of the box are tried.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
-from boresight.model.lowering.graph import Node
+from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.lowering.graph import LEAVES, Node
 
-FloatArray = npt.NDArray[np.float64]
-#: Ends (boxes,) of a value.
-Ends = tuple[FloatArray, FloatArray]
+Ends = tuple[FloatArray, FloatArray]  #: Ends (boxes,) of a value.
 
 
 def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
@@ -19,12 +24,6 @@ def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
     if node.kind not in _ENDS:
         return np.full_like(args[0][0], node.low), np.full_like(args[0][1], node.high)
     return _ENDS[node.kind](node, [*args])
-
-
-def product_of(x: Ends, y: Ends) -> Ends:
-    """Ends of a product; 0 times infinity is 0."""
-    corners = [np.where((a == 0.0) | (b == 0.0), 0.0, a * b) for a in x for b in y]
-    return np.minimum.reduce(corners), np.maximum.reduce(corners)
 
 
 def _sum(node: Node, args: list[Ends]) -> Ends:
@@ -39,10 +38,12 @@ def _mul(node: Node, args: list[Ends]) -> Ends:
         return _even_ends(a * a, b * b, (a <= 0.0) & (b >= 0.0))
     if node.args[1].kind == "rsqrt" and node.args[1].args[0] is node.args[0]:
         return np.sqrt(np.maximum(a, 0.0)), np.sqrt(np.maximum(b, 0.0))
-    return product_of(*args)
+    # 0 times infinity is 0.
+    corners = [np.where((a == 0.0) | (b == 0.0), 0.0, a * b) for a in args[0] for b in args[1]]
+    return np.minimum.reduce(corners), np.maximum.reduce(corners)
 
 
-def _even_ends(x: FloatArray, y: FloatArray, crosses_zero: npt.NDArray[np.bool_]) -> Ends:
+def _even_ends(x: FloatArray, y: FloatArray, crosses_zero: BoolArray) -> Ends:
     """Ends of an even function whose values at the ends are x and y, and 0 at 0."""
     return np.where(crosses_zero, 0.0, np.minimum(x, y)), np.maximum(x, y)
 
@@ -117,3 +118,137 @@ _ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {
     "rsqrt": _rsqrt,
     "reciprocal": _reciprocal,
 }
+
+
+#: Steps back to the values of a box that are tried, and most of these values.
+DEPTHS = (1, 2, 3, 4, 6, 8)
+MOST_VALUES = 8
+#: Most boxes of several values, and of one value.
+MOST_BOXES = 2_000
+MOST_BOXES_OF_ONE = 20_000
+POINTS = 256  #: Points at which a range is tried before boxes are.
+LEAST = 2.0**-64  #: Smaller than the last bit of any condition of a selection.
+
+
+def is_proven(node: Node, low: float, high: float) -> bool:
+    """Whether boxes prove that a value is in a range; intervals of other claims are assumed."""
+    if low <= node.low and node.high <= high:
+        return True
+    tried: set[frozenset[int]] = set()
+    for depth, choose in product(DEPTHS, (max, min)):
+        cut = list(_cut(node, depth, choose))
+        numbers = frozenset(n.number for n in cut)
+        if numbers in tried or len(cut) > MOST_VALUES:
+            continue
+        tried.add(numbers)
+        finite = all(math.isfinite(n.high - n.low) for n in cut)
+        if finite and _holds_on_boxes(_Function(node, cut), low, high):
+            return True
+    return False
+
+
+def _cut(node: Node, depth: int, choose: Callable[[int, int], int]) -> Iterator[Node]:
+    """Values that a node is computed from, ``depth`` steps back, without constants.
+
+    Where paths of different lengths lead to a value, ``choose`` selects among the remaining steps
+    of each: with `min`, both sides of ``x < a ? a : x`` end at x, however x is computed.
+    """
+    steps: dict[int, int] = {node.number: depth}
+    nodes = {node.number: node}
+    waiting = {node.number}
+    while waiting:
+        number = max(waiting)  # all readers of the latest node are done
+        waiting.remove(number)
+        current, remaining = nodes[number], steps[number]
+        if current.kind == "const":
+            continue
+        if current.kind in LEAVES or (remaining <= 0 and number != node.number):
+            yield current
+            continue
+        for arg in current.args:
+            nodes[arg.number] = arg
+            waiting.add(arg.number)
+            steps[arg.number] = choose(steps.get(arg.number, remaining - 1), remaining - 1)
+
+
+def _holds_on_boxes(function: _Function, low: float, high: float) -> bool:
+    """Whether boxes, halved again and again, show that a function is between two limits."""
+    cut = function.cut
+    if not cut:
+        return False
+    ends = np.array([[n.low, n.high] for n in cut], dtype=np.float64)
+    size = np.maximum(ends[:, 1] - ends[:, 0], 1e-300)
+    boxes = _by_sign(ends[None], function)
+    with np.errstate(all="ignore"):
+        lower, upper = function(_points_in(boxes))
+        if ((lower < low) | (upper > high)).any():  # no box with such a point is proven
+            return False
+        most, count = MOST_BOXES if len(cut) > 1 else MOST_BOXES_OF_ONE, 0
+        while True:
+            lower, upper = function(boxes)
+            boxes = boxes[~((low <= lower) & (upper <= high))]
+            if not len(boxes):
+                return True
+            count += 2 * len(boxes)
+            middle, rows = boxes.mean(axis=2), np.arange(len(boxes))
+            if count > most or (middle <= boxes[:, :, 0]).all(axis=1).any():
+                return False
+            widest = ((boxes[:, :, 1] - boxes[:, :, 0]) / size).argmax(axis=1)
+            lower_half, upper_half = boxes.copy(), boxes.copy()
+            lower_half[rows, widest, 1] = upper_half[rows, widest, 0] = middle[rows, widest]
+            boxes = np.concatenate([lower_half, upper_half])
+
+
+def _by_sign(boxes: FloatArray, function: _Function) -> FloatArray:
+    """Split boxes at 0 along the values whose sign is the condition of a selection."""
+    conditions = {n.args[0].number for n in function.order if n.kind == "select"}
+    for k, node in enumerate(function.cut):
+        crosses_zero = (boxes[:, k, 0] < 0.0) & (boxes[:, k, 1] > 0.0)
+        if node.number in conditions and crosses_zero.any():
+            lower, upper = boxes[crosses_zero], boxes[crosses_zero]
+            lower[:, k, 1], upper[:, k, 0] = -LEAST, 0.0
+            boxes = np.concatenate([boxes[~crosses_zero], lower, upper])
+    return boxes
+
+
+def _points_in(boxes: FloatArray) -> FloatArray:
+    """Some corners and middles of boxes (boxes, values, 2), as boxes without size."""
+    rng = np.random.default_rng(1)
+    some = boxes[rng.integers(len(boxes), size=POINTS)]
+    ends = np.concatenate([some, some.mean(axis=2, keepdims=True)], axis=2)
+    choice = rng.integers(3, size=(*ends.shape[:2], 1))
+    return np.repeat(np.take_along_axis(ends, choice, axis=2), 2, axis=2)
+
+
+class _Function:
+    """A node as a function of the nodes of a cut, on intervals."""
+
+    def __init__(self, node: Node, cut: Sequence[Node]) -> None:
+        self.node, self.cut = node, cut
+        self.order: list[Node] = []
+        visited = {n.number for n in cut}
+        stack = [(node, False)]
+        while stack:
+            current, is_expanded = stack.pop()
+            if is_expanded:
+                self.order.append(current)
+            elif current.number not in visited:
+                visited.add(current.number)
+                stack += [(current, True), *((arg, False) for arg in current.args)]
+
+    def __call__(self, boxes: FloatArray) -> Ends:
+        """Ends of the value on boxes (boxes, values, 2)."""
+        ends: dict[int, Ends] = {
+            n.number: (boxes[:, k, 0], boxes[:, k, 1]) for k, n in enumerate(self.cut)
+        }
+        for node in self.order:
+            if node.kind == "const":
+                constant = np.full(len(boxes), node.value)
+                ends[node.number] = constant, constant
+                continue
+            args = [ends[arg.number] for arg in node.args]
+            if node.kind == "sin" and (angle := node.args[0]).kind == "wrap" and angle.value == 2.0:
+                args = [ends.get(angle.args[0].number, args[0])]  # the same sine, without the jump
+            lower, upper = ends_of(node, args)
+            ends[node.number] = np.maximum(lower, node.low), np.minimum(upper, node.high)
+        return ends[self.node.number]

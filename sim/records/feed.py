@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from inspect import signature
 from itertools import islice, pairwise
@@ -28,7 +28,6 @@ from boresight.sim.records.record import (
     Place,
     Record,
     check_norm,
-    joined,
     rows_of,
     truth_names,
 )
@@ -89,24 +88,6 @@ class Feed:
             truth={n: v[span] for n, v in self.truth.items()},
             counts=self.counts[span],
             restarts=self.restarts[span],
-        )
-
-    @classmethod
-    def joined(cls, parts: Sequence[Feed]) -> Feed:
-        """Consecutive pieces of a log as one."""
-        first = parts[0]
-        if len(parts) == 1:
-            return first
-        times = [part.t for part in parts if part.t is not None]
-        return replace(
-            parts[-1],
-            record=joined([part.record for part in parts]),
-            t=np.concatenate(times) if times else None,
-            inputs=np.concatenate([part.inputs for part in parts]),
-            new=np.concatenate([part.new for part in parts]),
-            truth={n: np.concatenate([part.truth[n] for part in parts]) for n in first.truth},
-            counts=np.concatenate([part.counts for part in parts]),
-            restarts=np.concatenate([part.restarts for part in parts]),
         )
 
     def parts(self) -> Iterator[Feed]:

@@ -183,9 +183,6 @@ class _Rows:
 
     def _deviations(self, part: Part) -> list[FloatArray]:
         """Fixed point from float64, of each difference of the check."""
-        judged = self.check.accuracy.differences
-        if all(len(d.apart) == len(part.given) for d in judged):
-            return [d.apart for d in judged]
         names = [o.name for o in self._outputs]
         differences = Differences(self._outputs, names, curves=True)
         differences.add(part.fixed.outputs, part.floating.outputs)

@@ -11,8 +11,9 @@ from boresight.model.lowering.graph import declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program, Value
 from boresight.sim.compare.diagnosis import headroom_bits, wasted_bits
+from boresight.sim.compare.difference import Spread
 from boresight.sim.compare.results import CheckResult
-from boresight.sim.compare.twin import KINDS, Rounding, Traced, twins
+from boresight.sim.compare.twin import KINDS, Traced, twins
 
 
 class Observed:
@@ -28,7 +29,7 @@ class Observed:
         self.program = program
         build, number = checks[0].build, checks[0].number
         estimator = build.estimators[number]
-        self.nodes = build.nodes[number]
+        self.traced, self.nodes = Traced.of(build, number), build.nodes[number]
         # On the C model; states count with the words before each update.
         ranges = [(c.accuracy.ranges, c.given.record.name) for c in checks if c.accuracy.ranges]
         self.saturations: IntArray = np.sum([r.saturations for r, _ in ranges], axis=0)
@@ -44,18 +45,19 @@ class Observed:
             n: (float(program.format(n).real(low[0])), float(program.format(n).real(high[0])))
             for n, (low, high) in enumerate(self.extremes)
         }
-        self.errors: dict[int, Rounding] = {}
+        self.errors: dict[int, Spread] = {}
         for check in checks:
             previous: IntArray | None = None
             for columns, fixed, _ in check.parts():
                 assert fixed.states is not None
                 words = columns.words(program)
-                rows = program, self.nodes, words, fixed.states, previous
-                for twin in twins(*rows, anew=columns.restarts):
+                rows = words, fixed.states, previous
+                for twin in twins(self.traced, *rows, anew=columns.restarts):
                     for n in (op.dest for op in program.ops if op.dest in self.nodes):
                         error, size = twin.deviation(n)
                         finite = np.isfinite(error) & np.isfinite(size)
-                        self.errors.setdefault(n, Rounding()).add(error[finite])
+                        if finite.any():
+                            self.errors.setdefault(n, Spread()).add(error, finite, 0)
                 previous = fixed.states[-1]
         declared = {
             (kind, d.name): d.line
@@ -68,7 +70,7 @@ class Observed:
         }
         lines |= {n: node.line for n, node in self.nodes.items() if node.line}
         self.lines = {n: line for n, line in lines.items() if line}
-        wasted = wasted_bits(Traced(estimator, program, self.nodes), self.reached)
+        wasted = wasted_bits(self.traced, self.reached)
         self.wasted = {w.number: w for w in wasted}
 
     def name(self, n: int) -> str:

@@ -2,19 +2,17 @@
 // results go to standard output; between batches the core stands still, so a closed loop is a batch
 // of one record at a time.
 //
-// Batch: records, bus writes, stall, trace, limit (`Batch`); the number of words of each record; all
+// Batch: records, bus writes, stall, limit (`Batch`); the number of words of each record; all
 // words; for each bus write its record, address and word; for a reset its record, -1 and the cycles
 // from the first word taken to it; for a restart -2 in place of -1. If the update is complete before,
 // they come then.
-// Results, a line each: "0 flags interval 0" for a record (flags 1: saturated, 2: input beyond its
+// Results, a line each: "0 flags interval" for a record (flags 1: saturated, 2: input beyond its
 // range; interval: cycles until the next record could begin, -2: a reset came before, -1: not
-// complete after `limit` cycles, or an unknown value); "1 word cycle 0" before it for each output
-// word; "2 address word cycle" for each register write of the traced record, 3 in place of 2 in the
-// second lane, address -1 if it is unknown. Then "end", behind it an unknown value (Icarus).
+// complete after `limit` cycles, or an unknown value); "1 word cycle" before it for each output
+// word. Then "end", behind it an unknown value (Icarus).
 
 module bench #(
-    parameter WORD = 32,
-    parameter LANES = 1
+    parameter WORD = 32
 )
 `ifdef __ICARUS__
 ;
@@ -39,25 +37,9 @@ module bench #(
         .bus__w_ack(bus_ack), .bus__r_data(), .restart(restart),
         .saturated_update(flags[0]), .beyond_update(flags[1])
     );
-    // The lanes' writes of their registers.
-    wire [1:0] w_en;
-    wire [19:0] w_addr;
-    wire [2*WORD-1:0] w_data;
-    assign w_en[0] = dut.operands.w_en__0;
-    assign w_addr[9:0] = dut.operands.w_addr__0;
-    assign w_data[WORD-1:0] = dut.operands.w_data__0;
-`ifdef TWO_LANES
-    assign w_en[1] = dut.operands.w_en__1;
-    assign w_addr[19:10] = dut.operands.w_addr__1;
-    assign w_data[2*WORD-1:WORD] = dut.operands.w_data__1;
-`else
-    assign w_en[1] = 0;
-    assign w_addr[19:10] = 0;
-    assign w_data[2*WORD-1:WORD] = 0;
-`endif
 
     longint left = 0;
-    int records = 0, orders = 0, stall = 0, traced = 0;
+    int records = 0, orders = 0, stall = 0;
     int counts[], words[], order[];  // of each record, of all records, of the bus
     int update = 0, record = 0, index = 0, at = 0, next = 0, cycle = 0;
     bit running = 0, offer = 0, counting = 0, complete = 0, unknown = 0;
@@ -78,7 +60,6 @@ module bench #(
         records = int'(number());
         orders = int'(number());
         stall = int'(number());
-        traced = int'(number());
         left = number();
         counts = new[records];
         total = 0;
@@ -97,25 +78,15 @@ module bench #(
     endtask
 
     task finish(input int interval);
-        $display("0 %0d %0d 0", flags, interval);
+        $display("0 %0d %0d", flags, interval);
         complete = 0;
         update++;
     endtask
 
     task give;
         word = out_payload[WORD-1:0];
-        $display("1 %0d %0d 0", word, cycle);
+        $display("1 %0d %0d", word, cycle);
         complete = out_payload[WORD];
-    endtask
-
-    task trace;
-        for (int k = 0; k < LANES; k++)
-            if (w_en[k] !== 0) begin
-                if (^{w_en[k], w_addr[10*k+:10], w_data[WORD*k+:WORD]} === 1'bx)
-                    $display("%0d -1 0 %0d", 2 + k, cycle);
-                else
-                    $display("%0d %0d %0d %0d", 2 + k, w_addr[10*k+:10], w_data[WORD*k+:WORD], cycle);
-            end
     endtask
 
     // What came of the cycle that ends with this edge.
@@ -132,7 +103,6 @@ module bench #(
             offer = 1;
             next += 3;
         end else begin
-            if (counting && update == traced) trace;
             // The core asks for the first word of the next record: the last update is complete.
             if (asks) finish(cycle);
             if (update < records) begin

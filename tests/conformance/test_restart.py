@@ -12,8 +12,7 @@ from boresight.gateware.registers import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.rtl.replay import BusWrite, Reset
-from boresight.sim.rtl.simulation import RtlSimulation
+from boresight.sim.rtl.simulation import BusWrite, Reset, RtlSimulation
 from tests.support.estimators import ALL, Leaky
 from tests.support.random_program import random_inputs
 

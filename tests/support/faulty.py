@@ -15,9 +15,8 @@ from boresight.sim.compare.twin import Traced
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.compare.verdict import judge as judge_run
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Interpreted, words_of
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.level import Run, words_of
+from boresight.sim.levels.registry import CompiledFloat, Interpreted
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
 
@@ -156,9 +155,6 @@ def judge(
     columns = dataclasses.replace(columns, clamped=clamped or {})
     run, reference = (level(build).run(columns.inputs) for level in (Interpreted, CompiledFloat))
     made = judge_run(build, 0, columns.inputs, run, reference, columns.clamped)
-    for d in made.differences:
-        apart = np.abs(run.outputs[d.output] - reference.outputs[d.output])
-        assert np.array_equal(d.apart, apart, equal_nan=True)
     judging = Judge(build, 0)
     hidden, pieces = dataclasses.replace(run, states=None), []
     for k in range(0, len(columns), 7):

@@ -102,7 +102,7 @@ def user_folder(folder: Path, patch: pytest.MonkeyPatch) -> Iterator[Path]:
     patch.chdir(folder)
     patch.setattr(sys, "path", [str(folder), *(p for p in sys.path if p != f"{ROOT}/examples")])
     patch.setattr(sys, "dont_write_bytecode", True)
-    patch.setattr("boresight.sim.levels.rtl.available", lambda name: False)
+    patch.setattr("boresight.sim.compare.check.default_simulator", lambda: "verilator")
     yield folder
     for name, module in list(sys.modules.items()):
         if Path(getattr(module, "__file__", None) or "/").is_relative_to(folder):

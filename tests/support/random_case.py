@@ -20,8 +20,7 @@ from boresight.gateware.registers import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
-from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
-from boresight.sim.rtl.simulation import RtlSimulation
+from boresight.sim.rtl.simulation import BusWrite, Reset, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.random_program import random_inputs, random_programs, with_ranges
 

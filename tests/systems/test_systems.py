@@ -10,8 +10,7 @@ import boresight
 from boresight.model.resolve import estimator_of
 from boresight.sim.compare.verdict import judge
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.registry import make_level
+from boresight.sim.levels.registry import CompiledFloat, make_level
 from boresight.sim.worlds.loop import close_loop, parting
 from boresight.sim.worlds.world import world_of
 

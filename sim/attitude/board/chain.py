@@ -18,7 +18,7 @@ from boresight.model.attitude.front import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.levels.integer import interpret
+from boresight.sim.levels.registry import interpret
 
 #: Kinds of lines of the compass.
 NO_LINE, COUNTS, HEADING = 0, 1, 2

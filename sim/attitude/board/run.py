@@ -21,8 +21,7 @@ from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, 
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_to_euler
-from boresight.sim.rtl.simulators import SimulationFailed
-from boresight.sim.rtl.verilator import build
+from boresight.sim.rtl.simulators import SimulationFailed, build
 
 
 class Line(NamedTuple):

@@ -19,7 +19,7 @@ def test_a_missing_tool_fails_with_the_line_that_installs_it(monkeypatch, said) 
 
     monkeypatch.setattr(sys.modules["boresight.verbs.info"], "_PROGRAMS", ("nosuchtool",))
     last = said("info", 1).splitlines()[-1]
-    assert last == "FAILED: nosuchtool is missing: sudo apt-get install build-essential perl"
+    assert last == "FAILED: nosuchtool is missing: sudo apt-get install build-essential"
 
 
 def test_an_estimator_and_a_table(here: Path, data, said, refused) -> None:

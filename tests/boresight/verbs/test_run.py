@@ -149,7 +149,7 @@ def test_a_loop_that_saturates_fails(here: Path, said) -> None:
 
 
 def test_levels_that_part_fail(here: Path, monkeypatch, said) -> None:
-    from boresight.sim.levels.integer import Emitted
+    from boresight.sim.levels.registry import Emitted
 
     right = Emitted.advance
 

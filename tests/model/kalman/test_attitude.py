@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from boresight import Input, Output, Param
 from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, vector
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 
 DT = 0.01
 UP, FIELD = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, -2.0])

@@ -13,8 +13,7 @@ import boresight
 from boresight import Estimator, Input, InputError, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, vector
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.registry import make_level
+from boresight.sim.levels.registry import CompiledFloat, make_level
 
 DT = 0.02
 

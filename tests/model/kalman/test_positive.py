@@ -9,7 +9,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.covariance import covariance_of, initial_covariances
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.registry import Emitted
 from tests.support.pages import ROOT
 
 FILTERS = {

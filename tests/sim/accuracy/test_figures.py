@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.accuracy.figures import Alignment, errors, units_of
+from boresight.sim.accuracy.figures import Alignment, Errors, units_of
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
@@ -45,19 +45,25 @@ def test_one_figure_for_each_output_with_truth() -> None:
         mov=[1, 1, 1, 0],
     )
     assert units_of(Mixed(), log) == {"y": "m", "turn": "ht", "word": "words"}
+
+    def of(outputs: dict[str, Any]) -> dict[str, float]:
+        accumulator = Errors(Mixed())
+        accumulator.add(log, outputs)
+        return accumulator.result()
+
     outputs = {
         "y": np.array([1.0, 7.0, 6.0, 50.0]),
         "turn": np.array([-0.9, -0.9, 0.0, 1.0]),
         "word": np.array([1.0, 3.0, 3.0, 0.0]),
         "free": np.zeros(4),
     }
-    deviations = errors(Mixed(), log, outputs)
+    deviations = of(outputs)
     assert deviations["y"] == pytest.approx(np.sqrt(9.0 / 2))
     assert deviations["turn"] == pytest.approx(np.sqrt(0.04 / 3))
     assert deviations["word"] == pytest.approx(np.sqrt(1 / 3))
     assert list(deviations) == ["y", "turn", "word"]
     outputs["y"][0] = NAN  # an estimate that is none is no excuse
-    assert np.isnan(errors(Mixed(), log, outputs)["y"])
+    assert np.isnan(of(outputs)["y"])
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.sim.compare import twin as module
 from boresight.sim.compare.diagnosis import _first_leaving
+from boresight.sim.compare.twin import Traced, twins
 from boresight.sim.levels.build import Build
 from tests.support.faulty import HERE, All, Bounded, NegativeRoot, Root, Sine, Slow, Sums, look
 
@@ -82,22 +82,23 @@ def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
             return {}, {"y": wrong(u), "z": ops.named("z", 0.3 * u.v)}
 
     build = Build(Plain())
-    (program,), (nodes,) = build.programs, build.nodes
+    of = Traced.of(build, 0)
+    program, nodes = of.program, of.nodes
     words = np.array([[3, 5], [-7, 11], [2, -9]]) << 26
-    (twin,) = module.twins(program, nodes, words, np.zeros((3, 0), dtype=np.int64), first=40)
-    assert _first_leaving(twin, None, {}) is None
+    (twin,) = twins(of, words, np.zeros((3, 0), dtype=np.int64), first=40)
+    assert _first_leaving(twin) is None
     y, z = program.outputs
     twin.words[z][2] += 1 << 20
     assert re.fullmatch(
-        r"step 42, value z \(.*\): float64 has \S+ where.*", str(_first_leaving(twin, None, {}))
+        r"step 42, value z \(.*\): float64 has \S+ where.*", str(_first_leaving(twin))
     )
     twin.words[y][1] += 1 << 20
     exact, seen = twin.computed(nodes[y])[1], twin.real(y)[1]
     assert re.fullmatch(
         rf"step 41, value \w+, {kind} \(test_culprit\.py, line \d+\): float64 has {exact:.6g} "
         rf"where the word has {seen:.6g}; see the report",
-        str(_first_leaving(twin, None, {})),
-    ), str(_first_leaving(twin, None, {}))
+        str(_first_leaving(twin)),
+    ), str(_first_leaving(twin))
 
 
 @pytest.mark.parametrize("word", [18, 32])
@@ -112,9 +113,9 @@ def test_which_distances_are_rounding(word: int) -> None:
             return {}, {"product": u.u * u.v, "angle": ops.wrap_ht(u.v + u.v - 2.0**-40)}
 
     build = Build(Plain(), word=word)
-    (program,), (nodes,) = build.programs, build.nodes
+    (program,) = build.programs
     inputs, states = np.array([[0, 1 << word - 3]] * 4), np.zeros((4, 0), dtype=np.int64)
-    (twin,) = module.twins(program, nodes, inputs, states)
+    (twin,) = twins(Traced.of(build, 0), inputs, states)
     product, angle = program.outputs
     assert (twin.real(angle) == -1.0).all()  # where float64 has little less than 1
     twin.words[product] = twin.words[product] + [-65, -64, 64, 65]

@@ -16,7 +16,7 @@ from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import CModel
+from boresight.sim.levels.registry import CModel
 from boresight.sim.records import files as logs
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import Log, bundled, content_of, read_record
@@ -40,7 +40,7 @@ def said(results: Sequence[CheckResult]) -> str:
 def of_pieces(build: Build, log: Log | Record, sizes: Sequence[int], **options: Any) -> set[str]:
     """What is said, with pieces of so many rows."""
     check = Check(build, **{"levels": ("fixed", "c"), **options})
-    return {said(check.run(log, rows=rows, keep_all=False)) for rows in sizes}
+    return {said(check.run(log, rows=rows)) for rows in sizes}
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
@@ -65,11 +65,9 @@ def test_a_log_that_is_read_in_pieces(
     assert log.data == file
     assert of_pieces(build, log, (1, 7, 400)) == of_pieces(build, record, (400,)) == {whole}
     check = Check(build, levels=("c",))
-    (short,), (every,) = check.run(log, keep_all=False), check.run(log)
+    (short,) = check.run(log)
     assert (len(short.given), len(short.fixed.outputs["roll"])) == (256, 256)
-    assert (len(every.given), len(every.floating.outputs["roll"])) == (600, 600)
-    assert np.array_equal(every.given.inputs[:256], short.given.inputs)
-    assert {len(d.apart) for d in every.accuracy.differences} == {600}
+    assert sum(len(part.floating.outputs["roll"]) for part in short.parts()) == 600
 
 
 @pytest.mark.parametrize("name", ["complementary", "complementary,ekf_quaternion"])
@@ -86,7 +84,7 @@ def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None
 
     monkeypatch.setattr(Log, "blocks", blocks)
     build = Build(*(fitted(estimator(n), WALK) for n in name.split(",")))
-    Check(build, levels=("c",)).run(WALK.head(640), keep_all=False)
+    Check(build, levels=("c",)).run(WALK.head(640))
     assert len(seen) == 10
 
 

@@ -10,11 +10,11 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.model.attitude.complementary import Complementary
-from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, verdict
+from boresight.sim.compare.results import CheckResult, LevelResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, run_of_words
 from boresight.sim.levels.rtl import Simulated
-from boresight.sim.rtl.replay import RtlRun
+from boresight.sim.rtl.simulation import RtlRun
 from tests.support.faulty import rows_of
 
 
@@ -47,12 +47,12 @@ def wanted(core: Core, rtl_run: RtlRun) -> Run:
 
 def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
     """A verdict, which is the same of two pieces."""
-    whole, parts = Agreement(level), Agreement(level)
-    whole.add(run, wanted, 0)
+    whole, parts = LevelResult("rtl", "verilator"), LevelResult("rtl", "verilator")
+    whole.add(level, run, wanted, 0)
     for start, stop in ((0, 2), (2, len(wanted.outputs["roll"]))):
-        parts.add(rows_of(run, start, stop), rows_of(wanted, start, stop), start)
-    result = whole.result(seconds)
-    assert parts.result(seconds) == result
+        parts.add(level, rows_of(run, start, stop), rows_of(wanted, start, stop), start)
+    result = whole.ended(seconds, "")
+    assert parts.ended(seconds, "") == result
     return result
 
 

@@ -10,7 +10,7 @@ from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.nine_axis import INPUTS
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
+from boresight.sim.levels.registry import CompiledFloat, NumpyFloat
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import bundled, read_record
 

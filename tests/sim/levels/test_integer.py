@@ -8,10 +8,8 @@ import pytest
 from boresight.firmware.build import CModel
 from boresight.model.attitude import estimator
 from boresight.model.estimator import State
-from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted, Interpreted, words_of
+from boresight.sim.levels.registry import CompiledFloat, Emitted, Interpreted
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
 from tests.support.estimators import Leaky
@@ -44,19 +42,6 @@ def test_states_that_differ_from_c_are_a_fault(monkeypatch: pytest.MonkeyPatch) 
     level.run(RECORDS)
     monkeypatch.setattr(CModel, "trajectory", wrong)
     assert level.run(RECORDS).fault == "states differ from C after step 57"
-
-
-def test_every_word_of_an_update() -> None:
-    level = Emitted(Build(Leaky()))
-    machine = Interpreter(level.program)
-    for n in (1, 7):
-        machine = Interpreter(level.program)
-        for row in words_of(level.program, RECORDS[:n]):
-            machine.update(row[:, None])
-        wanted = machine.values_before_commit()
-        seen = level.words_of_update(RECORDS[:n])
-        assert [s.value for s in seen] == [op.dest for op in level.program.ops]
-        assert all(s.word == wanted[s.value][0] and s.cycle is None for s in seen)
 
 
 def test_a_run_of_a_log() -> None:

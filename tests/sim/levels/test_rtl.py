@@ -1,19 +1,15 @@
 """The core's Verilog as a level; records for the plain bench."""
 
-import dataclasses
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from boresight.model.estimator import State
-from boresight.model.words.interpreter import Interpreter
-from boresight.sim.levels import rtl as module
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import Interpreted, words_of
-from boresight.sim.levels.rtl import Simulated
-from boresight.sim.levels.vectors import recorded
+from boresight.sim.levels.registry import Interpreted
+from boresight.sim.levels.rtl import Simulated, recorded
+from boresight.sim.rtl import simulators
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.estimators import Leaky
 from tests.support.track import Track
@@ -82,59 +78,14 @@ def test_a_step_takes_the_cycles_of_the_schedule(
         level.step(RECORDS[0])
 
 
-def test_every_word_of_an_update() -> None:
-    """Named by where and when the lanes write."""
-    level = Simulated(Build(Narrow(), word=18))
-    program = level.schedule.program
-    machine = Interpreter(program)
-    for row in words_of(level.program, RECORDS[:7]):
-        machine.update(row[:, None])
-    wanted = machine.values_before_commit()
-    seen = level.words_of_update(RECORDS[:7])
-    assert {s.value for s in seen} == {op.dest for op in program.ops}
-    assert all(s.word == wanted[s.value][0] for s in seen)
-    cycles = [s.cycle for s in seen]
-    assert None not in cycles and cycles == sorted(cycles, key=lambda c: c or 0)
-    # What does not come where the schedule says is told last, in the order in which it should.
-    whole = level._replayed
-
-    def without_the_first(*args: Any, **options: Any) -> Any:
-        run = whole(*args, **options)
-        return dataclasses.replace(run, writes=run.writes[2:])
-
-    level._replayed = without_the_first  # type: ignore[method-assign]
-    less = level.words_of_update(RECORDS[:7])
-    assert sorted(s.value for s in less) == sorted(s.value for s in seen)
-    lost = [s for s in less if s.word is None]
-    assert less[len(less) - len(lost) :] == lost and 1 <= len(lost) <= 2
-    assert [s.cycle for s in lost] == cycles[: len(lost)]
-
-
-class Other(Leaky):
-    """Beside the first one in a core."""
-
-
-def test_every_word_of_the_first_update_of_a_shared_core() -> None:
-    """What the core does until the program is selected does not count."""
-    build = Build(Narrow(), Other(), word=18)
-    for number in (0, 1):
-        level = Simulated(build, number)
-        machine = Interpreter(level.schedule.program)
-        machine.update(words_of(level.program, RECORDS[:1]).T)
-        wanted = machine.values_before_commit()
-        seen = level.words_of_update(RECORDS[:1])
-        assert seen and all(s.word == wanted[s.value][0] for s in seen)
-
-
-def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert Simulated.tools_of_check("icarus") == ("icarus",)
+def test_which_simulator_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     for there, wanted in (
         ("verilator icarus", "verilator"),
         ("icarus", "icarus"),
         ("", "verilator"),
     ):
-        monkeypatch.setattr(module, "available", lambda name, there=there: name in there)
-        assert Simulated.tools_of_check(None) == (wanted,)
+        monkeypatch.setattr(simulators, "available", lambda name, there=there: name in there)
+        assert simulators.default_simulator() == wanted
 
 
 # -- records for the plain bench: from the log where it fits, within the ranges where not ---------

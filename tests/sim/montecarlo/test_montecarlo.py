@@ -15,8 +15,7 @@ import boresight
 from boresight import Estimator, Input, Output, State, World
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.montecarlo.campaign import Campaign, draws
-from boresight.sim.montecarlo.figures import chi2, figures, result_of
+from boresight.sim.montecarlo.campaign import Campaign, chi2, draws, figures, result_of
 from tests.support.drift import Constant, Mean
 
 DRIFT = Path(__file__).parents[2] / "support" / "drift.py"

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +13,8 @@ from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.rtl import run_in_turns
-from boresight.sim.levels.vectors import recorded
-from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun
-from boresight.sim.rtl.simulation import CoreProcess, RtlSimulation
+from boresight.sim.levels.rtl import recorded, run_in_turns
+from boresight.sim.rtl.simulation import BusWrite, CoreProcess, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
 
@@ -41,7 +40,7 @@ def _runs(simulation: RtlSimulation, streams: list[IntArray]) -> list[RtlRun]:
     return [
         *run_in_turns(simulation, streams, longest=3),
         *run_in_turns(simulation, streams, stall=7, longest=3),
-        simulation.run(streams[0], stall=8, trace=5),
+        simulation.run(streams[0], stall=8),
     ]
 
 
@@ -56,7 +55,6 @@ def test_cycle_for_cycle_the_same(what) -> None:
     for item, other in zip(icarus, compiled, strict=True):
         for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
             assert np.array_equal(getattr(item, name), getattr(other, name)), name
-    assert icarus[-1].writes == compiled[-1].writes and len(compiled[-1].writes) > 1
 
 
 @pytest.fixture
@@ -96,7 +94,7 @@ def simulation() -> RtlSimulation:
 
 @pytest.fixture
 def process(simulation: RtlSimulation) -> Iterator[CoreProcess]:
-    with simulation.power_on() as process:
+    with closing(simulation.power_on()) as process:
         yield process
 
 
@@ -115,11 +113,10 @@ def test_batches_follow_each_other(simulation: RtlSimulation, process: CoreProce
 
 
 def test_what_is_no_result(simulation: RtlSimulation) -> None:
-    """Words missing, words too many, too few cycles; the register writes come nevertheless."""
+    """Words missing, words too many, too few cycles."""
     inputs = np.array(random_inputs(simulation.core.program, 3, 3))
-    batch = simulation.batch(inputs, trace=0)
+    batch = simulation.batch(inputs)
     n, interval = len(simulation.core.program.outputs), simulation.core.schedule.interval
-    writes = simulation.run(inputs, trace=0).writes
     for changed, message in (
         ({"n_out": batch.n_out + [0, 0, 1]}, f"update 2 gave {n} output words, {n + 1} expected"),
         ({"n_out": batch.n_out + [0, 1, 0]}, f"update 1 gave {n} output words, {n + 1} expected"),
@@ -127,11 +124,10 @@ def test_what_is_no_result(simulation: RtlSimulation) -> None:
         ({"limit": 2 * interval}, "update 1 of 3 did not complete"),
     ):
         with (
-            simulation.power_on() as process,
-            pytest.raises(ReplayFailed, match=f"^verilator: {message}") as failed,
+            closing(simulation.power_on()) as process,
+            pytest.raises(SimulationFailed, match=f"^verilator: {message}"),
         ):
             process.replay(replace(batch, **changed))
-        assert writes and failed.value.writes == writes
 
 
 def test_a_process_that_has_ended(simulation: RtlSimulation, process: CoreProcess) -> None:

@@ -26,8 +26,8 @@ from boresight.gateware.core import Core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.sim.attitude.board.chain import COUNTS, NO_LINE, Samples
-from boresight.sim.rtl.replay import split_memories
-from boresight.sim.rtl.verilator import build
+from boresight.sim.rtl.simulation import split_memories
+from boresight.sim.rtl.simulators import build
 
 
 @dataclass

@@ -15,7 +15,7 @@ from boresight.model.nine_axis import INPUTS
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
-from boresight.sim.levels.integer import interpret
+from boresight.sim.levels.registry import interpret
 from boresight.sim.records.files import bundled, read_record
 from tests.support.attitude.board.shared import odd_board
 from tests.support.attitude.conductor_bench import Played, play, sample_command, script_of

@@ -10,8 +10,7 @@ from boresight.model.attitude.vqf import Vqf
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import bundled, read_record
 from tests.support.attitude.vqf_package import angle_deg, by_package, inputs_of, journey

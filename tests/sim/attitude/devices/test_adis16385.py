@@ -6,7 +6,7 @@ What the model measures and its faults are compared in the tests of the reader.
 import pytest
 
 from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
-from boresight.sim.rtl.verilator import Compiled, build
+from boresight.sim.rtl.simulators import Compiled, build
 from tests.support.attitude.devices.adis16385_bench import log_text
 
 #: Drives frames as told: lines `half setup stall bits word`; prints what comes back.

@@ -28,8 +28,7 @@ from boresight.sim.attitude.board.run import (
     frames_of,
     read_trace,
 )
-from boresight.sim.rtl.simulators import SimulationFailed
-from boresight.sim.rtl.verilator import build_program, plain_folder
+from boresight.sim.rtl.simulators import SimulationFailed, build_program
 
 
 def run_under_cocotb(
@@ -192,15 +191,11 @@ def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
     folder = tempfile.TemporaryDirectory(prefix="boresight-board-")
     values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
     main = (Path(share_dir) / "lib/verilator/verilator.cpp").read_text()
-    with plain_folder({"libs": Path(libs_dir)}) as place:
-        build_program(
-            Path(folder.name) / "bench",
-            {"seen.vlt": _SEEN, **board_sources(board), "verilator.cpp": main},
-            [
-                *("--vpi", "--prefix", "Vtop", "-LDFLAGS"),
-                f"-Wl,-rpath-link,{place}/libs -L{place}/libs -lcocotbvpi_verilator",
-                *("--timescale", "1ns/1ps", *values),
-            ],
-            top="bench",
-        )
+    build_program(
+        Path(folder.name) / "bench",
+        {"seen.vlt": _SEEN, **board_sources(board), "verilator.cpp": main},
+        ["--vpi", "--prefix", "Vtop", "--timescale", "1ns/1ps", *values],
+        top="bench",
+        link=[f"-Wl,-rpath-link,{libs_dir}", f"-L{libs_dir}", "-lcocotbvpi_verilator"],
+    )
     return folder

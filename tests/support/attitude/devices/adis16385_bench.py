@@ -10,7 +10,7 @@ from typing import Any, Final
 from boresight.gateware.attitude.sensors.adis16385 import FLAG_MEANINGS, Adis16385, Timing
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
-from boresight.sim.rtl.verilator import build
+from boresight.sim.rtl.simulators import build
 
 #: A reader whose waits are short, for simulation: half period 3 cycles, stall 30, a sample each
 #: 2000 cycles.

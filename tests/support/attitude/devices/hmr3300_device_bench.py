@@ -10,7 +10,7 @@ from pathlib import Path
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.attitude.devices import COMPASS_FAULTS, device_text
-from boresight.sim.rtl.verilator import Compiled, build
+from boresight.sim.rtl.simulators import Compiled, build
 
 #: Cycles of a bit in these runs; all times of the device and the reader are the real ones.
 _BIT = 8
