@@ -35,7 +35,7 @@ from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.model.settings import CURRENT, using
 from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
-from boresight.sim.accuracy.figures import ANGLES, means
+from boresight.sim.accuracy.figures import ANGLES, Errors, means
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.verdict import saturated_text
