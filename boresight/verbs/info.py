@@ -30,7 +30,7 @@ from boresight.options import EstimatorName
 from boresight.sim.experiments.experiment import EXPERIMENT_GROUP
 from boresight.sim.records.assembly import NS, clock_of
 from boresight.sim.records.files import read_pieces, recording_of
-from boresight.sim.records.recordings import Source, Topic, ready_map
+from boresight.sim.records.recordings import READY, Source, Topic
 from boresight.sim.result import Result, Row
 from boresight.sim.rtl.simulators import available, version
 from boresight.sim.worlds.world import WORLD_GROUP
@@ -113,7 +113,7 @@ def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
                 "back": clock.late,
             }
         )
-        units = _units(topic, ready_map(ready))
+        units = _units(topic, READY[ready])
         fields += [{"topic": topic.name, "field": n, "unit": units.get(n)} for n in _fields(topic)]
     data = {"file": str(path), "topics": rows, "fields": fields}
     return Result(data, {"topics": rows, "fields": fields}, notes=held.notes)

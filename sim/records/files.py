@@ -21,7 +21,7 @@ from boresight.model.tools.external import optional
 from boresight.sim.records.assembly import Reader, record_from
 from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed
-from boresight.sim.records.recordings import read_bag, read_map, read_ulog, ready_map
+from boresight.sim.records.recordings import READY, read_bag, read_map, read_ulog
 from boresight.sim.records.selection import selection
 from boresight.sim.records.tables import (
     read_feather,
@@ -199,7 +199,7 @@ def _blocks(path: Path) -> Iterator[Record]:
     if (recording := recording_of(path)) is not None:
         read, name = recording
         toml = selection().map
-        yield record_from(path, read, ready_map(name) if toml is None else read_map(toml))
+        yield record_from(path, read, READY[name] if toml is None else read_map(toml))
         return
     wanted = f"a recording of topics, for --map: {', '.join(RECORDINGS)}"
     found = "a table, whose columns are inputs"

@@ -20,7 +20,7 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
-from functools import cache
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import IntArray
+from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.tools.external import optional
 from boresight.sim.records.reading import kind_of, opened, read_bytes
@@ -39,8 +40,6 @@ _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
 _FOLLOWING = 8
 #: Bytes of a message that is no sensor's (images, clouds), and numbers of an array.
 _LARGE, _ARRAY = 1 << 14, 64
-#: Maps that are ready, by name.
-READY = ("px4", "ros")
 #: Nanoseconds of the units that times may have.
 TIME_UNITS = {"s": 1e9, "ms": 1_000_000, "us": 1_000, "ns": 1}
 _FILLS = ("none", "hold", "linear")
@@ -254,10 +253,59 @@ class Source:
         return self.topic or self.type
 
 
-@cache
-def ready_map(name: str) -> tuple[Source, ...]:
-    """The sources of one of `READY`."""
-    return read_map(Path(__file__).with_name(f"{name}.toml"))
+_RATES, _FORCE, _FIELD = (tuple(f"{sensor}{axis}" for axis in "xyz") for sensor in "gam")
+_POSITION, _VELOCITY = (tuple(f"gnss_{kind}{axis}" for axis in "enu") for kind in "pv")
+
+
+def _px4() -> tuple[Source, ...]:
+    """PX4's flight logs. Body axes are front-right-down, the navigation frame north-east-down."""
+    imu = partial(Source, topic="sensor_combined", frame="FRD")
+    field = partial(Source, _FIELD, ("magnetometer_ga",), unit="gauss", frame="FRD")
+    gnss = partial(Source, topic="vehicle_gps_position", optional=True)
+    attitude = partial(Source, QUATERNION, ("q",), frame="FRD to NED", fill="linear", optional=True)
+    late, degrees = "magnetometer_timestamp_relative", ("latitude_deg", "longitude_deg")
+    return (
+        imu(_RATES, ("gyro_rad",), unit="rad/s"),
+        imu(_FORCE, ("accelerometer_m_s2",), unit="m/s^2"),
+        field("vehicle_magnetometer", time="timestamp_sample", time_unit="us"),
+        field("vehicle_magnetometer"),  # versions 1.9 to 1.11
+        field("sensor_combined", delay=late, time_unit="us"),  # logs of 2018 and before
+        gnss(_POSITION, (*degrees, "altitude_msl_m"), frame="geodetic"),
+        # before version 1.14
+        gnss(_POSITION, ("lat", "lon", "alt"), frame="geodetic", scale=(1e-7, 1e-7, 1e-3)),
+        gnss(_VELOCITY, ("vel_n_m_s", "vel_e_m_s", "vel_d_m_s"), unit="m/s", frame="NED"),
+        attitude("vehicle_attitude_groundtruth"),  # of a simulated flight
+        attitude("vehicle_attitude", comparison=True),  # PX4's own estimate
+    )
+
+
+def _ros() -> tuple[Source, ...]:
+    """ROS's standard messages, by their type.
+
+    Body axes are front-left-up, the navigation frame is east-north-up (REP 103, REP 145).
+    """
+
+    def imu(columns: tuple[str, ...], field: str, **more: Any) -> Source:
+        covariance = f"{field}_covariance[0]"
+        return Source(columns, (field,), type="sensor_msgs/msg/Imu", covariance=covariance, **more)
+
+    option, place = partial(Source, optional=True), ("latitude", "longitude", "altitude")
+    attitude = partial(Source, QUATERNION, frame="FLU to ENU", fill="linear", optional=True)
+    estimate = {"frame": "FLU to ENU", "fill": "linear", "optional": True, "comparison": True}
+    return (
+        imu(_RATES, "angular_velocity", unit="rad/s", frame="FLU"),
+        imu(_FORCE, "linear_acceleration", unit="m/s^2", frame="FLU"),
+        option(_FIELD, ("magnetic_field",), "", "sensor_msgs/msg/MagneticField", "tesla", "FLU"),
+        option(_POSITION, place, type="sensor_msgs/msg/NavSatFix", frame="geodetic"),
+        option(_VELOCITY, ("twist.linear",), "", "geometry_msgs/msg/TwistStamped", "m/s", "ENU"),
+        attitude(("pose.orientation",), type="geometry_msgs/msg/PoseStamped"),
+        attitude(("pose.pose.orientation",), type="nav_msgs/msg/Odometry"),
+        imu(QUATERNION, "orientation", **estimate),  # the device's own
+    )
+
+
+#: Maps that are ready, by name.
+READY = {"px4": _px4(), "ros": _ros()}
 
 
 def read_map(path: str | Path) -> tuple[Source, ...]:
@@ -276,7 +324,7 @@ def read_map(path: str | Path) -> tuple[Source, ...]:
         raise InputError.at(str(path), wanted=wanted, found=found, fix=fix)
     sources = tuple(_source(f"{path}, source {k + 1}", table) for k, table in enumerate(tables))
     names = {source.columns for source in sources}
-    inherited = () if extends is None else ready_map(extends)
+    inherited = () if extends is None else READY[extends]
     return sources + tuple(source for source in inherited if source.columns not in names)
 
 
