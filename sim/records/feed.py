@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from inspect import signature
-from itertools import islice, pairwise
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -71,11 +71,9 @@ class Feed:
     @property
     def step_s(self) -> float | None:
         """Median of the time steps above 0 of the record, in s; None without times."""
-        if not _timed(self.record) or len(self.record) < 2:
-            return None
-        steps = self.record.steps()
-        known = steps[steps > 0.0]
-        return float(np.median(known)) if len(known) else None
+        has_steps = _timed(self.record) and len(self.record) > 1
+        steps = self.record.steps() if has_steps else np.zeros(0)
+        return float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else None
 
     def rows(self, start: int, stop: int) -> Feed:
         """Some rows, with the counts and warnings of all."""
@@ -139,8 +137,7 @@ class LongFeed:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings about the first rows."""
-        (first,) = islice(self.parts(), 1)
-        return first.warnings
+        return next(self.parts()).warnings
 
     def parts(self) -> Iterator[Feed]:
         """The rows, `ROWS` at a time; of a long log it is read and checked each time."""
@@ -168,22 +165,22 @@ class Feeder:
         self._start, self._place = 0, Place("")
         self._clock: Clock | None = None
         self._notes, self._implausible = dict[str, None](), tuple[str, ...]()
-        self._reader = InputReader(
-            estimator, lambda row, _, name: self._place(row - self._start, name)
-        )
+
+        def place(row: int, _: int, name: str) -> str:
+            return self._place(row - self._start, name)
+
+        self._reader = InputReader(estimator, place)
 
     def take(self, record: Record) -> Feed:
         """The next piece."""
         estimator, reader = self.estimator, self._reader
-        if not reader.rows:
+        self._start = reader.rows
+        if not self._start:
             record = self._complete(record)
-        start, self._place = reader.rows, record.place
-        if "dt" not in record.columns:
-            self._place = replace(record.place, by_time=True)
-        self._start = start
-        if not start:
             _refuse_missing(estimator, record)
             _refuse_rate(estimator, record)
+        by_time = record.place.by_time or "dt" not in record.columns
+        self._place = replace(record.place, by_time=by_time)
         _refuse_two_clocks(record)
         told = {i.name: self._values(record, i) for i in estimator.inputs if not i.flags}
         columns = {name: values[:, None] for name, values in told.items()}
@@ -286,17 +283,12 @@ def _irregular_steps(estimator: Estimator, clock: Clock) -> Iterator[str]:
     every = selection().every
     timed = any(i.name == "dt" or i.unit in _TIME_UNITS for i in estimator.inputs)
     if every > 1 and not timed and "dt" not in estimator.rates_hz:
-        yield (
-            f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
-            f"{every} rows as one step"
-        )
-    dt = next((i for i in estimator.inputs if i.name == "dt"), None)
-    does = "has no input dt, and counts each as one"
-    if timed:
-        does = "takes each as one long step"
-    if dt and estimator.restarts and dt.low < 0.0:
+        text = f"--every {every}: {estimator.name} has no input dt and no rates_hz"
+        yield f"{text}, and counts {every} rows as one step"
+    does = "takes each as one long step" if timed else "has no input dt, and counts each as one"
+    for dt in (i for i in estimator.inputs if i.name == "dt" and i.low < 0.0):
         longest_s = dt.high * _TIME_UNITS.get(dt.unit, 1.0)
-        if clock.longest_s > _LONGEST * longest_s:
+        if estimator.restarts and clock.longest_s > _LONGEST * longest_s:
             does = f"bridges those above {longest_s:g} s or restarts, by a dt below 0"
     for note in clock.notes(jitter=not timed):
         yield f"{note}: {estimator.name} {does}"
@@ -368,8 +360,7 @@ def _refuse_missing(estimator: Estimator, record: Record) -> None:
             unit = "" if time.lower() in _TIMES else "[UNIT]"
             hints[time] = f"t{unit} (dt is its difference)"
     names = [
-        f"{'t [s] or ' if i.name == 'dt' else ''}{i.name}" + (f" [{i.unit}]" if i.unit else "")
-        for i in missing
+        "t [s] or " * (i.name == "dt") + i.name + f" [{i.unit}]" * bool(i.unit) for i in missing
     ]
     others = [*hints, *(c for c in columns if c not in hints)]
     what = "add it, or rename the column that holds it" + " in the header" * bool(record.place.line)
@@ -415,10 +406,7 @@ def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray
     if "dt" in record.columns and not record.place.by_time:
         return steps
     t = record.numbers("t")
-    single = t.astype(np.float32)
-    with np.errstate(invalid="ignore"):
-        ulps = t / np.spacing(np.abs(single))
-    is_single = bool((single == t).all() and (ulps % 2.0 == 1.0).any())
+    is_single = bool((t.astype(np.float32) == t).all())
     largest = float(np.abs(record.values("t", "s")).max())
     # Each time is rounded, and their difference; --every adds so many.
     rounding = 2.0 * selection().every * largest * np.finfo(np.float32 if is_single else float).eps

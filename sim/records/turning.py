@@ -381,7 +381,13 @@ def _finding(
     seconds = windows.block_s * windows.blocks
     noise = max(_NOISE, (_BIAS * seconds) ** 2 / 12.0)  # scatter of the turn by a usual offset
     is_inside = abs(cause.late_s) < 0.95 * float(_DELAYS_S[-1])  # the best one of all, not an end
-    if not is_right and explains and is_inside and _is_sure(after, as_is, noise):
+    # The scatter is less in surely more than half of the windows that differ.
+    less = as_is - after
+    differ = np.abs(less) > np.maximum(0.05 * as_is, _NOISE)  # false for NaN
+    count, fewer = int(differ.sum()), int((less[differ] > 0.0).sum())
+    is_less = float(np.nanmean(less)) > max(noise, _SHARE * before)
+    is_sure = is_less and fewer - 0.5 * count > 0.5 * _SURE * math.sqrt(count)
+    if not is_right and explains and is_inside and is_sure:
         return _Finding(names, cause, before, best_scatter, fits)
     unlike = not is_force and without > _TURN and before > 0.8 * without
     return _Finding(names, None, before, before, fits, unlike=unlike)
@@ -472,17 +478,6 @@ def _errors(
     return offset, line
 
 
-def _is_sure(after: FloatArray, before: FloatArray, noise: float) -> bool:
-    """Whether the scatter is less in surely more than half of the windows that differ."""
-    less = before - after
-    differ = np.abs(less) > np.maximum(0.05 * before, _NOISE)  # false for NaN
-    count, fewer = int(differ.sum()), int((less[differ] > 0.0).sum())
-    mean = float(np.nanmean(less))
-    return mean > max(noise, _SHARE * float(before.mean())) and (
-        fewer - 0.5 * count > 0.5 * _SURE * math.sqrt(count)
-    )
-
-
 def _late_force(rates: Triad, force: Triad, dt: FloatArray) -> Iterator[str]:
     """A force whose sudden changes come later, or earlier, than those of the rates."""
     usual = float(np.median(dt))
@@ -502,23 +497,16 @@ def _late_force(rates: Triad, force: Triad, dt: FloatArray) -> Iterator[str]:
     span = round(_LATEST_S / block_s)
     if len(dt) // count < 10 * span:
         return
-    x, y = activity(rates.values), activity(force.values)
-    late = np.arange(-span, span + 1)
-    inner = x[span:-span]
-    likeness = np.array([np.mean(inner * y[span + k : len(y) - span + k]) for k in late])
-    best = int(likeness.argmax())
-    away = np.abs(late - late[best]) * block_s > _APART_S
-    delay = late[best] * block_s
-    if (
-        abs(delay) > _LATE_S
-        and likeness[best] * math.sqrt(len(inner)) > _ALIKE
-        and likeness[away].max() < _OTHER * likeness[best]
-    ):
+    inner = activity(rates.values)[span:-span]
+    likeness = np.correlate(activity(force.values), inner, "valid") / len(inner)
+    best, late_s = likeness.max(), np.arange(-span, span + 1) * block_s
+    delay = late_s[likeness.argmax()]
+    others = likeness[np.abs(late_s - delay) > _APART_S]
+    is_clear = best * math.sqrt(len(inner)) > _ALIKE and others.max() < _OTHER * best
+    if abs(delay) > _LATE_S and is_clear:
         how = "late" if delay > 0.0 else "early"
-        yield (
-            f"{force.names}: {abs(delay):.2g} s {how} beside {rates.names}: correct the times of "
-            "one"
-        )
+        text = f"{force.names}: {abs(delay):.2g} s {how} beside {rates.names}"
+        yield f"{text}: correct the times of one"
 
 
 def _rate_lines(rates: str, found: Sequence[_Finding | None]) -> Iterator[str]:
@@ -531,12 +519,10 @@ def _rate_lines(rates: str, found: Sequence[_Finding | None]) -> Iterator[str]:
     wrong = [f for f in findings if f.cause is not None]
     names = " and ".join(f.names for f in wrong)
     if not wrong:
-        unlike = [f.names for f in findings if f.unlike]
+        unlike = " and ".join(f.names for f in findings if f.unlike)
         if unlike and not agree:
-            yield (
-                f"{rates}: do not explain how {' and '.join(unlike)} turn: is a sensor dead, "
-                "held or in another unit, or are its times wrong?"
-            )
+            text = "is a sensor dead, held or in another unit, or are its times wrong?"
+            yield f"{rates}: do not explain how {unlike} turn: {text}"
         return
     cause = wrong[-1].cause  # of the attitude, or the field: nothing accelerates them
     assert cause is not None
@@ -570,17 +556,13 @@ def _by_attitude(force: Triad, field: Triad | None, attitude: Triad) -> Iterator
     if up < -0.5 and abs(north) < 60.0:
         yield f"{force.names}: point down by {attitude.names}: at rest a force points up"
     elif up < 0.5:
-        yield (
-            f"{attitude.names}: take the force {math.degrees(math.acos(up)):.0f} deg from up: "
-            "wanted the attitude from sensor to east, north, up"
-        )
+        text = f"{attitude.names}: take the force {math.degrees(math.acos(up)):.0f} deg from up"
+        yield f"{text}: wanted the attitude from sensor to east, north, up"
     elif abs(north) > 150.0:
         yield f"{field.names if field else ''}: point south by {attitude.names}: a wrong sign?"
     elif abs(north) > 60.0:
-        yield (
-            f"{attitude.names}: take the field {abs(north):.0f} deg from north: wanted axes east, "
-            "north, up; --align heading removes a constant turn"
-        )
+        text = f"{attitude.names}: take the field {abs(north):.0f} deg from north: wanted axes"
+        yield f"{text} east, north, up; --align heading removes a constant turn"
 
 
 def _turned_back(windows: _Windows, sensor: Triad) -> FloatArray:
@@ -602,10 +584,8 @@ def _weight(windows: _Windows, force: Triad) -> Iterator[str]:
     if usual < _LIGHT or low > _HEAVY:
         what = "too little" if usual < _LIGHT else "too much"
         cause = "has the device removed it" if usual < _LIGHT else "does it have an offset"
-        yield (
-            f"{force.names}: a mean of {usual:.2g} m/s^2 over {seconds:.2g} s, {what} for "
-            f"gravity: is the scale wrong, or {cause}?"
-        )
+        text = f"{force.names}: a mean of {usual:.2g} m/s^2 over {seconds:.2g} s, {what}"
+        yield f"{text} for gravity: is the scale wrong, or {cause}?"
 
 
 def _dip(windows: _Windows, force: Triad, field: Triad) -> Iterator[str]:
@@ -618,7 +598,5 @@ def _dip(windows: _Windows, force: Triad, field: Triad) -> Iterator[str]:
         return
     dip = math.degrees(math.asin(float(np.clip(np.nanmedian(sines), -1.0, 1.0))))
     if dip > 15.0:
-        yield (
-            f"{field.names}: point {dip:.0f} deg up by {force.names}: right south of the magnetic "
-            "equator; elsewhere the sign of one is wrong"
-        )
+        text = "right south of the magnetic equator; elsewhere the sign of one is wrong"
+        yield f"{field.names}: point {dip:.0f} deg up by {force.names}: {text}"
