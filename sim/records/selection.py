@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -93,30 +94,22 @@ class Selection:
 
     def pieces(self, blocks: Iterable[Record]) -> Iterator[Record]:
         """The selected rows of blocks that have their time steps and follow each other."""
-        available = count = 0
-        where = ""
-
-        def named() -> Iterator[Record]:
-            nonlocal where
-            for block in blocks:
-                where = block.where
-                yield block
-
-        def chosen() -> Iterator[Record]:
-            nonlocal available
-            rows = timed(self._slice(named())) if self.sliced else named()
-            for block in _marked(rows, self.gaps) if self.gaps else rows:
-                available += len(block)
-                yield block
-
-        thinned = resized(chosen(), -(-ROWS // self.every) * self.every)
-        for block in chosen() if self.every == 1 else (_thinned(b, self.every) for b in thinned):
+        blocks, is_empty = iter(blocks), True
+        first = next(blocks)
+        rows: Iterator[Record] = chain([first], blocks)
+        if self.sliced:
+            rows = timed(self._slice(rows))
+        if self.gaps:
+            rows = _marked(rows, self.gaps)
+        if self.every > 1:
+            whole = resized(rows, -(-ROWS // self.every) * self.every)
+            rows = (_thinned(block, self.every) for block in whole)
+        for block in rows:
             if len(block):
-                count += len(block)
+                is_empty = False
                 yield block
-        wanted, fix = f"rows in the slice, {self.every} or more", "choose another slice"
-        fix = "choose a smaller --every" if available else fix
-        require(count > 0, where, wanted, available or None, fix)
+        wanted, fix = f"rows in the slice, {self.every} or more", "choose another slice, or --every"
+        require(not is_empty, first.where, wanted, "too few", fix)
 
     def _slice(self, blocks: Iterable[Record]) -> Iterator[Record]:
         """The rows of the times that are selected, without steps: the first has none behind it."""
