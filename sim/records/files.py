@@ -16,7 +16,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from boresight.model.errors import InputError, ToolMissing, require
+from boresight.model.errors import InputError, ToolMissing, require, require_choice
 from boresight.model.tools.external import optional
 from boresight.sim.records.assembly import Reader, record_from
 from boresight.sim.records.reading import opened
@@ -109,8 +109,6 @@ RECORDINGS: dict[str, tuple[Reader, str]] = {
 _MEMORY_LIMIT = 8 << 20
 #: Folder of the bundled logs.
 _BUNDLED = Path(__file__).parents[1] / "data"
-#: In a comment above the columns of a CSV log: its attitude is another device's estimate.
-_COMPARISON = "a comparison, not truth"
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
@@ -272,7 +270,7 @@ class Log:
     @property
     def comparison(self) -> bool:
         """Its reference is another device's estimate, not truth."""
-        return self.first.comparison or (self.path is not None and is_comparison(self.path))
+        return self.first.comparison
 
     @property
     def first(self) -> Record:
@@ -329,18 +327,5 @@ def bundled_names() -> tuple[str, ...]:
 
 def bundled(name: str) -> Path:
     """Path of one of `bundled_names`, a CSV log; raises `InputError` for other names."""
-    if name not in bundled_names():
-        names = ", ".join(bundled_names())
-        raise InputError(f"name must be one of the bundled logs ({names}), not {name!r}")
+    require_choice("name of a bundled log", name, bundled_names())
     return _BUNDLED / f"{name}.csv"
-
-
-def is_comparison(path: str | Path) -> bool:
-    """Whether a comment above a log's columns says that its attitude is no truth."""
-    if not Path(path).is_file():
-        return False
-    with open(path, encoding="utf-8", errors="replace") as file:
-        while (line := file.readline(1000)).startswith("#"):
-            if _COMPARISON in line:
-                return True
-    return False

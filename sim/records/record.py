@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -329,14 +329,6 @@ def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
         yield joined(pending)
 
 
-#: Counters that wrap: bits, and name and length of their unit in seconds.
-_COUNTERS = [
-    (bits, name, 2.0**bits * size)
-    for name, size in (("microseconds", 1e-6), ("milliseconds", 1e-3))
-    for bits in (32, 31, 24, 16)
-]
-
-
 def _time_error(record: Record, row: int, previous: float) -> InputError:
     """The error of a row whose time is not above that of the row before."""
     t, previous = record.columns["t"], float(previous)
@@ -350,9 +342,10 @@ def _time_error(record: Record, row: int, previous: float) -> InputError:
             fix = "write times with more digits, or a column dt in place of t"
     with suppress(UnitError):
         factor = linear(unit, "s")[0]
-    for bits, name, period in _COUNTERS:
-        if abs((previous - time) * factor - period) <= 1e-3 * period:
-            fix = f"a {bits}-bit counter of {name} wraps here: add {period / factor:.10g} to this "
+    ticks = {"microseconds": 1e-6 / factor, "milliseconds": 1e-3 / factor}
+    for bits, (name, tick) in product((32, 31, 24, 16), ticks.items()):
+        if abs(previous - time - 2.0**bits * tick) <= 1e-3 * 2.0**bits * tick:
+            fix = f"a {bits}-bit counter of {name} wraps here: add {2.0**bits * tick:.10g} to this "
             fix += "time and to those after it"
     wanted = f"a time above {previous!r} {unit}, that of the row before"
     return InputError.at(record.place(row, "t"), wanted=wanted, found=f"{time!r} {unit}", fix=fix)

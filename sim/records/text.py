@@ -37,6 +37,8 @@ from boresight.sim.records.record import (
 _FAST_FROM = 100_000
 #: Texts that others write for a missing value.
 _MISSING = ("na", "n/a", "none", "null", "-", "--", "?")
+#: In a comment above the header: the log's attitude is another device's estimate.
+_COMPARISON = "a comparison, not truth"
 #: Bytes that are read at once.
 _BLOCK = 1 << 22
 #: Other separators, their names, and the commands that write commas and decimal points.
@@ -66,13 +68,14 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
 
     An InputError names line and column; rows before have been given then.
     """
-    top, offset, text = 0, 0, "#"
+    top, offset, text, comparison = 0, 0, "#", False
     while text.strip().strip('"') in ("", "sep=,") or text.startswith(("#", "%", "//")):
         line, fix = file.readline(), "write the header and one line per sample"
         found = "only blank lines and comments" if offset else "an empty file"
         require(bool(line), str(path), "a header of column names", found, fix)
         text = _text(path, top + 1, offset, line).rstrip("\n")
         top, offset = top + 1, offset + len(line)
+        comparison |= text.startswith("#") and _COMPARISON in text
     heads = _header(path, top, text)
     first, pending = top + 1, b""
     while block := file.read(_BLOCK):
@@ -82,14 +85,19 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         end = block.find(b"\n", end) + 1 or len(block) if 0 < end < len(block) else end
         lines, pending = block[:end], block[end:]
         if lines:
-            yield (record := _record(path, first, offset, heads, lines))
+            yield (record := _record(path, first, offset, heads, lines, comparison))
             first, offset = first + len(record), offset + len(lines)
     wanted, fix = "rows of samples below the header", "write one line per sample"
     require(first > top + 1, f"{path}, line {top}", wanted, None, fix)
 
 
 def _record(
-    path: Path, first: int, offset: int, heads: list[tuple[str, str | None]], lines: bytes
+    path: Path,
+    first: int,
+    offset: int,
+    heads: list[tuple[str, str | None]],
+    lines: bytes,
+    comparison: bool,
 ) -> Record:
     """The record of some lines: from line ``first``, byte ``offset`` of a file on."""
     names, faults = [name for name, _ in heads], dict[str, InputError]()
@@ -101,7 +109,8 @@ def _record(
             rows.pop()
         table, faults = _table(path, first, names, rows)
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-    return Record(name_of(path), columns, Place(str(path), first), str(path), faults=faults)
+    place = Place(str(path), first)
+    return Record(name_of(path), columns, place, str(path), (), comparison, faults)
 
 
 def _text(path: Path, first: int, offset: int, content: bytes) -> str:

@@ -14,7 +14,7 @@ from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import bundled, bundled_names, is_comparison, read_record
+from boresight.sim.records.files import bundled, bundled_names, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import Column, Place, Record
@@ -538,11 +538,11 @@ def test_bundled_logs(tmp_path: Path) -> None:
         assert record.name == name and feed(estimator("mekf"), record).warnings == ()
     assert "Thomas Haslwanter" in (bundled("ximu_walk").parent / "README.md").read_text()
     # The attitude of one is not truth, in a copy neither.
-    assert is_comparison(bundled("ximu_walk")) and not is_comparison(bundled("synthetic_60s"))
+    assert [read_record(bundled(name)).comparison for name in bundled_names()] == [False, True]
     copy = tmp_path / "mine.csv"
     copy.write_bytes(bundled("ximu_walk").read_bytes())
-    assert is_comparison(copy) and not is_comparison(tmp_path)
-    message = r"^name must be one of the bundled logs \(synthetic_60s, ximu_walk\), not 'x'$"
+    assert read_record(copy).comparison
+    message = r"wanted one of synthetic_60s, ximu_walk, found 'x'; choose one of these$"
     with pytest.raises(InputError, match=message):
         bundled("x")
 
