@@ -106,17 +106,9 @@ def matrix_to_quaternion(c_nb: npt.ArrayLike) -> FloatArray:
     digits are lost at any attitude (Shepperd 1978).
     """
     c = _components(c_nb, (3, 3), "c_nb")
-    xx, yy, zz = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
-    wx, wy, wz = (
-        c[..., 2, 1] - c[..., 1, 2],
-        c[..., 0, 2] - c[..., 2, 0],
-        c[..., 1, 0] - c[..., 0, 1],
-    )
-    xy, xz, yz = (
-        c[..., 0, 1] + c[..., 1, 0],
-        c[..., 0, 2] + c[..., 2, 0],
-        c[..., 1, 2] + c[..., 2, 1],
-    )
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(c, (-2, -1), (0, 1))
+    wx, wy, wz = zy - yz, xz - zx, yx - xy
+    xy, xz, yz = xy + yx, xz + zx, yz + zy
     products = np.stack(
         [
             _stack(1 + xx + yy + zz, wx, wy, wz),
@@ -169,15 +161,18 @@ def euler_to_quaternion(euler: npt.ArrayLike) -> FloatArray:
     It is a smooth function of the angles: the sign is not forced, and a heading that grows by a
     full turn ends at ``-q``.
     """
-    half = 0.5 * np.moveaxis(_components(euler, (3,), "euler"), -1, 0)
-    st, sg, sp = np.sin(half)
-    ct, cg, cp = np.cos(half)
-    return _stack(
-        cp * ct * cg - sp * st * sg,
-        cp * st * cg - sp * ct * sg,
-        cp * ct * sg + sp * st * cg,
-        cp * st * sg + sp * ct * cg,
-    )
+    return about_axes(_components(euler, (3,), "euler"), (3, 1, 2))
+
+
+def about_axes(angles: FloatArray, axes: tuple[int, int, int]) -> FloatArray:
+    """Product (..., 4) of turns by ``angles`` (..., 3) [rad] about x, y, z, as ordered."""
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis in axes:
+        part = np.zeros((*angles.shape[:-1], 4))
+        half = 0.5 * angles[..., axis - 1]
+        part[..., 0], part[..., axis] = np.cos(half), np.sin(half)
+        q = quaternion_multiply(q, part)
+    return q
 
 
 def quaternion_to_euler(q: npt.ArrayLike) -> FloatArray:

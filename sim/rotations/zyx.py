@@ -6,18 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
-from boresight.sim.rotations.rotation import quaternion_multiply
+from boresight.sim.rotations.rotation import about_axes
 
 
 def quaternions_of(euler: FloatArray) -> FloatArray:
     """Quaternions (..., 4) of roll, pitch, heading (..., 3) [rad]; the sign is not forced."""
-    q = np.array([1.0, 0.0, 0.0, 0.0])
-    for axis in (3, 2, 1):
-        part = np.zeros((*euler.shape[:-1], 4))
-        half = euler[..., axis - 1] / 2.0
-        part[..., 0], part[..., axis] = np.cos(half), np.sin(half)
-        q = quaternion_multiply(q, part)
-    return q
+    return about_axes(euler, (3, 2, 1))
 
 
 def angles_of(q: FloatArray) -> FloatArray:
