@@ -124,10 +124,7 @@ def stacked(
         missing &= ~missing.all(axis=1, keepdims=True)
     if missing.any():
         row, k = divmod(int(np.argmax(missing)), missing.shape[1])
-        where, wanted = (
-            record.place(row, names[k]),
-            "a number" + ", or none in all of the row" * gaps,
-        )
-        fix = "complete or remove the row"
+        where, fix = record.place(row, names[k]), "complete or remove the row"
+        wanted = "a number" + ", or none in all of the row" * gaps
         raise InputError.at(where, wanted=wanted, found="no value", fix=fix)
     return values
