@@ -22,7 +22,7 @@ from boresight.sim.records.assembly import Reader, record_from
 from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed
 from boresight.sim.records.recordings import READY, read_bag, read_map, read_ulog
-from boresight.sim.records.selection import selection
+from boresight.sim.records.selection import Selection, selection
 from boresight.sim.records.tables import (
     read_feather,
     read_mat,
@@ -96,8 +96,6 @@ FORMATS = {
 }
 #: Suffixes of other kinds of files, under which no log is written.
 _FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py"}
-#: Suffixes of CSV under other names.
-_OF_TEXT = ("", ".txt", ".dat", ".log", ".tsv")
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
 RECORDINGS: dict[str, tuple[Reader, str]] = {
     ".ulg": (read_ulog, "px4"),
@@ -176,7 +174,7 @@ def blocks_of(path: str | os.PathLike[str], *, steps: bool = False) -> Iterator[
     They have their time steps where ``steps`` says so, or where rows are selected.
     """
     blocks, rows = _blocks(Path(path)), selection()
-    return rows.pieces(timed(blocks)) if steps or not rows.is_identity else blocks
+    return rows.pieces(timed(blocks)) if steps or rows != Selection(map=rows.map) else blocks
 
 
 def is_bag(path: Path) -> bool:
@@ -202,18 +200,11 @@ def _blocks(path: Path) -> Iterator[Record]:
     wanted = f"a recording of topics, for --map: {', '.join(RECORDINGS)}"
     found = "a table, whose columns are inputs"
     require(selection().map is None, str(path), wanted, found, "leave --map out")
-    form, suffix = _format(path), path.suffix.lower()
+    form = _format(path)
     with opened(path, "a log file that can be read") as file:
         try:
             yield from form.read(path, file)
-        except InputError as error:
-            is_known = suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,))
-            if is_known or not error.parts:
-                raise
-            known = ", ".join((*FORMATS, *RECORDINGS))
-            fix = f"files *{suffix} are read as CSV; logs are {known}"
-            raise InputError.at(**{**error.parts, "fix": fix}) from None
-        except (ToolMissing, GeneratorExit):
+        except (InputError, ToolMissing, GeneratorExit):
             raise
         except Exception as error:  # libraries let out whatever they meet in damaged bytes
             if not form.kind:

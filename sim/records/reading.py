@@ -52,16 +52,10 @@ def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
     """
     content = read_bytes(path, f"{wanted} that can be read")
     try:
-        return json.loads(content.decode("utf-8-sig"), parse_int=_integer, parse_constant=_constant)
+        return json.loads(content.decode("utf-8-sig"), parse_constant=_constant)
     except (ValueError, RecursionError) as error:
         found, fix = f"no JSON ({str(error)[:80]})", "correct the file"
         raise InputError.at(str(path), wanted=wanted, found=found, fix=fix) from None
-
-
-def _integer(digits: str) -> int:
-    if len(digits) > 100:  # none of a float
-        raise ValueError(f"a number of {len(digits)} digits")
-    return int(digits)
 
 
 def _constant(name: str) -> float:

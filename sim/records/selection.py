@@ -72,11 +72,6 @@ class Selection:
         return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
 
     @property
-    def is_identity(self) -> bool:
-        """All rows are read as they are."""
-        return replace(self, map=None) == Selection()
-
-    @property
     def options(self) -> str:
         """Options of a command line that select these rows, each after a space."""
         return (
