@@ -44,34 +44,23 @@ _BODY, _NAVIGATION = ("FLU", "BRD"), ("ENU", "WSD")
 _NO_SAMPLE = -(2**31)  # PX4's delay of a sensor that has no sample
 
 
-class Order(NamedTuple):
-    """Messages in the order of their times.
+#: Kinds of messages with irregular times.
+_IRREGULAR = (
+    "out of order, sorted",
+    "that repeat the one before, left out",
+    "that share a time with others, spread over the step",
+    "with a time far from those around them, left out",
+)
 
-    ``rows`` (k,) are the messages that are kept, in that order, ``stamps`` (k,) their times [ns],
-    which rise: messages of one time are spread over the step before it. The others are counts.
+
+def order_of(
+    stamps: IntArray, values: FloatArray | None = None
+) -> tuple[IntArray, IntArray, tuple[int, ...]]:
+    """Messages that are kept, in the order of their times [ns], rising times, and counts of others.
+
+    Messages of one time and equal ``values`` repeat each other; others of one time are spread over
+    the step before it. The counts are those of `_IRREGULAR`.
     """
-
-    rows: IntArray
-    stamps: IntArray
-    sorted: int
-    repeated: int
-    spread: int
-    stray: int
-
-    def notes(self, name: str) -> list[str]:
-        """A line for each kind of irregularity, with its count."""
-        kinds = (
-            "out of order, sorted",
-            "that repeat the one before, left out",
-            "that share a time with others, spread over the step",
-            "with a time far from those around them, left out",
-        )
-        counts = zip(kinds, self[2:], strict=True)
-        return [f"{name}: messages {kind}: {count}" for kind, count in counts if count]
-
-
-def order_of(stamps: IntArray, values: FloatArray | None = None) -> Order:
-    """The order of times [ns]; messages of one time and equal ``values`` repeat each other."""
     main = _rising(stamps)
     steps = np.diff(stamps[main])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else NS
@@ -85,8 +74,8 @@ def order_of(stamps: IntArray, values: FloatArray | None = None) -> Order:
         same[1:] = (np.diff(rows, axis=0) == 0.0).all(axis=1)
     index = index[~same]
     spread = _spread(stamps[index])
-    counts = (kept & ~main, same, spread != stamps[index], ~kept)
-    return Order(index, spread, *(int(x.sum()) for x in counts))
+    irregular = (kept & ~main, same, spread != stamps[index], ~kept)
+    return index, spread, tuple(int(rows.sum()) for rows in irregular)
 
 
 def _rising(stamps: IntArray) -> BoolArray:
@@ -121,10 +110,9 @@ def _spread(times: IntArray) -> IntArray:
 
 def clock_of(stamps: IntArray) -> Clock:
     """The clock of messages' times [ns], in any order."""
-    order = order_of(stamps)
-    clock = Clock.of_steps(np.diff(np.unique(stamps[order.rows])).astype(np.float64) / NS)
-    late = order.sorted + order.stray
-    return replace(clock, samples=len(stamps), repeated=order.spread, late=late)
+    rows, _, (late, _, repeated, stray) = order_of(stamps)
+    clock = Clock.of_steps(np.diff(np.unique(stamps[rows])).astype(np.float64) / NS)
+    return replace(clock, samples=len(stamps), repeated=repeated, late=late + stray)
 
 
 class _Series(NamedTuple):
@@ -134,7 +122,7 @@ class _Series(NamedTuple):
     topic: Topic
     stamps: IntArray
     values: FloatArray
-    order: Order
+    irregular: tuple[int, ...]
 
 
 def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
@@ -166,10 +154,12 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
         unit = s.source.unit or ("m" if s.source.frame == "geodetic" else None)
         for k, name in enumerate(s.source.columns):
             columns_of[name] = Column(np.ascontiguousarray(table[:, k]), unit)
-    notes += dict.fromkeys(text for s in series for text in s.order.notes(s.topic.name))
+        counts = zip(_IRREGULAR, s.irregular, strict=True)
+        notes += [f"{s.topic.name}: messages {what}: {n}" for what, n in counts if n]
     notes += Clock.of_steps(np.diff(base.stamps) / NS).notes()
     comparison = any(s.source.comparison for s in series)
-    return Record(name_of(path), columns_of, Place(str(path)), str(path), tuple(notes), comparison)
+    once = tuple(dict.fromkeys(notes))
+    return Record(name_of(path), columns_of, Place(str(path)), str(path), once, comparison)
 
 
 def _first_match(
@@ -242,14 +232,13 @@ def _series(path: Path, source: Source, topic: Topic) -> _Series:
     values[np.isinf(values)] = np.nan  # no sample is taken from a message that has none
     stamps, has_sample = _times(source, topic)
     stamps, values = stamps[has_sample], values[has_sample]
-    order = order_of(stamps, values)
-    if order.stray > _MOST_STRAY * len(stamps):
+    rows, times, irregular = order_of(stamps, values)
+    if irregular[-1] > _MOST_STRAY * len(stamps):
         row = int(np.argmax(np.diff(stamps) < 0)) + 1
         found = f"a clock that steps back by {(stamps[row - 1] - stamps[row]) / NS:.6g} s"
         where, fix = f"{where}, message {row}", "cut the recording there"
         raise InputError.at(where, wanted="times that rise", found=found, fix=fix)
-    values = _in_record_frame(where, source, values[order.rows])
-    return _Series(source, topic, order.stamps, values, order)
+    return _Series(source, topic, times, _in_record_frame(where, source, values[rows]), irregular)
 
 
 def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:

@@ -2,13 +2,7 @@
 
 PX4's flight logs, ``.ulg``, by pyulog. Bags of ROS 1 (``.bag``) and ROS 2 (a folder, ``.db3``), and
 MCAP, by rosbags; the time of a message is its header's stamp, where it has one, else that of the
-recorder.
-
-A map is a TOML file of tables ``[[source]]``: ``columns``; ``topic``, the name, or ``type``, that
-of its messages; ``fields``, names, or the path to a vector; ``unit``; ``frame`` (FRD, FRD to NED;
-"geodetic" of latitude, longitude and altitude, which become east, north and up of the first fix;
-"none"). Of several sources of the same columns the first that the recording has counts. ``extends``
-names a ready map (`READY`), whose sources of other columns count too. Further keys: `Source`.
+recorder. A map is a TOML file of tables ``[[source]]``, see `Source`.
 """
 
 from __future__ import annotations
@@ -225,7 +219,10 @@ def _leaves(message: Any, prefix: str = "") -> Iterator[tuple[str, int]]:
 class Source:
     """Source of columns, from a topic of this name, or else with messages of this type.
 
-    ``fields`` has one for each column, or the path to a vector of them; ``scale`` are factors.
+    Of several sources of the same columns the first that the recording has counts. ``fields`` has
+    one for each column, or the path to a vector of them; ``scale`` are factors. ``frame`` is as FRD
+    or FRD to NED; "geodetic" of latitude, longitude and altitude, which become east, north and up
+    of the first fix; or "none".
     ``time`` is the field with the time of a sample, ``delay`` one that is added to the recorded
     time, both in ``time_unit``. ``fill`` are the values of rows between samples: none, hold, or
     linear (true values). ``covariance`` is a field that is -1 in messages without a sample, as ROS

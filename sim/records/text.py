@@ -77,40 +77,26 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         top, offset = top + 1, offset + len(line)
         comparison |= text.startswith("#") and _COMPARISON in text
     heads = _header(path, top, text)
-    first, pending = top + 1, b""
+    names, first, pending = [name for name, _ in heads], top + 1, b""
     while block := file.read(_BLOCK):
         # Blank lines are left out at the end of the file alone.
         block = pending + block + file.readline()
         end = len(block) if len(heads) == 1 else len(block.rstrip())
         end = block.find(b"\n", end) + 1 or len(block) if 0 < end < len(block) else end
         lines, pending = block[:end], block[end:]
-        if lines:
-            yield (record := _record(path, first, offset, heads, lines, comparison))
-            first, offset = first + len(record), offset + len(lines)
+        if not lines:
+            continue
+        is_long, faults = len(lines) >= 10 * _FAST_FROM and len(names) > 1, dict[str, InputError]()
+        table = _fast_table(lines, names) if is_long else None
+        if table is None:
+            rows = _text(path, first, offset, lines).removesuffix("\n").split("\n")
+            table, faults = _table(path, first, names, rows)
+        columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
+        place = Place(str(path), first)
+        yield Record(name_of(path), columns, place, str(path), (), comparison, faults)
+        first, offset = first + len(table), offset + len(lines)
     wanted, fix = "rows of samples below the header", "write one line per sample"
     require(first > top + 1, f"{path}, line {top}", wanted, None, fix)
-
-
-def _record(
-    path: Path,
-    first: int,
-    offset: int,
-    heads: list[tuple[str, str | None]],
-    lines: bytes,
-    comparison: bool,
-) -> Record:
-    """The record of some lines: from line ``first``, byte ``offset`` of a file on."""
-    names, faults = [name for name, _ in heads], dict[str, InputError]()
-    is_long = len(lines) >= 10 * _FAST_FROM and len(names) > 1
-    table = _fast_table(lines, names) if is_long else None
-    if table is None:
-        rows = _text(path, first, offset, lines).split("\n")
-        if not rows[-1]:  # after the last line break
-            rows.pop()
-        table, faults = _table(path, first, names, rows)
-    columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-    place = Place(str(path), first)
-    return Record(name_of(path), columns, place, str(path), (), comparison, faults)
 
 
 def _text(path: Path, first: int, offset: int, content: bytes) -> str:
