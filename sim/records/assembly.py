@@ -126,10 +126,7 @@ class _Series(NamedTuple):
 
 
 def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
-    """The columns of sources.
-
-    InputError for damage, and for a topic or field that is missing or may be one of several.
-    """
+    """The columns of sources; InputError for a topic or field that is missing or not unique."""
     recording = read(path, {source.label for source in sources})
     notes = list(recording.notes)
     series = list[_Series]()

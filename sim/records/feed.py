@@ -150,10 +150,7 @@ def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
 
 
 class Feeder:
-    """`feed` of a record in pieces; the rate is that of the first.
-
-    InputError if gaps are to restart an estimator that does not restart.
-    """
+    """`feed` of a record in pieces; the rate is that of the first."""
 
     def __init__(self, estimator: Estimator) -> None:
         if selection().gaps == "restart" and not estimator.restarts:

@@ -110,11 +110,7 @@ _BUNDLED = Path(__file__).parents[1] / "data"
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
-    """Read a log file.
-
-    The InputError of one that is no log names file, line and column (of ``.npz`` the array, and the
-    index from 0).
-    """
+    """Read a log file; an InputError names file, line and column (of ``.npz`` array and index)."""
     return joined([*blocks_of(path)])
 
 
@@ -161,18 +157,12 @@ def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[
 
 
 def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Record]:
-    """Read a log file in pieces of so many rows, each with its time steps.
-
-    Rows before a fault have been given when its InputError is raised.
-    """
+    """Read a log file in pieces of so many rows, each with its time steps."""
     yield from resized(blocks_of(path, steps=True), rows)
 
 
 def blocks_of(path: str | os.PathLike[str], *, steps: bool = False) -> Iterator[Record]:
-    """A log file in blocks, or the rows of it that are selected.
-
-    They have their time steps where ``steps`` says so, or where rows are selected.
-    """
+    """A log file in blocks; with time steps where ``steps`` says so, or where rows are selected."""
     blocks, rows = _blocks(Path(path)), selection()
     return rows.pieces(timed(blocks)) if steps or rows != Selection(map=rows.map) else blocks
 

@@ -111,10 +111,7 @@ def stacked(
 ) -> FloatArray:
     """Columns in a unit side by side, (n, k); with ``gaps`` a row may have none of them, as NaN.
 
-    Raises
-    ------
-    InputError
-        A missing column, by ``wanted`` and ``fix``; a missing value.
+    InputError for a missing column, by ``wanted`` and ``fix``, and for a missing value.
     """
     for name in names:
         require(name in record.columns, record.where, wanted, f"no column {name}", fix)

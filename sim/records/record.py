@@ -136,9 +136,8 @@ class Record:
             raise _time_error(self, row, t[row - 1])
 
     def _fault(self, row: int, column: str, wanted: str, found: str) -> InputError:
-        return InputError.at(
-            self.place(row, column), wanted=wanted, found=found, fix="correct or remove the row"
-        )
+        where, fix = self.place(row, column), "correct or remove the row"
+        return InputError.at(where, wanted=wanted, found=found, fix=fix)
 
     @property
     def where(self) -> str:
@@ -389,10 +388,8 @@ def columns_of(
             place, found = f"{where}, column {name}", f"{array.dtype}, shape {array.shape}"
             fix = SECONDS if array.dtype.kind == "M" else "convert it"
             faults[name] = InputError.at(place, wanted=_NUMBERS, found=found, fix=fix)
-            lengths = [len(other) for other in held if other.ndim]
-            if not lengths:
-                raise faults[name]
-            array = np.full(len(array) if array.ndim else lengths[0], np.nan)
+            length = len(array) if array.ndim else max(len(np.atleast_1d(x)) for x in held)
+            array = np.full(length, np.nan)
         columns[name] = Column(array.astype(np.float64, copy=copy), unit)
     return columns, faults
 
@@ -403,11 +400,10 @@ _ROUND = re.compile(r"([^()\[\]]*[^()\[\]\s])\s*\(((?:[^()]|\([^()]*\))*)\)")
 
 def is_unit(text: str) -> bool:
     """Whether a text has words, and all are units."""
-    try:
+    with suppress(InputError):
         check_unit("", text)
-    except InputError:
-        return False
-    return any(map(str.isalpha, text))
+        return any(map(str.isalpha, text))
+    return False
 
 
 def split_headers(where: str, heads: Sequence[str]) -> list[tuple[str, str | None]]:

@@ -159,7 +159,7 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
         else:
             steps = block.steps()
         if limit is None:
-            inner = steps[1:] if column == "t" else steps
+            inner = steps[steps > 0.0]
             limit = GAP_STEPS * float(np.median(inner[:MEDIAN_OF])) if len(inner) else math.inf
         gaps = steps > limit
         if gaps.any():

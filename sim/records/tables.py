@@ -1,9 +1,8 @@
 """Tables by the libraries that read them: Parquet and Feather (pyarrow), MAT (scipy), ``.npz``.
 
 Each gives arrays by the names of the columns, with units in brackets; in a MAT file, whose names
-cannot hold them, in a struct ``units``. Arrays of several columns are split: ``gyr``, ``acc`` and
-``mag`` (n, 3) into ``gx`` to ``mz``, and ``q`` (n, 4) into ``qw`` to ``qz``. ``fs`` [Hz] makes a
-column ``dt``.
+cannot hold them, in a struct ``units``. ``gyr``, ``acc`` and ``mag`` (n, 3) become ``gx`` to
+``mz``, ``q`` (n, 4) becomes ``qw`` to ``qz``, and ``fs`` [Hz] a column ``dt``.
 """
 
 from __future__ import annotations

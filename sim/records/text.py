@@ -64,10 +64,7 @@ def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
 
 
 def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
-    """Read a CSV log in blocks; ``path`` is for its name and messages.
-
-    An InputError names line and column; rows before have been given then.
-    """
+    """Read a CSV log in blocks; ``path`` is for its name and messages."""
     top, offset, text, comparison = 0, 0, "#", False
     while text.strip().strip('"') in ("", "sep=,") or text.startswith(("#", "%", "//")):
         line, fix = file.readline(), "write the header and one line per sample"

@@ -2,11 +2,9 @@
 
 A vector v that is fixed in space turns in body axes by dv/dt = -w x v. Turned back by the rates,
 R(t) v(t) with dR/dt = R [w x] is constant. Its scatter in windows of seconds shows a wrong unit,
-sign, axis or time of a sensor, whatever the size of its values. Exchanged axes, a scale and a delay
-are tried; a warning names the one that explains the windows better than the log as it is.
-
-The force is the sum of gravity and an acceleration, whose mean over a window is the change of
-velocity over its length. So its mean as a vector is judged, in long windows.
+sign, axis or time of a sensor. Of exchanged axes, scales and delays, a warning names the one that
+explains the windows better than the log as it is. The force is the sum of gravity and an
+acceleration, whose mean vanishes in long windows.
 """
 
 from __future__ import annotations
@@ -102,10 +100,6 @@ class _Cause(NamedTuple):
     about: str = ""
     matrix: FloatArray = np.eye(3)
     late_s: float = 0.0
-
-
-def _delayed(late_s: float) -> _Cause:
-    return _Cause("" if abs(late_s) < _ON_TIME_S else "the times are wrong", late_s=late_s)
 
 
 def _scaled(scale: float) -> _Cause:
@@ -364,18 +358,19 @@ def _finding(
         return min(tried, key=itemgetter(0))[1]
 
     blocks = sorted({round(delay / windows.block_s) for delay in _DELAYS_S})
-    attempt([_delayed(k * windows.block_s) for k in blocks])
+    attempt([_Cause("delay", late_s=k * windows.block_s) for k in blocks])
     if before > 0.1 * without:
         attempt(_MATRICES)
     best = attempt([_scaled(float(s)) for s in _SCALES])
     if best.about in ("scales", "degrees"):
         best = attempt([_scaled(float(s)) for s in best.matrix[0, 0] * _FINE])
     if best.late_s:
-        attempt([_delayed(best.late_s + k * windows.block_s) for k in (-1, 1)])
+        attempt([_Cause("delay", late_s=best.late_s + k * windows.block_s) for k in (-1, 1)])
     best_scatter, cause, after = min(tried, key=itemgetter(0))
     # Turns with an acceleration, and sensors off the axis, look like a scale or a delay of a force.
     is_known = not is_force or cause.about in ("axes", "degrees")
-    is_right = not cause.text or not (is_known or (cause.late_s and best_scatter < _CALM))
+    is_small = not cause.text or (not cause.about and abs(cause.late_s) < _ON_TIME_S)
+    is_right = is_small or not (is_known or (cause.late_s and best_scatter < _CALM))
     explains = best_scatter < 0.5 * without and (not is_force or best_scatter < 0.5 * before)
     fits = before < 0.5 * without
     seconds = windows.block_s * windows.blocks
