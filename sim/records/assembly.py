@@ -32,12 +32,9 @@ from boresight.sim.rotations.rotation import (
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
 NS = 1e9  #: nanoseconds of a second.
-#: Seconds between two true values that are bridged.
-_GAP_S = 0.1
-#: Median steps by which a message may be displaced and is sorted, not left out.
-_NEAR_STEPS = 32.0
-#: Largest share of messages with stray times that are left out.
-_MOST_STRAY = 0.1
+#: Seconds between two true values that are bridged; median steps by which a message may be displaced
+#: and is sorted, not left out; largest share of messages with stray times that are left out.
+_GAP_S, _NEAR_STEPS, _MOST_STRAY = 0.1, 32.0, 0.1
 #: Letters of the axes of FLU and ENU, and of the opposite ones: forward, left, up, back, right,
 #: down; east, north, up, west, south, down.
 _BODY, _NAVIGATION = ("FLU", "BRD"), ("ENU", "WSD")

@@ -141,7 +141,7 @@ class LongFeed:
 
     def parts(self) -> Iterator[Feed]:
         """The rows, `ROWS` at a time; of a long log it is read and checked each time."""
-        yield from feeds(self.estimator, self.log.blocks(ROWS))
+        return feeds(self.estimator, self.log.blocks(ROWS))
 
 
 def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
@@ -155,8 +155,7 @@ class Feeder:
     def __init__(self, estimator: Estimator) -> None:
         if selection().gaps == "restart" and not estimator.restarts:
             wanted = "an estimator that a time step below 0 restarts (restarts = True)"
-            fix = "leave --gaps out if its dt may be as long, or choose rows between the gaps by "
-            fix += "--from and --to"
+            fix = "leave --gaps out if its dt may be as long, or choose rows by --from and --to"
             raise InputError.at("--gaps restart", wanted=wanted, found=estimator.name, fix=fix)
         self.estimator = estimator
         self._start, self._place = 0, Place("")
@@ -179,8 +178,8 @@ class Feeder:
         by_time = record.place.by_time or "dt" not in record.columns
         self._place = replace(record.place, by_time=by_time)
         _refuse_two_clocks(record)
-        told = {i.name: self._values(record, i) for i in estimator.inputs if not i.flags}
-        columns = {name: values[:, None] for name, values in told.items()}
+        own = (i for i in estimator.inputs if not i.flags)
+        columns = {i.name: self._values(record, i)[:, None] for i in own}
         all_inputs, all_new = reader.take(columns, len(record))
         inputs, new = all_inputs[:, 0], all_new[:, 0]
         truth = _truth(estimator, record)

@@ -260,8 +260,6 @@ class Log:
 
     def __len__(self) -> int:
         """Count the samples; a file is read for it."""
-        if isinstance(self.data, Record):
-            return len(self.data)
         return sum(map(len, self.blocks(ROWS)))
 
     def blocks(self, rows: int) -> Iterator[Record]:

@@ -1,9 +1,8 @@
 """Warnings about sensor values that are implausible in their unit.
 
-A wrong unit gives a bit-exact run without meaning, so the values are examined: a gyro that turns
-ten times a second for minutes is probably in deg/s, a specific force of length one in g. So are
-samples that repeat, or pile up at an end, and how the sensors turn (`turning`). This is a guess, so
-it warns and never refuses.
+A wrong unit gives a bit-exact run without meaning, so values are examined: a gyro that turns ten
+times a second for minutes is probably in deg/s. So are samples that repeat, or pile up at an end,
+and how the sensors turn (`turning`). This is a guess, so it warns and never refuses.
 """
 
 from __future__ import annotations
@@ -197,11 +196,9 @@ def _held(sensor: Triad, *, timed: bool) -> Iterator[str]:
     """Samples that are held; a model is ``timed`` if it takes the time step of a thinner log."""
     values = sensor.values[sensor.new]
     if is_held(values):
-        yield (
-            f"{sensor.names}: {(np.diff(values, axis=0) == 0.0).all(axis=1).mean():.0%} of the "
-            "samples repeat the one before: is the sensor slower? leave what is not new empty"
-            + (", or thin the log by --every" if timed else "")
-        )
+        share = (np.diff(values, axis=0) == 0.0).all(axis=1).mean()
+        text = f"{sensor.names}: {share:.0%} of the samples repeat the one before: is the sensor"
+        yield f"{text} slower? leave what is not new empty" + ", or thin the log by --every" * timed
 
 
 def _is_noisy(steps: FloatArray) -> bool:
@@ -261,7 +258,5 @@ def _at_ends(sensor: Triad) -> Iterator[str]:
             if is_fine and is_outer and least < count < len(values) // 2:
                 found[f"{name} {end:.4g}"] = count
     if found:
-        yield (
-            f"{sensor.names}: {sum(found.values())} samples are at an end ({', '.join(found)}): "
-            "are they clipped? choose a larger range of the sensor"
-        )
+        text = f"{sensor.names}: {sum(found.values())} samples are at an end ({', '.join(found)})"
+        yield f"{text}: are they clipped? choose a larger range of the sensor"

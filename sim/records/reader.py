@@ -185,5 +185,4 @@ class InputReader:
 
 def _first(rows: BoolArray) -> tuple[int, int]:
     """Row and run of the first True of (n, runs)."""
-    row = int(np.argmax(rows.any(axis=1)))
-    return row, int(np.argmax(rows[row]))
+    return divmod(int(np.argmax(rows)), rows.shape[1])

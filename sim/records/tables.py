@@ -36,8 +36,7 @@ def records_of(
     """The records of a file's arrays, in blocks that follow each other."""
     start, where = 0, str(path)
     for arrays in read(file):
-        fix = "store one array per column"
-        require(bool(arrays), where, "arrays", "an empty archive", fix)
+        require(bool(arrays), where, "arrays", "an empty archive", "store one array per column")
         columns, faults = columns_of(where, _flattened(where, arrays), copy=False)
         yield Record(name_of(path), columns, Place(where, start=start), where, faults=faults)
         start += len(next(iter(columns.values())).values)

@@ -220,10 +220,7 @@ def _number(field: str) -> float:
 
 
 def _fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
-    """Parse lines of plain numbers, as `_table` does; NaN for an empty field, or "nan".
-
-    None without pyarrow, or where lines hold anything else and must be looked at one by one.
-    """
+    """Values as by `_table`; None without pyarrow, or where lines hold more than plain numbers."""
     try:
         csv, arrow = import_module("pyarrow.csv"), import_module("pyarrow")
     except ImportError:

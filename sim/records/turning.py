@@ -51,10 +51,9 @@ _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
 #: s, windows in which small errors are fitted, the share of them that is kept, and the least
 #: scatter without an offset over that with it from which on the offset is known.
 _FIT_S, _KEPT, _KNOWN = 2.0, 0.7, 1.2
-#: Turns about a second axis, as a share of those about the first, that are none.
-_FLAT = 0.2
-#: By how much more an offset must show that is fitted alone.
-_SURER = (1.0, 1.4)
+#: Turns about a second axis that are none, as a share of those about the first; by how much more an
+#: offset must show that is fitted alone.
+_FLAT, _SURER = 0.2, (1.0, 1.4)
 #: Symmetric matrices without trace: what soft iron adds to a field of one length.
 _SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
 _SHAPES += [np.eye(3)[[j, k]].T @ np.eye(3)[[k, j]] for j, k in ((0, 1), (0, 2), (1, 2))]
@@ -307,12 +306,10 @@ def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
     away = int((1.0 - np.mean(squares, axis=0) > math.radians(_AWAY_DEG) ** 2).sum())
     if away < _OFTEN:
         return []
-    seconds = windows.block_s * windows.blocks
-    return [
-        f"{attitude.names}: turn {_AWAY_DEG:.0f} deg or more away from {rates.names} within "
-        f"{seconds:.2g} s, in {away / len(some):.0%} of the log: the estimate diverges there "
-        "(Euler angles past the vertical, gains, a range); compare another filter"
-    ]
+    where = f"within {windows.block_s * windows.blocks:.2g} s, in {away / len(some):.0%} of the log"
+    text = f"{attitude.names}: turn {_AWAY_DEG:.0f} deg or more away from {rates.names} {where}"
+    causes = "(Euler angles past the vertical, gains, a range)"
+    return [f"{text}: the estimate diverges there {causes}; compare another filter"]
 
 
 def _axes(windows: _Windows, q: FloatArray, new: BoolArray) -> list[FloatArray]:

@@ -240,8 +240,7 @@ def parting(first: Loop, second: Loop) -> str | None:
     differ = np.stack([a[: len(b)] != b[: len(a)] for a, b in pairs], axis=1)
     if not differ.any():
         return None
-    step = int(np.argmax(differ.any(axis=1)))
-    k = int(np.argmax(differ[step]))
+    step, k = divmod(int(np.argmax(differ)), len(names))
     a, b = (float(values[step]) for values in pairs[k])
     levels = f"{first.level} and {second.level}"
     return f"{levels} part in step {step}: output {names[k]}, {a!r} and {b!r}"
