@@ -32,7 +32,7 @@ from boresight.sim.rotations.rotation import (
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
 NS = 1e9  #: nanoseconds of a second.
-#: Seconds between two true values that are bridged; median steps by which a message may be displaced
+#: Seconds between true values that are bridged; median steps by which a message may be displaced
 #: and is sorted, not left out; largest share of messages with stray times that are left out.
 _GAP_S, _NEAR_STEPS, _MOST_STRAY = 0.1, 32.0, 0.1
 #: Letters of the axes of FLU and ENU, and of the opposite ones: forward, left, up, back, right,
