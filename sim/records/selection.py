@@ -60,7 +60,7 @@ class Selection:
         gaps: str | None = None,
         map: str | Path | None = None,
     ) -> Selection:
-        """The selection of texts such as "10s"; raises InputError, also for a bad map."""
+        """The selection of texts such as "10s"; raises InputError."""
         start_s, end_s = _seconds("--from", start, 0.0), _seconds("--to", end, math.inf)
         where, found = "--from" if end is None else "--to", f"{start_s:g} s and {end_s:g} s"
         wanted = "0 s or more for --from, and a later time for --to"
