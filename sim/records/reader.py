@@ -185,4 +185,4 @@ class InputReader:
 
 def _first(rows: BoolArray) -> tuple[int, int]:
     """Row and run of the first True of (n, runs)."""
-    return divmod(int(np.argmax(rows)), rows.shape[1])
+    return divmod(int(np.argmax(rows)), int(rows.shape[1]))
