@@ -256,13 +256,6 @@ class CModel(HostModel):
         after = np.empty(0) if states is None else states.reshape(*shape, states.shape[-1])
         return out, (flags & 1).view(np.bool_), after.astype(np.int64)
 
-    def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
-        """Run one update and return all its words by value number.
-
-        The words of states are those before the update (`Interpreter.values_before_commit`).
-        """
-        return dict(enumerate(self.observe(np.asarray(inputs)[None]).low.tolist()))
-
     @functools.cached_property
     def _observe(self) -> Any:
         """Function of a second library that works on the same states."""

@@ -40,7 +40,7 @@ def test_every_option_against_plain_python(
     assert outputs.dtype == np.int64 and saturated.dtype == np.bool_
     model.reset()
     for row, (_, _, words) in zip(rows, want, strict=True):
-        assert model.values_of_update(row) == words
+        assert dict(enumerate(model.observe([row]).low)) == words
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_random_programs_against_interpreter(seed: int, word: int, cache: Path) 
         interpreter.update(row[:, None])
         assert [int(interpreter.values[n][0]) for n, _ in program.states] == after.tolist()
         words = [int(w[0]) for w in interpreter.values_before_commit()]
-        assert model.values_of_update(row) == dict(enumerate(words))
+        assert model.observe([row]).low.tolist() == words
 
 
 @pytest.mark.parametrize("word", [18, 32])
@@ -155,7 +155,6 @@ def test_odd_names_and_no_values_at_all(cache: Path, odd_names: Program, empty: 
     nothing = CModel(empty, cache=cache)
     outputs, saturated = nothing.update(np.empty((4, 0), dtype=np.int64))
     assert outputs.shape == (4, 0) and not saturated.any()
-    assert nothing.values_of_update([]) == {}
     assert nothing.observe(np.empty((4, 0), dtype=np.int64)).low.shape == (0,)
 
 
@@ -165,8 +164,6 @@ def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
         model.update([1, 2])
     with pytest.raises(ValueError, match=r"^inputs must have at least one row$"):
         model.observe(np.empty((0, 2), dtype=np.int64))
-    with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 2\), not \(1, 1, 2\)$"):
-        model.values_of_update([[1, 2]])
     with pytest.raises(ValueError, match=r"^inputs must fit 24 bits$"):
         model.update([[1, 1 << 23]])
     with pytest.raises(ValueError, match=r"^inputs must be integers, not float64$"):
