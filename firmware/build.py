@@ -6,22 +6,135 @@ import ctypes
 import functools
 import shutil
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.body import Body
-from boresight.firmware.emit import emit_c
-from boresight.firmware.host import host_source, observe_source
+from boresight.firmware.emit import Body, emit_c, preamble
 from boresight.model.arrays import BoolArray
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.external import ToolFailed, failure
 from boresight.model.tools.files import Cache
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Kind, Program
+from boresight.model.words.program import Kind, Op, Overflow, Program
+
+_HOST = """\
+#include "@name@.c"
+
+#include <stddef.h>
+#include <string.h>
+
+size_t @name@_size(void);
+void @name@_run(@name@_t *all, size_t runs, size_t updates, const @number@ *inputs,
+    @number@ *outputs, unsigned char *flags, @number@ *states);
+
+// Bytes of an estimator.
+size_t @name@_size(void) {
+    return sizeof(@name@_t);
+}
+
+// Runs updates of several estimators: inputs[updates][runs][] -> outputs[updates][runs][],
+// flags[updates][runs], and, unless it is NULL, states[updates][runs][]: the words after each
+// update. Each structure begins with consecutive numbers.
+void @name@_run(@name@_t *const all, const size_t runs, const size_t updates,
+    const @number@ *inputs, @number@ *outputs, unsigned char *flags, @number@ *states) {
+    @name@_in_t in = {0};
+    @name@_out_t out;
+    for (size_t k = 0u; k < updates; k++) {
+        for (size_t j = 0u; j < runs; j++) {
+            memcpy(&in, inputs, @macro@_INPUTS * sizeof *inputs);
+            @name@_update(&all[j], &in, &out);
+            memcpy(outputs, &out, @macro@_OUTPUTS * sizeof *outputs);
+            inputs += @macro@_INPUTS;
+            outputs += @macro@_OUTPUTS;
+            *flags++ = (unsigned char) (@flags@);
+            if (states != NULL) {
+                memcpy(states, &all[j].state, @states@u * sizeof *states);
+                states += @states@u;
+            }
+        }
+    }
+}
+"""
+_OBSERVE = """\
+#include "@name@.h"
+
+#include <stddef.h>
+#include <string.h>
+
+@preamble@
+
+void @name@_observe(@name@_t *self, size_t updates, const int32_t *inputs, int32_t *low,
+    int32_t *high, int64_t *low_at, int64_t *high_at, int64_t *saturations);
+
+// Runs updates: inputs[updates][]. For each value: narrows low and high to its least and largest
+// word (of states: before the update), with the update that first had it; counts saturations.
+void @name@_observe(@name@_t *const self, const size_t updates, const int32_t *inputs,
+    int32_t *const low, int32_t *const high, int64_t *const low_at, int64_t *const high_at,
+    int64_t *const saturations) {
+    const size_t values = @values@u;
+    int32_t words[@values@ + 1];
+    @name@_in_t row = {0};
+    const @name@_in_t *const in = &row;
+    (void) self;
+    (void) in;
+    (void) saturations;
+    for (size_t k = 0u; k < updates; k++) {
+        memcpy(&row, inputs, @macro@_INPUTS * sizeof *inputs);
+        inputs += @macro@_INPUTS;
+        @update@
+        for (size_t v = 0u; v < values; v++) {
+            if (words[v] < low[v]) {
+                low[v] = words[v];
+                low_at[v] = (int64_t) k;
+            }
+            if (words[v] > high[v]) {
+                high[v] = words[v];
+                high_at[v] = (int64_t) k;
+            }
+        }
+    }
+}
+"""
+
+
+def _filled(template: str, **texts: object) -> str:
+    for key, text in texts.items():
+        template = template.replace(f"@{key}@", str(text))
+    return template
+
+
+def host_source(name: str, states: int, *, number: str = "int32_t") -> str:
+    """Text of ``<name>_host.c``, of a program or, with another ``number``, in floating point."""
+    flags = "(out.saturated ? 1u : 0u) | (out.beyond ? 2u : 0u)" if number == "int32_t" else "0u"
+    texts = {"name": name, "macro": name.upper(), "number": number, "states": states}
+    return _filled(_HOST, **texts, flags=flags)
+
+
+def observe_source(body: Body) -> str:
+    """Text of ``<name>_observe.c``, which needs only ``<name>.h``."""
+
+    def count(op: Op) -> Iterator[str]:
+        if op.overflow is Overflow.SAT:
+            yield f"saturations[{op.dest}] += saturated ? 1 : 0;"
+            yield "saturated = false;"
+
+    values = range(len(body.program.values))
+    words = [f"words[{n}] = {body.word(n)};" for n in values]
+    unused = ["(void) saturated;", "(void) beyond;"]
+    update = "\n".join(body.statements(after=[*words, *unused], every_word=True, behind=count))
+    return _filled(
+        _OBSERVE,
+        preamble="\n\n".join(filter(None, preamble(body, update))),
+        update=update.replace("\n", "\n        "),
+        name=body.name,
+        macro=body.name.upper(),
+        values=len(values),
+    )
+
 
 #: Flags for speed; others are fixed. More optimisation doubles the time to compile for little gain.
 CFLAGS = ("-O1",)
@@ -57,14 +170,9 @@ def compiled_library(
 ) -> Path:
     """Return the shared library of C99 files, from the build cache, which holds the sources too.
 
-    Parameters
-    ----------
-    files : mapping of str to str
-        ``<name>.h`` first; the last one is compiled and includes the others.
-    cflags : sequence of str, optional
-        Flags beside those that make a shared library of C99; `CFLAGS` by default.
-    cache : Path or None
-        Folder of the cache; None: that of the user.
+    ``files`` has ``<name>.h`` first; the last one is compiled and includes the others. ``cflags``
+    are flags beside those that make a shared library of C99, by default `CFLAGS`; ``cache`` is the
+    folder of the cache, by default that of the user.
     """
     name, source = next(iter(files)).removesuffix(".h"), [*files][-1]
     compiler = find_compiler()
@@ -85,7 +193,7 @@ def compiled_library(
 class HostModel:
     """Estimators of a compiled library, one behind the other in memory.
 
-    ``library`` has ``<stem>_size``, ``_init``, ``_reset`` and ``_run`` (`firmware.host`), with
+    ``library`` has ``<stem>_size``, ``_init``, ``_reset`` and ``_run`` (`firmware.build`), with
     words of the type ``number``. The attributes ``params`` and ``states``, (runs, words), are the
     estimators' memory itself.
     """
@@ -103,7 +211,6 @@ class HostModel:
             self.function("init")(ctypes.c_void_p(row.ctypes.data))
 
     def function(self, name: str) -> Any:
-        """Function of the library."""
         function = getattr(self._loaded, f"{self.library.stem}_{name}")
         function.restype = None
         return function
@@ -165,23 +272,10 @@ class CModel(HostModel):
     """The emitted C of a program, as a host model: same words as the interpreter, much faster.
 
     Objects are independent of each other; an object must not be used by several threads at once.
-
-    Parameters
-    ----------
-    runs : int, optional
-        Runs side by side, with parameters and states of their own; arrays then have the shape
-        (n, runs, ...) in place of (n, ...).
-    cflags, cache
-        See `compiled_library`.
-    files : mapping of str to str, optional
-        Contents of the program's files by name; by default those of `emit_c`.
-
-    Attributes
-    ----------
-    library : Path
-        The compiled library, with its sources beside it.
-    beyond : bool (n,)
-        Whether an input of each update of the last call was beyond its declared range.
+    With ``runs``, so many run side by side, with parameters and states of their own; arrays then
+    have the shape (n, runs, ...) in place of (n, ...). ``files`` are the program's by name, by
+    default those of `emit_c`; ``cflags`` and ``cache`` as of `compiled_library`. ``beyond``, bool
+    (n,), says whether an input of each update of the last call was beyond its declared range.
     """
 
     def __init__(
@@ -214,7 +308,6 @@ class CModel(HostModel):
         return np.ascontiguousarray(array, dtype=np.int32)
 
     def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:
-        """Input words, checked."""
         words = self._checked(inputs, "inputs")
         wanted = (*self._runs, len(self.program.inputs))
         if words.ndim != 1 + len(wanted) or words.shape[1:] != wanted:

@@ -1,24 +1,191 @@
 """Write a program as C99: integers only, no allocation, no undefined behaviour.
 
-The same program gives the same text.
+Every operation is straight-line code on named locals. The same program gives the same text.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator
 
-from boresight.firmware.body import Body
 from boresight.firmware.helpers import definitions, helpers
-from boresight.firmware.layout import banner, block, header, source
-from boresight.firmware.names import literal, unique
-from boresight.model.words.program import Program
+from boresight.firmware.layout import (
+    banner,
+    block,
+    head,
+    header,
+    identifier,
+    literal,
+    source,
+    stem,
+    unique,
+)
+from boresight.model.tools.c_names import comment
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+
+_RESULT = {
+    Overflow.SAT: "saturate(acc, &saturated)",
+    Overflow.CLIP: "clip(acc)",
+    Overflow.WRAP: "wrap(acc)",
+    Overflow.RANGE: "overflow(acc, &beyond)",
+}
 
 
-def _members(body: Body, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
-    return [
-        f"int32_t {member}; // {body.describe(n)}"
-        for n, member in zip(numbers, members, strict=True)
-    ]
+def _captured(op: Op) -> tuple[int | None, int | None, int | None]:
+    """Values whose flag, normalisation count and table segment the terms use; None: they do not."""
+    return (
+        op.flag if any(term.conditional for term in op.terms) else None,
+        op.norm if any(term.scale is not Scale.NONE for term in op.terms) else None,
+        op.index if any(term.coefficient is not None for term in op.terms) else None,
+    )
+
+
+class Body:
+    """Names and statements that the files of one program share.
+
+    ``name`` is that of the files and the prefix of every public name; ``members`` are those of the
+    structures ``params``, ``state``, ``in`` and ``out``: number of a value, name.
+    """
+
+    #: Where an update finds the members of a structure.
+    PLACES = {"in": "in->", "params": "self->params.", "state": "self->state."}
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.name = stem(program.name)
+        groups = {
+            "in": program.inputs,
+            "params": program.of_kind(Kind.PARAM),
+            "state": [state for state, _ in program.states],
+        }
+        self.members = {
+            group: list(zip(numbers, unique(program.values[n].name for n in numbers), strict=True))
+            for group, numbers in groups.items()
+        }
+        results = unique(program.output_names, reserved=["saturated", "beyond"])
+        self.members["out"] = list(zip(program.outputs, results, strict=True))
+        ports = zip(program.outputs, program.ports, strict=False)  # made by hand: no ports
+        self._units = {number: port.unit for number, port in ports}
+
+    def head(self, suffix: str, brief: str) -> str:
+        origin = f'Generated from the program "{comment(self.program.name)}"; do not edit.'
+        digest = f"Program digest: {self.program.digest}"
+        return head(f"{self.name}{suffix}", brief, origin, digest)
+
+    def word(self, number: int) -> str:
+        """Expression of a value: its local variable, or a literal for a constant."""
+        value = self.program.values[number]
+        if value.kind is Kind.CONST:
+            return literal(value.initial)
+        return f"v{number}_{identifier(value.name)}"
+
+    def describe(self, number: int, *, name: bool = False) -> str:
+        """Format, unit and range of a value, for a comment."""
+        value = self.program.values[number]
+        parts = (
+            str(self.program.format(number)),
+            value.unit or self._units.get(number, ""),
+            f"[{value.low:.6g}, {value.high:.6g}]",
+        )
+        text = ", ".join(part for part in parts if part)
+        return comment(f"{value.name}: {text}" if name else text)
+
+    @property
+    def uses_table(self) -> bool:
+        """Whether some operation reads the table memory."""
+        return any(_captured(op)[2] is not None for op in self.program.ops)
+
+    def _term(self, term: Term) -> str:
+        a = f"fraction({self.word(term.a)})" if term.fraction_a else self.word(term.a)
+        if term.b is None:
+            b = f"segment[{term.coefficient}]"
+        else:
+            b = f"fraction({self.word(term.b)})" if term.fraction_b else self.word(term.b)
+        shift = f"{term.shift}u"
+        if term.scale is not Scale.NONE:
+            count = {Scale.FULL: "n", Scale.EVEN: "n & ~1u", Scale.HALF: "n >> 1"}[term.scale]
+            shift = f"shift_less({shift}, {count})"
+        text = f"mul_shift({a}, {b}, {shift})"
+        if term.negate in (Negate.IF, Negate.UNLESS):
+            text = f"negate_where({text}, {'flag' if term.negate is Negate.IF else '~flag'})"
+        if term.when is not When.ALWAYS:
+            text += " & flag" if term.when is When.IF else " & ~flag"
+        sign = "-=" if term.negate is Negate.YES else "+="
+        constants = [
+            self.program.values[n].name
+            for n in (term.a, term.b)
+            if n is not None and self.program.values[n].kind is Kind.CONST
+        ]
+        note = f" // {comment(', '.join(constants))}" if constants else ""
+        return f"acc {sign} {text};{note}"
+
+    def _op(self, op: Op) -> Iterator[str]:
+        yield f"// {self.describe(op.dest, name=True)}, {op.overflow.value}"
+        flag, norm, index = _captured(op)
+        if flag is not None:
+            helper = "sign_mask_quarter" if op.flag_quarter else "sign_mask"
+            yield f"flag = {helper}({self.word(flag)});"
+        if norm is not None:
+            yield f"n = sign_count({self.word(norm)});"
+        if index is not None and op.table is not None:
+            helper = "segment_index_quarter" if op.index_quarter else "segment_index"
+            yield f"segment = &TABLE[{512 * op.table}u + 4u * {helper}({self.word(index)})];"
+        yield "acc = ROUND;"
+        yield from map(self._term, op.terms)
+        yield f"const int32_t {self.word(op.dest)} = {_RESULT[op.overflow]};"
+
+    def _read(self) -> set[int]:
+        """Values that operations, outputs or states read."""
+        read = set(self.program.outputs)
+        read.update(source for state, source in self.program.states if state != source)
+        for op in self.program.ops:
+            operands = [n for term in op.terms for n in (term.a, term.b)]
+            read.update(n for n in (*operands, *_captured(op)) if n is not None)
+        return read
+
+    def statements(
+        self,
+        *,
+        after: Iterable[str],
+        every_word: bool = False,
+        behind: Callable[[Op], Iterable[str]] = lambda op: (),
+    ) -> list[str]:
+        """Loads, operations, statements ``after`` these, and the replacement of the states.
+
+        With ``every_word``, ``after`` uses every value; ``behind`` gives statements after an
+        operation.
+        """
+        p = self.program
+        read = set(range(len(p.values))) if every_word else self._read()
+        lines = [
+            f"const int32_t {self.word(n)} = {place}{member}; // {self.describe(n)}"
+            for group, place in (
+                ("in", "in->"),
+                ("params", "self->params."),
+                ("state", "self->state."),
+            )
+            for n, member in self.members[group]
+            if n in read
+        ]
+        lines += ["bool saturated = false;", "bool beyond = false;"]
+        if p.ops:
+            lines.append("uint64_t acc; // accumulator, modulo 2^64")
+        if any(_captured(op)[0] is not None for op in p.ops):
+            lines.append("uint64_t flag; // all ones where the sign bit of the flag is set")
+        if any(_captured(op)[1] is not None for op in p.ops):
+            lines.append("uint32_t n; // normalisation count")
+        if self.uses_table:
+            lines.append("const int32_t *segment; // coefficients of one segment of a table")
+        for op in p.ops:
+            lines += ["", *self._op(op), *behind(op)]
+            if op.dest not in read:
+                lines.append(f"(void) {self.word(op.dest)};")
+        lines += ["", *after]
+        lines += [
+            f"self->state.{member} = {self.word(source)};"
+            for (_, member), (state, source) in zip(self.members["state"], p.states, strict=True)
+            if state != source
+        ]
+        return lines
 
 
 def _constants(body: Body) -> str:
@@ -32,16 +199,17 @@ def _constants(body: Body) -> str:
         "",
     ]
     reserved: list[str] = []
-    for title, prefix, numbers, members in (
-        ("Inputs", "in_", p.inputs, body.input_members),
-        ("Parameters", "", body.params, body.param_members),
-        ("Outputs", "out_", p.outputs, body.output_members),
+    for title, prefix, group in (
+        ("Inputs", "in_", "in"),
+        ("Parameters", "", "params"),
+        ("Outputs", "out_", "out"),
     ):
-        if numbers:
+        members = body.members[group]
+        if members:
             lines.append(f"// {title}: fraction bits")
-        names = unique((prefix + member for member in members), reserved=reserved, fold=True)
+        names = unique((prefix + name for _, name in members), reserved=reserved, fold=True)
         reserved += names
-        for n, name in zip(numbers, names, strict=True):
+        for (n, _), name in zip(members, names, strict=True):
             frac = p.values[n].frac
             text = str(frac) if frac >= 0 else f"({frac})"
             lines.append(f"#define {macro}_{name.upper()}_FRAC {text} // {body.describe(n)}")
@@ -72,11 +240,11 @@ def preamble(body: Body, text: str) -> list[str]:
     ]
 
 
-def _assign(body: Body, group: str, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
+def _assign(body: Body, group: str) -> list[str]:
     return [
         f"self->{group}.{member} = {literal(body.program.values[n].initial)};"
         f" // {body.program.format(n)}"
-        for n, member in zip(numbers, members, strict=True)
+        for n, member in body.members[group]
     ]
 
 
@@ -84,16 +252,11 @@ def emit_c(program: Program) -> dict[str, str]:
     """Texts of ``<name>.h`` and ``<name>.c`` by file name."""
     body = Body(program)
     p, name, brief = program, body.name, "Fixed-point estimator"
-    after = [
-        f"out->{member} = {body.word(n)};"
-        for n, member in zip(p.outputs, body.output_members, strict=True)
-    ]
+    after = [f"out->{member} = {body.word(n)};" for n, member in body.members["out"]]
     update = body.statements(after=[*after, "out->saturated = saturated;", "out->beyond = beyond;"])
     members = {
-        "params": _members(body, body.params, body.param_members),
-        "state": _members(body, body.states, body.state_members),
-        "in": _members(body, p.inputs, body.input_members),
-        "out": _members(body, p.outputs, body.output_members),
+        group: [f"int32_t {member}; // {body.describe(n)}" for n, member in pairs]
+        for group, pairs in body.members.items()
     }
     members["out"] += [
         "bool saturated; // a result of this update was clamped",
@@ -115,8 +278,8 @@ def emit_c(program: Program) -> dict[str, str]:
             name,
             body.head(".c", f"{brief}, {p.arithmetic.word}-bit words, {len(p.ops)} operations."),
             before=preamble(body, "\n".join(update)),
-            params=_assign(body, "params", body.params, body.param_members),
-            states=_assign(body, "state", body.states, body.state_members),
+            params=_assign(body, "params"),
+            states=_assign(body, "state"),
             update=update,
         ),
     }

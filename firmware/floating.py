@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import HostModel, compiled_library
-from boresight.firmware.host import host_source
-from boresight.firmware.layout import banner, head, header, source
-from boresight.firmware.names import identifier
+from boresight.firmware.build import HostModel, compiled_library, host_source
+from boresight.firmware.layout import banner, head, header, identifier, source
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.trace import Condition, Trace
 from boresight.model.ops import OPERATIONS
@@ -128,10 +126,7 @@ def _statements(trace: Trace, single: bool) -> list[str]:
 def emit_float_c(estimator: Estimator, *, single: bool = False) -> dict[str, str]:
     """Texts of ``<name>_double.h`` and ``<name>_double.c`` (or ``_float``) by file name.
 
-    Raises
-    ------
-    InputError
-        The estimator's ``step`` raises, or does not return its states and outputs.
+    Raises InputError if ``step`` raises, or does not return the states and outputs.
     """
     e, name = estimator, float_prefix(estimator, single=single)
     origin = f'Generated from the estimator "{comment(e.name)}"; do not edit.'
@@ -173,14 +168,9 @@ def _of_double(text: str) -> str:
 
 
 class FloatCModel(HostModel):
-    """The emitted C of an estimator in floating point.
+    """The emitted C of an estimator: the float64 reference, compiled, or in ``single`` precision.
 
-    Parameters
-    ----------
-    single : bool
-        Whether it has single precision; by default it is the float64 reference, compiled.
-    params : mapping, optional
-        Parameter values; by default those declared.
+    ``params`` are parameter values, by default those declared.
     """
 
     def __init__(
@@ -206,10 +196,7 @@ class FloatCModel(HostModel):
     def update(self, inputs: npt.ArrayLike) -> npt.NDArray[np.floating[Any]]:
         """Run n updates: inputs (n, n_inputs) in their units -> outputs (n, n_outputs).
 
-        Raises
-        ------
-        ValueError
-            The shape is wrong.
+        Raises ValueError for a wrong shape.
         """
         records = np.ascontiguousarray(inputs, dtype=self.params.dtype)
         wanted = len(self.estimator.inputs)

@@ -152,5 +152,4 @@ def helpers(body: str) -> str:
 
 
 def _calls(text: str) -> set[str]:
-    """Names before an opening parenthesis."""
     return set(re.findall(r"(\w+)\(", text))

@@ -3,8 +3,8 @@
 | room or module | what |
 |---|---|
 | `machine` | description of the machine: lanes, stages, microword |
-| `schedule` | cycle and lane of each operation, with an independent proof |
-| `microcode` | assembler, memories, an emulator cycle by cycle |
+| `schedule` | cycle, lane and register of each operation |
+| `microcode` | assembler, memories, proof |
 | `registers`, `description` | declared registers; the description of a compiled core |
 | `texts` | templates filled in from the description |
 | `bus` | the register bus and its devices |

@@ -7,13 +7,15 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.image import Image, assemble
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
-from boresight.gateware.schedule.scheduler import schedule
-from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.gateware.schedule.list_pass import list_pass
+from boresight.gateware.schedule.problem import ListProblem, Variant, paths
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, with_copies
 from boresight.model.words.program import Kind, Program
 
 
@@ -54,7 +56,6 @@ class Core:
 
     @property
     def program(self) -> Program:
-        """The source program."""
         return self.parts[self.number].program
 
     @property
@@ -64,12 +65,10 @@ class Core:
 
     @property
     def allocation(self) -> Allocation:
-        """Registers of the program's values."""
         return self.parts[self.number].allocation
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the programs, by number."""
         return tuple(part.program.name for part in self.parts)
 
     @property
@@ -89,20 +88,14 @@ class Core:
 
     def select(self, number: int) -> Core:
         """Return the same core with another program selected."""
-        if not 0 <= number < len(self.parts):
-            raise ValueError(f"number must be 0 to {len(self.parts) - 1}, not {number!r}")
         return dataclasses.replace(self, number=number)
 
     def verilog(self, *, instances: bool, identified: bool | None = None) -> str:
         """Verilog of module ``core``: with vendor primitives, or with their behaviour.
 
-        Parameters
-        ----------
-        instances : bool
-            With LUT6 and DSP48A1, for synthesis to Spartan-6.
-        identified : bool, optional
-            With the build identifier; by default as ``instances``. Without it the Verilog of all
-            programs of a machine differs only in memory contents, which simulations exploit.
+        ``instances``: with LUT6 and DSP48A1, for synthesis to Spartan-6. ``identified``: with the
+        build identifier; by default as ``instances``. Without it the Verilog of all programs of a
+        machine differs only in memory contents, which simulations exploit.
         """
         if self.files:
             return self.files["core.v"]
@@ -139,23 +132,16 @@ def build_shared_core(
     """Compile programs into one core for a configuration.
 
     The programs have the same arithmetic and the same function tables; ``urgents`` are the numbers
-    of leading outputs whose latency counts first, by default as each program says.
-
-    Raises
-    ------
-    InputError
-        Unknown configuration.
-    ScheduleError
-        The programs do not fit the machine.
-    Refuted
-        The microcode does not compute the programs: a bug of the compiler.
+    of leading outputs whose latency counts first, by default as each program says. Raises
+    InputError for an unknown configuration, ScheduleError if the programs do not fit the machine,
+    Refuted if the microcode does not compute them: a bug of the compiler.
     """
     if len({p.name for p in programs}) < len(programs):
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
     quotas = state_quotas(programs, machine)
     plans = [
-        _schedule(program, machine, urgent, tuple(quota), program.digest)
+        schedule(program, machine, urgent=urgent, state_quota=quota, digest=program.digest)
         for program, urgent, quota in zip(
             programs, urgents or [p.urgent for p in programs], quotas, strict=True
         )
@@ -180,12 +166,50 @@ def build_shared_core(
     return Core(parts, machine, image)
 
 
+#: The variants of list scheduling; the best of their schedules is taken.
+VARIANTS = tuple(
+    Variant(reuse, delay_gets=delay_gets, whole_group=whole_group)
+    for reuse, delay_gets, whole_group in product((4, 16, 32), (True, False), (True, False))
+)
+
+
 @lru_cache(maxsize=256)
-def _schedule(
-    program: Program, machine: Machine, urgent: int | None, quota: tuple[int, ...], digest: str
+def schedule(
+    program: Program,
+    machine: Machine,
+    *,
+    urgent: int | None = None,
+    state_quota: tuple[int, ...] | None = None,
+    digest: str = "",
 ) -> Schedule:
-    """The schedule, memoised. ``digest`` distinguishes programs with 0.0 and -0.0."""
-    return schedule(program, machine, urgent=urgent, state_quota=quota)
+    """Schedule a program on a machine with its arithmetic; ScheduleError if it does not fit.
+
+    List scheduling (`gateware.schedule.list_pass`) with priorities from longest paths. The best
+    schedule has the smallest latency of the last urgent output, then is the shortest, then has the
+    fewest slots. ``urgent`` is the number of leading outputs whose latency counts first, by default
+    all; ``state_quota`` the most next states of each lane, by default what its bank holds.
+    ``digest`` distinguishes programs with 0.0 and -0.0 in the cache of this function.
+    """
+    urgent = len(program.outputs) if urgent is None else urgent
+    lowered = with_copies(program)
+    far = paths(lowered, machine, urgent)
+    problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_quota=state_quota)
+    words = -(-sum(far.slots) // machine.lanes)
+    if words > machine.rom_words:
+        raise ScheduleError(
+            f"{program.name}: program takes {words} microwords or more, the "
+            f"{machine.name} machine has {machine.rom_words}; compute less in an update"
+        )
+    best = min((list_pass(problem, variant) for variant in VARIANTS), key=lambda x: x.score)
+    return Schedule(
+        program=lowered,
+        source=program.digest,
+        machine=machine,
+        slots=problem.slots(best),
+        gets=best.gets,
+        length=best.length,
+        urgent=urgent,
+    )
 
 
 def _digest(programs: Sequence[Program]) -> str:

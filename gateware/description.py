@@ -131,7 +131,6 @@ class Records:
 
     @property
     def units(self) -> set[str]:
-        """Units of all words."""
         return {word.unit for word in (*self.inputs, *self.outputs)}
 
 
@@ -159,7 +158,6 @@ class Description:
 
     @property
     def pins(self) -> tuple[Pin, ...]:
-        """Ports of the module ``core``, in order."""
         return core_pins(self.word)
 
     @property
@@ -176,16 +174,13 @@ class Description:
 
     @property
     def mask(self) -> int:
-        """All bits of a word."""
         return (1 << self.word) - 1
 
     def mask_of(self, register: Register) -> int:
-        """All bits of a register."""
         return (1 << (register.width or self.word)) - 1
 
     @property
     def parameters(self) -> tuple[Register, ...]:
-        """The estimators' parameters."""
         return tuple(r for r in self.registers if r.is_parameter)
 
     def parameters_of(
@@ -203,10 +198,7 @@ class Description:
 
     def find(self, name: str) -> Register:
         """Register called ``name``, a parameter before a fixed one; raises KeyError for others."""
-        for register in self.registers:
-            if register.name == name:
-                return register
-        raise KeyError(name)
+        return {register.name: register for register in reversed(self.registers)}[name]
 
     @property
     def identifiers(self) -> dict[int, str]:
@@ -217,7 +209,6 @@ class Description:
 
     @property
     def identifier(self) -> str:
-        """The name as a C identifier."""
         return identifier(self.name)
 
     @property
@@ -266,13 +257,7 @@ class Description:
 
 
 def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Description:
-    """The description of a compiled core.
-
-    Parameters
-    ----------
-    summaries : mapping, optional
-        A line about each program, by its name.
-    """
+    """The description of a compiled core; ``summaries``: a line about each program, by its name."""
     word, several = core.machine.arithmetic.word, len(core.parts) > 1
     mask = (1 << word) - 1
     parts = [core.select(number) for number in range(len(core.parts))]
@@ -296,7 +281,6 @@ def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Descript
 
 
 def _parameters(core: Core, several: bool) -> Iterator[Register]:
-    """Registers of the selected program's parameters."""
     program = core.program
     for name, address in core.parameter_addresses.items():
         number = program.find(name)
@@ -317,7 +301,6 @@ def _parameters(core: Core, several: bool) -> Iterator[Register]:
 
 
 def _records(core: Core, summary: str) -> Records:
-    """Records of the selected program."""
     program, plan = core.program, core.schedule
     return Records(
         program.name,

@@ -65,7 +65,6 @@ class Machine:
 
     @cached_property
     def stages(self) -> Stages:
-        """Stages of the pipeline."""
         read = 1 + self.has("memory")
         shift = read + 3 + self.has("factor") + self.has("sum")
         accumulate = shift + 1 + self.has("shifter")
@@ -125,12 +124,10 @@ class Machine:
 
     @property
     def register_bits(self) -> int:
-        """Bits of a register address, bank and offset."""
         return (self.register_words - 1).bit_length()
 
     @property
     def offset_bits(self) -> int:
-        """Bits of an offset in a bank."""
         return (self.bank_depth - 1).bit_length()
 
     def remedy(self, wanted: int, room: int) -> str:
@@ -172,7 +169,6 @@ class Machine:
 
     @property
     def word_bits(self) -> int:
-        """Width of the microword."""
         return sum(f.width for f in self.fields)
 
     def rom_columns(self, depth: int) -> tuple[int, ...]:
@@ -205,13 +201,7 @@ MACHINES = ALL_CONFIGS | {
 
 
 def machine_named(config: str) -> Machine:
-    """The machine with this name, with words of the standard width.
-
-    Raises
-    ------
-    InputError
-        No such configuration or depth.
-    """
+    """The machine with this name, with words of the standard width; InputError for others."""
     if config not in MACHINES:
         *suffixes, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
         raise InputError.at(

@@ -37,11 +37,9 @@ class BitField:
 
     @property
     def mask(self) -> int:
-        """Mask of these bits in the register."""
         return ((1 << self.width) - 1) << self.bit
 
     def of(self, word: int) -> int:
-        """The field's value in a register's word."""
         return (word & self.mask) >> self.bit
 
 
@@ -86,10 +84,7 @@ class Register:
 
     def field(self, name: str) -> BitField:
         """Field called ``name``; raises KeyError for others."""
-        for field in self.fields:
-            if field.name == name:
-                return field
-        raise KeyError(name)
+        return {field.name: field for field in self.fields}[name]
 
 
 #: First address, after those of parameters.

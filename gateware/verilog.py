@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
-from boresight.gateware.synthesis.yosys import find_tool, run_script
+from boresight.gateware.synthesis.tools import find_tool, run_script
 from boresight.model.tools.files import Cache
 
 _UNKNOWN_START = re.compile(r"(?m)^(    parameter \\INIT_VALUE \d+')(x+)$")
@@ -37,13 +37,6 @@ _SCRIPT = "; ".join(
 )
 
 
-@dataclass(frozen=True)
-class Device:
-    """Substitute for a platform, with the device for elaboration."""
-
-    device: str
-
-
 def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> str:
     """Return the component as Verilog-2001: equal texts for equal components, without paths.
 
@@ -55,9 +48,8 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
     primitives, for synthesis to Spartan-6; else their behaviour, for simulation and other parts.
     Raises ToolMissing, or SynthesisError if yosys rejected the component.
     """
-    text: str = rtlil.convert(
-        component, name=name, platform=Device("xc6slx9" if instances else ""), emit_src=False
-    )
+    platform = SimpleNamespace(device="xc6slx9") if instances else None
+    text: str = rtlil.convert(component, name=name, platform=platform, emit_src=False)
     return from_rtlil(text, name)
 
 

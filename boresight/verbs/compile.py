@@ -24,19 +24,18 @@ from typing import Any
 from boresight import options
 from boresight.builds import build_for, made_of
 from boresight.firmware.emit import emit_c
-from boresight.firmware.names import stem
-from boresight.gateware.boards.board import BOARDS
-from boresight.gateware.boards.project import write_project
+from boresight.firmware.layout import stem
+from boresight.gateware.boards.board import BOARDS, write_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.machine import machine_named
-from boresight.gateware.microcode.image import rom_pieces
+from boresight.gateware.microcode.image import check_memories, rom_pieces
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.family import Router, Target
-from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed, check_memory, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
+from boresight.gateware.synthesis.tools import find_router
 from boresight.gateware.texts.core import (
     REGISTER_FILES,
     Recorded,
@@ -45,7 +44,6 @@ from boresight.gateware.texts.core import (
     register_files,
     verilog_head,
 )
-from boresight.gateware.texts.memories import check_memories
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
@@ -334,7 +332,7 @@ def has_primitives(target: str) -> bool:
 
 def core_files(names: Sequence[str], target: str) -> list[str]:
     """Names of the texts of these estimators' core (`core_texts`), and of the report."""
-    beside = integration_names(generic=not has_primitives(target), axi=True)
+    beside = integration_names(generic=not has_primitives(target))
     firmware = [f"firmware/{stem(name)}{end}" for name in names for end in (".c", ".h")]
     return ["core.v", "report.json", *REGISTER_FILES, *beside, *firmware]
 
@@ -386,7 +384,7 @@ def core_texts(
     texts = {
         "core.v": verilog_head(description, instances=primitives) + verilog,
         **register_files(description),
-        **integration_files(description, records, generic=not primitives, axi=True, area=area),
+        **integration_files(description, records, generic=not primitives, area=area),
     }
     for part in core.parts:
         texts |= {f"firmware/{file}": text for file, text in emit_c(part.program).items()}

@@ -22,7 +22,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.gateware.synthesis.yosys import find_tool
+from boresight.gateware.synthesis.tools import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
 from boresight.model.tools.files import Cache

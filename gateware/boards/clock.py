@@ -107,7 +107,6 @@ class Spartan6Clock(Clock):
                 yield Pll(oscillator_hz, 1, feedback, output)
 
     def elaborate(self, platform: Any) -> Module:
-        """Pad, PLL, gated global buffer."""
         m = Module()
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         feedback = Signal()
@@ -155,19 +154,16 @@ class Ice40Clock(Clock):
 
     @classmethod
     def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
-        """See `Clock`."""
         for reference, feedback, output in cls.ratios(oscillator_hz, clock_hz):
             if feedback <= 128:
                 yield Pll(oscillator_hz, reference, feedback, output.bit_length() - 1)
 
     @property
     def filter(self) -> int:
-        """Range of the PLL's filter."""
         mhz = self.pll.oscillator_hz / self.pll.reference / 1e6
         return 1 + sum(mhz >= limit for limit in self.FILTERS_MHZ)
 
     def elaborate(self, platform: Any) -> Module:
-        """PLL at the oscillator's pin, and a timer."""
         m = Module()
         pll = self.pll
         clock_hz = pll.oscillator_hz * pll.feedback / pll.reference / 2**pll.output
@@ -229,7 +225,6 @@ class Ecp5Clock(Clock):
                     yield Pll(oscillator_hz, reference, feedback, output, second)
 
     def elaborate(self, platform: Any) -> Module:
-        """Pad, PLL, gate of the clock network."""
         m = Module()
         pll = self.pll
         clkop_hz = pll.oscillator_hz * pll.feedback / pll.reference

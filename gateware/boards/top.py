@@ -10,8 +10,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.board import Line
-from boresight.gateware.boards.frames import Kind, word_bytes
-from boresight.gateware.boards.pack import Framer, Packer
+from boresight.gateware.boards.frames import Framer, Kind, Packer, word_bytes
 from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
 from boresight.gateware.boards.unpack import Dispatcher, Unpacker
 from boresight.gateware.core import Core
@@ -35,17 +34,8 @@ class Top(wiring.Component):
     **Latency** that of the program (`Engine.interval` cycles per update), which the times of the
     frames on the line exceed by far.
 
-    Parameters
-    ----------
-    core : Core
-        The compiled programs, all with the same number of inputs, each with one output or more.
-    clock_hz : float
-        Frequency of the clock, at least 8 times `BAUD`.
-
-    Raises
-    ------
-    InputError
-        Programs with different numbers of inputs.
+    The clock has at least 8 times `BAUD`. Raises InputError for programs with different numbers of
+    inputs.
     """
 
     #: Bits per second.
@@ -84,7 +74,6 @@ class Top(wiring.Component):
     readme = "board_records"
 
     def facts(self) -> dict[str, Any]:
-        """Values of the core for a project's README."""
         core = describe(self.core)
         first = core.programs[0]
         return {
@@ -110,7 +99,6 @@ class Top(wiring.Component):
         }
 
     def elaborate(self, platform: Any) -> Module:
-        """Connect the parts."""
         m = Module()
         word = self.core.machine.arithmetic.word
         inputs = len(self.core.program.inputs)
@@ -147,5 +135,5 @@ class Top(wiring.Component):
 
 
 def records_design(core: Core) -> Callable[[int], Top]:
-    """Return the design for `gateware.boards.project.write_project`: `Top` for a clock."""
+    """Return the design for `gateware.boards.board.write_project`: `Top` for a clock."""
     return lambda clock_hz: Top(core=core, clock_hz=clock_hz)

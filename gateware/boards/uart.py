@@ -41,12 +41,7 @@ class Receiver(wiring.Component):
     **Latency** ``valid`` comes `latency` cycles after the start edge, or up to `spacing` less one
     sooner: 9.5 bits, the samples, 3 cycles of synchronisation and output.
 
-
-    Attributes
-    ----------
-    spacing : int
-        Cycles from look to look: the power of two from ``divisor`` / 16 (not included) to
-        ``divisor`` / 8.
+    ``spacing`` is the power of two from ``divisor`` / 16 (not included) to ``divisor`` / 8.
     """
 
     def __init__(self, *, divisor: int) -> None:

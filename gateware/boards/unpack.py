@@ -17,9 +17,9 @@ from boresight.gateware.boards.frames import (
     ESC,
     ESC_ESCAPED,
     Kind,
+    reply_layout,
     word_bytes,
 )
-from boresight.gateware.boards.pack import reply_layout
 from boresight.gateware.boards.uart import Receiver
 from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.engine.engine import word_layout
@@ -32,12 +32,7 @@ class Unpacker(wiring.Component):
     frame that ends while the one before is not ``done`` is dropped. See `gateware.boards.frames`.
 
     **Latency** ``pending`` rises one cycle after the frame's last END; words are read with a
-    latency of one cycle.
-
-    Parameters
-    ----------
-    lengths : mapping of Kind to int, >= 1
-        Words of a frame, for each accepted kind; kinds below 4.
+    latency of one cycle. ``lengths`` are the words of a frame, for each accepted kind below 4.
     """
 
     def __init__(self, *, word: int, lengths: Mapping[Kind, int]) -> None:
@@ -163,16 +158,9 @@ class Dispatcher(wiring.Component):
 
     **Latency** 2 cycles per word of a record.
 
-    Parameters
-    ----------
-    inputs : int, >= 0
-        Words of an input record; 0: no records.
-    depth : int
-        Words of the unpacker's buffer.
-    address : int
-        Bits of a register address, A.
-    read_cycles : int, >= 1
-        Cycles from an address on the bus to its word.
+    ``inputs`` are the words of an input record, 0: no records; ``depth`` those of the unpacker's
+    buffer; ``address`` the bits of a register address; ``read_cycles``, 1 or more, the cycles from
+    an address on the bus to its word.
     """
 
     def __init__(
@@ -251,7 +239,6 @@ class Dispatcher(wiring.Component):
         return m
 
     def _fetch(self, m: Module, record: Value) -> None:
-        """Read a word of the frame."""
         m.d.comb += self.read.eq(1)
         with m.If(self.index == 0):
             m.next = "ADDRESS"

@@ -46,14 +46,9 @@ class StreamFromAxi(wiring.Component):
     """Converts packets from AXI to records, with a buffer of two words.
 
     All outputs are registered: AXI permits no path from input to output, and the core's clock
-    enable must not depend on signals of the interconnect.
+    enable must not depend on signals of the interconnect. Bits of ``tdata`` above W are ignored.
 
     **Latency** 1 cycle; a word in each.
-
-    Parameters
-    ----------
-    word : int
-        W, 32 or fewer; upper bits of ``tdata`` are ignored.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -61,7 +56,6 @@ class StreamFromAxi(wiring.Component):
         super().__init__({"axi": In(AxiStreamSignature()), "o": Out(_words(word))})
 
     def elaborate(self, platform: Any) -> Module:
-        """Two words of memory."""
         m = Module()
         axi = self.axi
         m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
@@ -75,14 +69,9 @@ class StreamFromAxi(wiring.Component):
 
 
 class StreamToAxi(wiring.Component):
-    """Converts records to packets, with a buffer of two words.
+    """Converts records to packets, with a buffer of two words; the sign fills bits above W.
 
     **Latency** 1 cycle; a word in each.
-
-    Parameters
-    ----------
-    word : int
-        W, 32 or fewer; in ``tdata`` its sign fills the bits above.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -90,7 +79,6 @@ class StreamToAxi(wiring.Component):
         super().__init__({"i": In(_words(word)), "axi": Out(AxiStreamSignature())})
 
     def elaborate(self, platform: Any) -> Module:
-        """Two words of memory."""
         m = Module()
         axi = self.axi
         m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
@@ -114,12 +102,7 @@ class Response(IntEnum):
 class AxiLiteSignature(wiring.Signature):
     """AXI4-Lite (ARM IHI 0022E, part B) as its master sees it; 32 bits of data.
 
-    The protection bits are left out, since they have no effect here.
-
-    Parameters
-    ----------
-    address : int
-        Bits of a byte address, A.
+    ``address``: bits of a byte address. Protection bits are left out: they have no effect here.
     """
 
     def __init__(self, *, address: int) -> None:
@@ -160,14 +143,8 @@ class AxiLiteSlave(wiring.Component):
     for no bytes.
 
     **Latency** from a request that is taken to its response 3 cycles for a write, if the bus
-    acknowledges at once, and 4 for a read.
-
-    Parameters
-    ----------
-    word : int
-        W, 32 or fewer; upper bits of a word to write are ignored, of a word read 0.
-    address : int
-        Bits of a word address, A.
+    acknowledges at once, and 4 for a read. Bits above W of a word to write are ignored, of a word
+    read 0. ``address``: bits of a word address.
     """
 
     def __init__(self, *, word: int = 32, address: int = 10) -> None:
@@ -182,7 +159,6 @@ class AxiLiteSlave(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Store requests, execute them on the bus, respond."""
         m = Module()
         axi, bus = self.axi, self.bus
         asked, writes, fetch = (Signal(name=name) for name in ("asked", "writes", "fetch"))
@@ -263,11 +239,6 @@ class AxiCore(wiring.Component):
     """Records over AXI4-Stream, registers over AXI4-Lite, around the unchanged module ``core``.
 
     **Latency** two cycles more than the core's: one for each stream.
-
-    Parameters
-    ----------
-    word : int
-        W of the core.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -275,7 +246,6 @@ class AxiCore(wiring.Component):
         super().__init__(_MEMBERS)
 
     def elaborate(self, platform: Any) -> Module:
-        """The core between three adapters."""
         m = Module()
         m.domains.sync = ClockDomain()
         m.d.comb += [ClockSignal().eq(self.aclk), ResetSignal().eq(~self.aresetn)]
@@ -307,7 +277,6 @@ class AxiCore(wiring.Component):
         return m
 
     def _outside(self, m: Module, prefix: str, inner: Any) -> None:
-        """Connect the ports with a prefix to an adapter's interface."""
         for name in inner.signature.members:
             outer = f"{prefix}_{name}"
             port, inside = getattr(self, outer), getattr(inner, name)

@@ -25,13 +25,7 @@ from boresight.gateware.registers import (
 
 
 class BusSignature(wiring.Signature):
-    """A small synchronous register bus, as its initiator sees it.
-
-    Parameters
-    ----------
-    address : int
-        Bits of an address, A: 10 for a core.
-    """
+    """A small synchronous register bus, as its initiator sees it, with ``address`` bits."""
 
     def __init__(self, *, word: int, address: int = 10) -> None:
         super().__init__(
@@ -72,11 +66,6 @@ class Registers(wiring.Component):
     `RESTART`. Then it does so as soon as it waits for a record.
 
     **Latency** 1 cycle for reading, 2 for writing to an idle machine.
-
-    Parameters
-    ----------
-    selector : bool
-        Whether the program follows the port ``choice``.
     """
 
     def __init__(
@@ -117,7 +106,6 @@ class Registers(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Write decoding, flags, read multiplexer."""
         m = Module()
         bus, word = self.bus, self.machine.arithmetic.word
         fixed, offset = bus.addr[FIRST.bit_length() - 1], bus.addr[:_OFFSET]

@@ -28,12 +28,8 @@ class Engine(wiring.Component):
     whole engine stalls while an input word is missing or an output word is not taken.
 
     **Latency** that of the program: its word c is at work c cycles after the first input
-    word of the record was taken, stalls not counted.
-
-    Parameters
-    ----------
-    selector : bool
-        Whether a port chooses the program instead of the bus.
+    word of the record was taken, stalls not counted. With ``selector``, a port chooses the program
+    instead of the bus.
     """
 
     def __init__(self, *, machine: Machine, image: Image, selector: bool = False) -> None:
@@ -59,7 +55,6 @@ class Engine(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Sequencer, operand memories, lanes, registers."""
         m = Module()
         machine = self.machine
         m.submodules.sequencer = sequencer = Sequencer(machine=machine, image=self.image)
@@ -74,7 +69,13 @@ class Engine(wiring.Component):
 
         parity = self._parity(m, sequencer, registers.program)
         m.d.comb += [
-            *self._streams(sequencer, operands.a[0]),
+            sequencer.i_valid.eq(self.i.valid),
+            sequencer.i_last.eq(self.i.payload.last),
+            self.i.ready.eq(sequencer.i_ready),
+            sequencer.o_ready.eq(self.o.ready),
+            self.o.valid.eq(sequencer.o_valid),
+            self.o.payload.data.eq(operands.a[0]),  # an output word is an operand
+            self.o.payload.last.eq(sequencer.word.emit_last),
             *self._control(sequencer, registers),
             registers.parity.eq(parity),
             self.saturated_update.eq(registers.saturated_update),
@@ -104,18 +105,6 @@ class Engine(wiring.Component):
         ):
             m.d.comb += flag.eq(Cat(lanes).any())
         return m
-
-    def _streams(self, sequencer: Sequencer, emitted: Value) -> list[Any]:
-        """Input and output words; an output word is an operand."""
-        return [
-            sequencer.i_valid.eq(self.i.valid),
-            sequencer.i_last.eq(self.i.payload.last),
-            self.i.ready.eq(sequencer.i_ready),
-            sequencer.o_ready.eq(self.o.ready),
-            self.o.valid.eq(sequencer.o_valid),
-            self.o.payload.data.eq(emitted),
-            self.o.payload.last.eq(sequencer.word.emit_last),
-        ]
 
     def _control(self, sequencer: Sequencer, registers: Registers) -> list[Any]:
         """Selected program and its restart, requests to write, end of an update."""

@@ -10,10 +10,15 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, choose, delayed, next_value
-from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
-from boresight.gateware.engine.shifter import Shifter
+from boresight.gateware.engine.parts import (
+    Bitwise,
+    LeadingSignCount,
+    Shifter,
+    choose,
+    delayed,
+    next_value,
+)
 from boresight.gateware.machine import Machine
 
 #: Fields of the microword for the lane itself.
@@ -39,12 +44,8 @@ class Lane(wiring.Component):
     Every microword field acts in the cycle of its stage (`gateware.machine`); the word of the ROM
     is skewed, so fields enter here undelayed; what is early for a later stage waits in registers.
 
-    **Latency** `Stages.write` - `Stages.read` cycles from ``a``, ``b`` to ``result``.
-
-    Parameters
-    ----------
-    sources : int, 1 or 2
-        Number of outside words that may replace a result.
+    **Latency** `Stages.write` - `Stages.read` cycles from ``a``, ``b`` to ``result``. ``sources``,
+    1 or 2, is the number of outside words that may replace a result.
     """
 
     def __init__(self, *, machine: Machine, sources: int = 1) -> None:
@@ -71,13 +72,7 @@ class Lane(wiring.Component):
             }
         )
 
-    @property
-    def latency(self) -> int:
-        """Cycles from operands to result."""
-        return self.stages.write - self.stages.read
-
     def elaborate(self, platform: Any) -> Module:
-        """The stages in order."""
         m = Module()
         flag = self._captures(m)
         product = self._multiply(m)
@@ -265,12 +260,10 @@ def _clamps(wrap: Any, *differs: Any) -> Any:
 
 
 def _line0(outside: Any, which: Any, negative: Any) -> Any:
-    """First select line of the result."""
     return choose(outside, ~which, negative)
 
 
 def _line1(outside: Any, which: Any, negative: Any) -> Any:
-    """Second select line of the result."""
     return choose(outside, which, negative)
 
 
@@ -280,7 +273,6 @@ def _result_low(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
 
 
 def _result_sign(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
-    """The sign bit of the result."""
     return _outside(choose(clamp, line0, q), line0, line1, words)
 
 

@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import delayed
+from boresight.gateware.engine.parts import delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 
@@ -57,7 +57,6 @@ class Operands(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Banks and tables."""
         m = Module()
         if self.machine.lanes == 1:
             self._one_lane(m)

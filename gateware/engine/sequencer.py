@@ -9,7 +9,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, choose, delayed
+from boresight.gateware.engine.parts import Bitwise, choose, delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image, rom_pieces
 
@@ -73,7 +73,6 @@ class Sequencer(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """ROM, counter, handshakes, framing."""
         m = Module()
         word, active, claim = self.word, self.active, self.claim
         # First word: addressed, out of the ROM (and out of the register behind it), at work.
@@ -204,7 +203,6 @@ class Sequencer(wiring.Component):
 
 
 def _table(m: Module, name: str, function: Callable[..., Any], *bits: Value) -> Value:
-    """One look-up table."""
     m.submodules[name] = unit = Bitwise(function=function, inputs=len(bits))
     return unit.connect(m, *bits)
 

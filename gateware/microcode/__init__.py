@@ -1,1 +1,1 @@
-"""From a schedule to the memories of a core: words, image, emulator."""
+"""From a schedule to the memories of a core: image, proof."""

@@ -1,20 +1,21 @@
 """Images: microcode and initial memory contents of an engine, and the assembler that makes them.
 
 A field of stage k of a slot issued in cycle t stands in ROM word t + k, so the hardware delays no
-field.
+field. `check_memories` reads the memories in the Verilog of a core back.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.allocate import Allocation
-from boresight.gateware.schedule.copies import copy_shift
-from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot, copy_shift
 from boresight.model.words.program import Negate, Scale, When
+from boresight.model.words.terms import Refuted
 
 
 def rom_pieces(words: int) -> tuple[int, ...]:
@@ -73,17 +74,9 @@ class Image:
 
     @classmethod
     def join(cls, images: Sequence[Image], *, digest: int) -> Image:
-        """Join the images of programs with common registers.
-
-        Raises
-        ------
-        ValueError
-            Registers differ, or tables that both use.
-        """
+        """Join images of programs with common registers; ValueError if tables differ."""
         tables = next((x.tables for x in images if any(x.tables)), images[0].tables)
         for image in images:
-            if image.registers != images[0].registers:
-                raise ValueError("registers of the programs must be common")
             if any(image.tables) and image.tables != tables:
                 raise ValueError("function tables of the programs must be the same")
         programs = [w for x in images for w in x.rom[: sum(x.lengths)]]
@@ -141,27 +134,17 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
     registers = allocation.addresses()
     stage = {f.name: f.stage for f in machine.fields}
 
-    def put(cycle: int, name: str, value: int) -> None:
-        word = cycle + stage[name]
-        if word >= len(words):
-            raise ScheduleError(
-                f"{program.name}: field {name} of cycle {cycle} falls behind the "
-                f"program's {len(words)} words"
-            )
-        if words[word].setdefault(name, value) != value:
-            raise ScheduleError(f"{program.name}: field {name} of word {word} wanted twice")
-
     for slot in schedule.slots:
         for name, value in _slot_fields(schedule, registers, slot).items():
-            put(slot.cycle, name, value)
+            words[slot.cycle + stage[name]][name] = value
     for k, (cycle, value) in enumerate(zip(schedule.gets, program.inputs, strict=True)):
         for name, bits in (
             ("get", 1),
             ("get_last", int(k == len(schedule.gets) - 1)),
             ("dest0", registers[value] % machine.bank_depth),
         ):
-            put(cycle - stage[name], name, bits)
-    put(schedule.length - 1 - stage["home"], "home", 1)
+            words[cycle][name] = bits
+    words[-1]["home"] = 1
     mask = (1 << machine.arithmetic.word) - 1
     size = Machine.TABLE_BLOCK * Machine.TABLE_BLOCKS
     if len(program.table_memory) > size:
@@ -236,16 +219,9 @@ def _slot_fields(schedule: Schedule, registers: dict[int, int], slot: Slot) -> d
 def encode(machine: Machine, values: dict[str, int]) -> int:
     """One microword from its fields; missing ones are 0."""
     word = at = 0
-    names = set()
     for f in machine.fields:
-        value = values.get(f.name, 0)
-        if not 0 <= value < 1 << f.width:
-            raise ValueError(f"field {f.name} must be 0 to {(1 << f.width) - 1}, not {value!r}")
-        word |= value << at
+        word |= values.get(f.name, 0) << at
         at += f.width
-        names.add(f.name)
-    if unknown := set(values) - names:
-        raise ValueError(f"fields must be those of the machine, not {sorted(unknown)!r}")
     return word
 
 
@@ -255,6 +231,75 @@ def decode(machine: Machine, word: int) -> dict[str, int]:
     for f in machine.fields:
         out[f.name] = word & ((1 << f.width) - 1)
         word >>= f.width
-    if word:
-        raise ValueError(f"word must have {machine.word_bits} bits, not more")
     return out
+
+
+_WORD = re.compile(r"(?m)^\s+(\w+)\[(\d+)\] = \d+'(h|d)([0-9a-f]+);$")
+_ROM = re.compile(r"rom(\d+)(?:_(\d+))?")
+
+
+def check_memories(machine: Machine, image: Image, verilog: str) -> None:
+    """Raise Refuted unless the memories of ``verilog`` hold the image's words.
+
+    The layout is that of `docs/engine.md`: every lane has copies of every bank for both operands,
+    the tables follow the registers of operand b or have memories of their own, ``home`` stands
+    `Machine.prefetch` words earlier than in the image, and ``bases`` are `Image.starts`.
+    """
+    memories: dict[str, list[int]] = {}
+    for name, at, base, digits in _WORD.findall(verilog):
+        words = memories.setdefault(name, [])
+        if int(at) != len(words):
+            raise Refuted(f"core.v: word {at} of memory {name} follows word {len(words) - 1}")
+        words.append(int(digits, 16 if base == "h" else 10))
+    roms = {name: memories.pop(name) for name in list(memories) if _ROM.fullmatch(name)}
+    wanted = data_memories(machine, image) | {"bases": image.starts}
+    for name in sorted(wanted.keys() | memories.keys()):
+        _compare(name, memories.get(name, []), wanted.get(name, []))
+    _check_rom(machine, image, roms)
+
+
+def data_memories(machine: Machine, image: Image) -> dict[str, list[int]]:
+    """Words of the register and table memories of a core, every copy, by name."""
+    depth, block, lanes = machine.bank_depth, machine.TABLE_BLOCK, range(machine.lanes)
+    registers, tables = image.registers, image.tables
+    if machine.lanes == 1:
+        shared = 4 * block - len(registers)
+        out = {
+            **{"a0": registers, "b0": registers + tables[:shared]},
+            **{"tables0": tables[shared : 2 * block], "tables2": tables[max(shared, 2 * block) :]},
+        }
+        return {name: words for name, words in out.items() if words}
+    out = {
+        f"{side}{lane}_bank{bank}": registers[bank * depth : (bank + 1) * depth]
+        for side in "ab"
+        for lane in lanes
+        for bank in lanes
+    }
+    return out | {"tables0": tables[: 2 * block], "tables1": tables[2 * block :]}
+
+
+def _check_rom(machine: Machine, image: Image, roms: dict[str, list[int]]) -> None:
+    """Compare the microwords, with ``home`` where the hardware expects it."""
+    pieces: dict[int, list[int]] = {}
+    for name, column in sorted(roms.items()):
+        match = _ROM.fullmatch(name)
+        assert match is not None
+        piece, high = int(match[1]), match[2]
+        columns = machine.rom_columns(len(column))
+        shift = sum(columns[: int(high)]) if high else 0
+        before = pieces.setdefault(piece, [0] * len(column))
+        pieces[piece] = [a | b << shift for a, b in zip(before, column, strict=True)]
+    words = [word for k in sorted(pieces) for word in pieces[k]]
+    home = encode(machine, {"home": 1})
+    returns = {end - 1 - machine.prefetch for end in image.ends}
+    wanted = [w & ~home | (k in returns) * home for k, w in enumerate(image.rom)]
+    _compare("rom", words[: len(wanted)], wanted)
+    _compare("rom, behind the programs,", words[len(wanted) :], [0] * (len(words) - len(wanted)))
+
+
+def _compare(name: str, words: Sequence[int], wanted: Sequence[int]) -> None:
+    if len(words) != len(wanted):
+        raise Refuted(f"core.v: memory {name} must have {len(wanted)} words, not {len(words)}")
+    for k, (word, expected) in enumerate(zip(words, wanted, strict=True)):
+        if word != expected:
+            raise Refuted(f"core.v: word {k} of memory {name} must be {expected:#x}, not {word:#x}")

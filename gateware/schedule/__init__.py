@@ -1,4 +1,1 @@
-"""Cycle, lane and registers of each operation of a program.
-
-`slots` < `arrange`, `copies` < `problem` < `list_pass` < `scheduler`; `allocate` gives registers.
-"""
+"""Cycle, lane and registers of each operation of a program; `gateware.core` calls them."""

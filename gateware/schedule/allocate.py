@@ -19,8 +19,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.schedule.copies import copy_shift
-from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, copy_shift
 from boresight.model.words.program import Kind
 
 
@@ -51,17 +50,13 @@ class Allocation:
     constants: tuple[tuple[int, int], ...]
 
     def addresses(self) -> dict[int, int]:
-        """Register of each value."""
         return {t.value: t.address for t in self.live_ranges}
 
 
 def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
     """Assign registers to all values of the schedules, which have one machine.
 
-    Raises
-    ------
-    ScheduleError
-        A bank is full; the message has the numbers required and available.
+    Raises ScheduleError if a bank is full; the message has the numbers required and available.
     """
     core = _Core(schedules[0].machine)
     parts = [_Allocator(schedule, core) for schedule in schedules]
@@ -79,7 +74,9 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
         if max(top) <= core.half and sum(core.half - n for n in top) >= len(words):
             break
     for part, tops in zip(parts, shared, strict=True):
-        part.check_room(tops)
+        for bank, used in enumerate(tops):
+            if used > core.half:
+                raise part.full("parameters, inputs and results", bank, used, core.half)
     core.top = top
     for part in parts:
         part.constants()
@@ -127,7 +124,6 @@ class _Allocator:
         self.end = schedule.length - 1
 
     def result(self, initial: Iterable[int]) -> Allocation:
-        """Return the allocation."""
         return Allocation(
             tuple(self.live_ranges[n] for n in sorted(self.live_ranges)),
             tuple(initial),
@@ -175,7 +171,6 @@ class _Allocator:
             self.assign(n, address, 0, self.end)
 
     def states(self) -> None:
-        """Pairs of current and next states."""
         machine, core = self.machine, self.core
         for state, after in self.program.states:
             producer = self.producer[after]
@@ -185,9 +180,6 @@ class _Allocator:
             self.assign(state, base, 0, self.end)
             written = self.schedule.write_cycle(producer)
             self.assign(after, base + machine.state_slots, written + 1, self.end)
-        for bank, n in enumerate(core.states):
-            if n > machine.state_slots:
-                raise self.full("states", bank, n, machine.state_slots)
 
     def temporaries(self, *, spread: bool) -> list[int]:
         """Inputs and results, in the order in which they are written; registers are reused.
@@ -227,12 +219,6 @@ class _Allocator:
             bank, offset = divmod(self.live_ranges[after].address, self.machine.bank_depth)
             out[bank][offset] = self.live_ranges[after].start - 1
         return out
-
-    def check_room(self, top: Sequence[int]) -> None:
-        """Raise ScheduleError if more registers are needed than the lower half of a bank has."""
-        for bank, used in enumerate(top):
-            if used > self.core.half:
-                raise self.full("parameters, inputs and results", bank, used, self.core.half)
 
     def constant_words(self) -> set[int]:
         """Words of the constants that are read."""

@@ -20,8 +20,11 @@ from itertools import product
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Op, Program, Scale
 
-#: Captures that an op must make itself: index, flag, norm.
+KINDS = ("index", "flag", "norm")
+#: Captures that an op must make itself, by `KINDS`.
 Need = tuple[bool, bool, bool]
+#: Content of a capture register: value, and whether a quarter was added.
+Key = tuple[int, bool]
 
 #: Place of a slot without effect in an order.
 IDLE = -1
@@ -103,13 +106,20 @@ def needs(op: Op) -> Need:
     return index, flag, norm
 
 
+def keys(op: Op) -> tuple[Key | None, Key | None, Key | None]:
+    """Required content of the lane's capture registers for an op."""
+    pairs = ((op.index, op.index_quarter), (op.flag, op.flag_quarter), (op.norm, False))
+    index, flag, norm = (
+        (v, q) if required and v is not None else None
+        for (v, q), required in zip(pairs, needs(op), strict=True)
+    )
+    return index, flag, norm
+
+
 def reads(op: Op) -> set[int]:
     """Values required by the op: operands, and captures that its terms use."""
-    out = {v for t in op.terms for v in (t.a, t.b) if v is not None}
-    for value, required in zip((op.index, op.flag, op.norm), needs(op), strict=True):
-        if required and value is not None:
-            out.add(value)
-    return out
+    captured = {key[0] for key in keys(op) if key is not None}
+    return captured | {v for t in op.terms for v in (t.a, t.b) if v is not None}
 
 
 def _carriers(op: Op, value: int, *, index: bool) -> list[tuple[int, bool] | None]:
@@ -182,26 +192,16 @@ def _topological(edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | 
 
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
     """Arrangements of an op that makes the captures ``need``; the shortest first."""
-    captures = {
-        "index": (op.index, op.index_quarter),
-        "flag": (op.flag, op.flag_quarter),
-        "norm": (op.norm, False),
-    }
     wanted = {
-        kind: (value, quarter)
-        for (kind, (value, quarter)), required in zip(captures.items(), need, strict=True)
-        if required and value is not None
+        kind: key
+        for kind, key, required in zip(KINDS, keys(op), need, strict=True)
+        if required and key is not None
     }
     ways = (_carriers(op, value, index=kind == "index") for kind, (value, _) in wanted.items())
     built = (
         _build(op, number, wanted, dict(zip(wanted, way, strict=True))) for way in product(*ways)
     )
     return sorted((x for x in built if x is not None), key=lambda x: len(x.slots))[:_MOST]
-
-
-KINDS = ("index", "flag", "norm")
-#: Content of a capture register: value, and whether a quarter was added.
-Key = tuple[int, bool]
 
 
 @dataclass(frozen=True)
@@ -215,16 +215,6 @@ class Gift:
     key: Key
     term: int
     swap: bool
-
-
-def keys(op: Op) -> tuple[Key | None, Key | None, Key | None]:
-    """Required content of the lane's capture registers for an op."""
-    pairs = ((op.index, op.index_quarter), (op.flag, op.flag_quarter), (op.norm, False))
-    index, flag, norm = (
-        (v, q) if required and v is not None else None
-        for (v, q), required in zip(pairs, needs(op), strict=True)
-    )
-    return index, flag, norm
 
 
 def gifts(program: Program) -> list[list[Gift]]:

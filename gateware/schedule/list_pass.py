@@ -191,11 +191,9 @@ class _Pass:
 
     @property
     def emitted(self) -> int:
-        """Number of emits placed."""
         return len(self.emits)
 
     def emit(self, node: int, cycle: int) -> None:
-        """Record an emit in ``cycle``."""
         self.emits.append(cycle)
         for k in self.p.consumers[node]:
             self.follow(k)
@@ -222,7 +220,6 @@ class _Pass:
         self.fits.clear()
 
     def result(self) -> Attempt:
-        """Times of everything placed."""
         problem = self.p
         least = problem.machine.prefetch + 1
         length = max(self.gets[-1] + 1 if self.gets else least, least)
@@ -239,7 +236,6 @@ class _Pass:
         )
 
     def run(self) -> Attempt:
-        """Place every node."""
         problem = self.p
         t = 0
         limit = 8 * problem.machine.rom_words

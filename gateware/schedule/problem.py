@@ -19,9 +19,10 @@ from boresight.gateware.schedule.arrange import (
     keys,
     needs,
     reads,
+    uses,
 )
 from boresight.gateware.schedule.slots import Slot
-from boresight.model.words.program import Op, Program, Scale
+from boresight.model.words.program import Op, Program
 
 #: Cycles that an operation is assumed to wait for a lane after its operands are ready. Longest
 #: paths with it give shorter schedules than those of a machine with any number of lanes.
@@ -48,11 +49,7 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
     between a capture of the segment index and its first use.
     """
     late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
-    users = [
-        {k for k, t in enumerate(op.terms) if t.coefficient is not None},
-        {k for k, t in enumerate(op.terms) if t.conditional},
-        {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE},
-    ]
+    users = [{k for k in range(len(op.terms)) if uses(op, k)[kind]} for kind in range(3)]
     extra = False
     for captured, user in zip((op.index, op.flag, op.norm), users, strict=True):
         if value == captured:

@@ -1,13 +1,19 @@
-"""Schedules: issue slots, cycles of the gets, length."""
+"""Schedules: issue slots, cycles of the gets, length; copies of states that need them.
+
+The machine writes a next state as the result of a group. A state whose next value is something
+else (itself, an input, a constant, or a result that already is another state's next value) gets a
+copy: one group of one term, value * 2^k >> (k - G).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from boresight.gateware.machine import Machine
 from boresight.model.errors import InputError
-from boresight.model.words.program import Program
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Value
 
 
 class ScheduleError(InputError):
@@ -49,7 +55,7 @@ class Slot:
 class Schedule:
     """A scheduled program.
 
-    ``program`` is the lowered program (`gateware.schedule.copies`): the source program, ``source``
+    ``program`` is the lowered program (`gateware.schedule.slots`): the source program, ``source``
     its digest, with copies for states that need them. ``slots`` are in order of (cycle, lane),
     ``gets`` are the cycles at which the inputs are written, ``length`` counts the ROM words.
     ``urgent`` is the number of leading outputs whose latency was minimised first.
@@ -65,7 +71,6 @@ class Schedule:
 
     @cached_property
     def ends(self) -> dict[int, Slot]:
-        """Last slot of every op."""
         return {s.op: s for s in self.slots if s.op is not None}  # later ones replace earlier ones
 
     @property
@@ -88,3 +93,55 @@ class Schedule:
     def write_cycle(self, op: int) -> int:
         """Cycle at whose end the result of an op is written."""
         return self.ends[op].cycle + self.machine.stages.write
+
+
+def copy_shift(word: int, arith: Arithmetic) -> int | None:
+    """Shift that makes a product with the constant ``word`` a copy; None if impossible."""
+    k = word.bit_length() - 1
+    shift = k - arith.guard
+    exact = word > 0 and word == 1 << k and k <= arith.word - 2
+    return shift if exact and 0 <= shift <= arith.shift_max else None
+
+
+def with_copies(program: Program) -> Program:
+    """Return ``program`` with copies added after its values and ops.
+
+    Outputs, saturation and states are those of ``program`` word for word.
+    """
+    arith = program.arithmetic
+    values = list(program.values)
+    ops = list(program.ops)
+    names = {v.name for v in values}
+    computed: set[int] = set()
+    states: list[tuple[int, int]] = []
+
+    def add(value: Value) -> int:
+        name = value.name
+        while name in names:
+            name += "_"
+        values.append(replace(value, name=name))
+        return len(values) - 1
+
+    unit: int | None = None
+    for state, after in program.states:
+        if values[after].kind is not Kind.OP or after in computed:
+            if unit is None:
+                usable = (
+                    n
+                    for n in program.of_kind(Kind.CONST)
+                    if copy_shift(values[n].initial, arith) is not None
+                )
+                unit = next(usable, None)
+            if unit is None:
+                frac = arith.guard
+                unit = add(Value("one", Kind.CONST, frac, 1.0, 1.0, "constant", initial=1 << frac))
+            shift = copy_shift(values[unit].initial, arith)
+            assert shift is not None
+            source = after
+            after = add(
+                replace(values[source], name=f"{values[state].name}.next", kind=Kind.OP, initial=0)
+            )
+            ops.append(Op(after, (Term(source, unit, shift),), Overflow.WRAP))
+        computed.add(after)
+        states.append((state, after))
+    return replace(program, values=tuple(values), ops=tuple(ops), states=tuple(states))

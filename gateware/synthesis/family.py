@@ -1,12 +1,219 @@
-"""What describes a family of FPGAs: its synthesis, cells, registers, router and parts."""
+"""What describes a family of FPGAs: its synthesis, cells, registers, router and parts.
+
+Yosys leaves the registers inside a family's multipliers and block RAM unused and puts flip-flops
+beside them. `absorb`, a pass over its JSON netlist, uses them: a register of a cell replaces the
+flip-flops of all its pins if these have the cell's clock and one enable, no reset and start at 0,
+as the register does. The netlist before and after computes the same in every cycle.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, Final
 
-from boresight.gateware.synthesis.registers import Absorption, FlipFlop, absorb
+Json = dict[str, Any]
+Bit = int | str
+
+_TIED: Final = ("0", "1", "x")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlipFlop:
+    """A type of flip-flop: its ports, and parameters of one that has no enable."""
+
+    #: Type; ports.
+    kind: str
+    clock: str = "CLK"
+    d: str = "D"
+    q: str = "Q"
+    #: Ports; empty: there is none. With the parameter ``CEMUX``, the enable is 1 or inverted.
+    enable: str = ""
+    reset: str = ""
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    #: Parameters of one with a rising edge that starts at 0; what is not set is so.
+    plain: Mapping[str, str] = field(default_factory=dict)
+
+    def enabled(self, cell: Json) -> tuple[Bit, bool]:
+        """Net of the enable of a cell, and whether 1 enables."""
+        mux = cell["parameters"].get("CEMUX", "CE").strip()
+        if mux == "1" or not self.enable:
+            return "1", True
+        return cell["connections"][self.enable][0], mux == "CE"
+
+    def is_plain(self, cell: Json) -> bool:
+        """Whether a cell has a rising edge, no set or reset, and starts at 0."""
+        reset, parameters = cell["connections"].get(self.reset, ["0"]), cell["parameters"]
+        return reset == ["0"] and all(parameters.get(k, v) == v for k, v in self.plain.items())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Absorption:
+    """A register of a cell."""
+
+    cell: str
+    #: Starts of the names of its pins; the rest is a number.
+    pins: tuple[str, ...]
+    #: Parameter that makes the cell use it, and its values without and with it.
+    register: tuple[str, str, str]
+    clock: str = "CLK"
+    enables: tuple[str, ...] = ("CE",)
+    #: Whether it is behind outputs; else in front of inputs.
+    output: bool = False
+    #: Whether a cell with these parameters has the register.
+    applies: Callable[[Json], bool] = lambda parameters: True
+    #: Further parameters of a cell that uses it.
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    #: Port that must carry the same enable; empty: ``enables``, if the cell uses them already.
+    agrees: str = ""
+    #: Further ports, and constants on them.
+    wires: Mapping[str, str] = field(default_factory=dict)
+    #: Ports that must be open or 0: resets of the register.
+    idle: tuple[str, ...] = ()
+
+
+def absorb(
+    module: Json,
+    flip_flops: Sequence[FlipFlop],
+    rules: Sequence[Absorption],
+    constants: Mapping[str, tuple[str, str]],
+) -> int:
+    """Use the registers of ``rules``, in their order, and remove flip-flops that are not left over.
+
+    ``module``, flat, as yosys writes it, is changed in place. Returns how many flip-flops it lost.
+    """
+    cells, kinds = module["cells"], {f.kind: f for f in flip_flops}
+    nets: dict[Bit, Bit] = {}
+    for cell in cells.values():
+        if cell["type"] in constants:
+            port, value = constants[cell["type"]]
+            nets[cell["connections"][port][0]] = value
+    _exchange(cells, nets)
+    before = sum(cell["type"] in kinds for cell in cells.values())
+    for rule in rules:
+        if such := [cell for cell in cells.values() if cell["type"] == rule.cell]:
+            work = _Nets(module, kinds)
+            for cell in such:
+                _apply(work, rule, cell)
+    while idle := _Nets(module, kinds).idle:
+        for name in idle:
+            del cells[name]
+    _exchange(cells, {value: net for net, value in nets.items()})
+    return before - sum(cell["type"] in kinds for cell in cells.values())
+
+
+def _exchange(cells: Mapping[str, Json], bits: Mapping[Bit, Bit]) -> None:
+    """Replace bits at all inputs of cells."""
+    for cell in cells.values():
+        for port, old in cell["connections"].items():
+            if cell["port_directions"][port] == "input":
+                cell["connections"][port] = [bits.get(bit, bit) for bit in old]
+
+
+class _Nets:
+    """What drives and loads each net; ("", "") loads what leaves the module."""
+
+    def __init__(self, module: Json, kinds: Mapping[str, FlipFlop]) -> None:
+        self.cells, self.kinds = module["cells"], kinds
+        self.driver: dict[Bit, str] = {}
+        self.loads: dict[Bit, set[tuple[str, str]]] = defaultdict(set)
+        for port in module["ports"].values():
+            if port["direction"] != "input":
+                for bit in port["bits"]:
+                    self.loads[bit].add(("", ""))
+        for name, cell in self.cells.items():
+            for port, bits in cell["connections"].items():
+                for bit in bits:
+                    if cell["port_directions"][port] == "output":
+                        self.driver[bit] = name
+                    else:
+                        self.loads[bit].add((name, port))
+
+    @property
+    def idle(self) -> list[str]:
+        """Flip-flops that nothing reads."""
+        found = ((name, self.kinds.get(cell["type"])) for name, cell in self.cells.items())
+        return [n for n, f in found if f and not self.loads[self.cells[n]["connections"][f.q][0]]]
+
+    def flip_flop(self, rule: Absorption, bit: Bit) -> str | None:
+        """Name of the flip-flop at a pin; "" if the pin needs none, None if it cannot have it."""
+        if rule.output:
+            if not (loads := self.loads[bit]):
+                return ""
+            ((name, port), *others) = loads
+        else:
+            if bit in ("0", "x"):
+                return ""
+            name, port, others = self.driver.get(bit, ""), None, []
+        kind = self.kinds.get(self.cells.get(name, {"type": ""})["type"])
+        if kind is None or others or port not in (None, kind.d):
+            return None
+        return name if kind.is_plain(self.cells[name]) else None
+
+    def enables(self, name: str) -> Bit | None:
+        """Net that is 1 where a flip-flop is enabled; None if the netlist has no such net."""
+        net, high = self.kinds[self.cells[name]["type"]].enabled(self.cells[name])
+        if high or net in _TIED:
+            return net if high else {"0": "1", "1": "0"}.get(str(net))
+        inputs, content = self._tables.get(net, ((), 0))
+        wanted = inputs, content ^ 0xFFFF
+        return next((z for z, table in reversed(self._tables.items()) if table == wanted), None)
+
+    @cached_property
+    def _tables(self) -> dict[Bit, tuple[Sequence[Any], int]]:
+        """Inputs and content of look-up tables, by their output."""
+        return {
+            cell["connections"]["Z"][0]: (
+                [cell["connections"].get(port, ["0"]) for port in "ABCD"],
+                int(cell["parameters"]["INIT"], 2),
+            )
+            for cell in self.cells.values()
+            if cell["type"] == "LUT4"
+        }
+
+
+def _apply(nets: _Nets, rule: Absorption, cell: Json) -> None:
+    """Use a register of a cell, if the flip-flops allow it."""
+    parameters, wires = cell["parameters"], cell["connections"]
+    register, unused, used = rule.register
+
+    def live(*ports: str) -> set[Bit]:
+        return {bit for port in ports for bit in wires.get(port, ())} - {"0", "x"}
+
+    if live(*rule.idle) or parameters.get(register, unused) != unused:
+        return
+    if not rule.applies(parameters):
+        return
+    moved = {
+        (port, k): name
+        for port in wires
+        if port.rstrip("0123456789") in rule.pins
+        for k, bit in enumerate(wires[port])
+        if (name := nets.flip_flop(rule, bit)) != ""
+    }
+    chosen = {name for name in moved.values() if name}
+    if not chosen or None in moved.values():
+        return
+    types = {name: nets.kinds[nets.cells[name]["type"]] for name in chosen}
+    clocks = {nets.cells[name]["connections"][f.clock][0] for name, f in types.items()}
+    enables = {nets.enables(name) for name in chosen}
+    if len(clocks) != 1 or len(enables) != 1 or None in enables or live(rule.clock) - clocks:
+        return
+    if wires[rule.agrees] != [*enables] if rule.agrees else live(*rule.enables) - enables:
+        return
+    for (port, k), name in moved.items():
+        assert name is not None
+        beside = nets.cells[name]["connections"]
+        wires[port][k] = beside[types[name].q if rule.output else types[name].d][0]
+    for name in chosen if rule.output else ():
+        del nets.cells[name]
+    parameters.update({register: used, **rule.parameters})
+    added = {**dict.fromkeys(rule.enables, [*enables]), **{k: [v] for k, v in rule.wires.items()}}
+    for port, net in {rule.clock: [*clocks], **added}.items():
+        wires[port] = net
+        cell["port_directions"][port] = "input"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,11 +231,9 @@ class Device:
     memory: str = "ram"
 
     def capacity(self, key: str) -> int:
-        """Return how many of the resource ``key`` the part holds."""
         return self.resources[key][0]
 
     def unit(self, key: str) -> str:
-        """Return the name of the resource ``key``."""
         return self.resources[key][1]
 
     def percent(self, key: str, used: float) -> float:
@@ -47,12 +252,10 @@ class ClockEstimate:
 
     @property
     def by_nets(self) -> dict[str, float]:
-        """Clock by the statistic of nets."""
         return {"median": self.median_mhz, "p75": self.p75_mhz}
 
     @property
     def band(self) -> str:
-        """Both clocks, for texts."""
         return (
             f"{self.p75_mhz:g} to {self.median_mhz:g} MHz (estimate: upper quartile to median "
             "delays of nets, not ISE)"
@@ -144,6 +347,5 @@ class Target:
 
     @property
     def title(self) -> str:
-        """Part and speed grade, for texts."""
         graded = len(self.device.grades) > 1
         return f"{self.device.name}, speed {self.grade}" if graded else self.device.name

@@ -12,12 +12,17 @@ from operator import and_, or_
 from typing import Any, Final
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.image import Image, data_memories
 from boresight.gateware.synthesis.family import ClockEstimate, Family, Target
-from boresight.gateware.synthesis.nextpnr import Run, find_router, place_and_route
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.yosys import SynthesisError, find_tool, synthesise
-from boresight.gateware.texts.memories import data_memories
+from boresight.gateware.synthesis.tools import (
+    Run,
+    SynthesisError,
+    find_router,
+    find_tool,
+    place_and_route,
+    synthesise,
+)
 from boresight.model.errors import InputError
 
 #: Default clock that the router works towards: higher than any core reaches, MHz.
@@ -40,12 +45,10 @@ class Mapped:
 
     @property
     def amounts(self) -> str:
-        """Resources used, as a text."""
         return ", ".join(f"{n:,g} {self.target.device.unit(key)}" for key, n in self.used.items())
 
     @property
     def source(self) -> str:
-        """Source of the clock."""
         if self.clock is None:
             return "not known: the target has no router and no estimate"
         return "estimated from the netlist and delays of other routed designs, not by ISE"
@@ -88,13 +91,11 @@ class Routed:
 
     @property
     def seeds(self) -> str:
-        """The seeds, for texts."""
         numbers = [run.seed for run in self.runs]
         return f"seed {numbers[0]}" if len(numbers) == 1 else f"seeds {numbers[0]} to {numbers[-1]}"
 
     @property
     def source(self) -> str:
-        """Source of the clock."""
         title = self.mapped.target.title
         return f"routed on {title}, {self.version}, worst of {self.seeds}"
 
@@ -174,16 +175,8 @@ def implement(
 ) -> Routed:
     """Synthesise, place and route a design between flip-flops (`enclosed`), with seeds 1, 2, ...
 
-    Raises as `netlist_for`, and RouteError if the router rejected the design.
-
-    Parameters
-    ----------
-    top : str
-        Its module; clock ``clk``.
-    target : Target
-        A part whose family has a router.
-    clock_mhz : float, optional
-        Clock that the router works towards.
+    ``top`` is its module with the clock ``clk``; the family of ``target`` has a router, which works
+    towards ``clock_mhz``. Raises as `netlist_for`, and RouteError if it rejected the design.
     """
     assert target.family.router is not None
     find_router(target.family.router)  # before the work

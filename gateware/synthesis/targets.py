@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
-from boresight.gateware.synthesis.family import Device, Family, Router, Target
-from boresight.gateware.synthesis.registers import Absorption, FlipFlop
+from boresight.gateware.synthesis.family import Absorption, Device, Family, FlipFlop, Router, Target
 from boresight.gateware.synthesis.spartan6 import estimate_clock
 
 #: Words and bits that a block RAM of 18 Kbit can have.
@@ -114,7 +113,6 @@ def _ecp5_memory(ports: str, *, wide: bool) -> Absorption:
 
 
 def _ecp5_multiplier(pins: str, register: str, *, output: bool = False) -> Absorption:
-    """A register of MULT18X18D."""
     return Absorption(
         cell="MULT18X18D",
         pins=(pins,),
@@ -239,19 +237,6 @@ ICE40: Final = Family(
 )
 
 
-def _nexus_multiplier(pins: str, register: str, suffix: str) -> Absorption:
-    """A register of MULT18X18; ``suffix``: of its enable and reset."""
-    return Absorption(
-        cell="MULT18X18",
-        pins=(pins,),
-        register=(register, "BYPASS", "REGISTER"),
-        clock="CLK",
-        enables=(f"CE{suffix}",),
-        output=suffix == "OUT",
-        idle=(f"RST{suffix}",),
-    )
-
-
 #: CrossLink-NX and Certus-NX. WIDEFN9 is two LUT4 and a multiplexer, CCU2 two and a carry, DPR16X4
 #: four and the two of its write port. The output registers of memories stay unused: what enables
 #: them neither yosys nor nextpnr says.
@@ -302,10 +287,20 @@ NEXUS: Final = Family(
     router=Router(
         program="nextpnr-nexus", extra="nexus", options=("--device", "{name}-{grade}BG256C")
     ),
-    registers=(
-        _nexus_multiplier("A", "REGINPUTA", "A"),
-        _nexus_multiplier("B", "REGINPUTB", "B"),
-        _nexus_multiplier("Z", "REGOUTPUT", "OUT"),
+    registers=tuple(
+        Absorption(
+            cell="MULT18X18",
+            pins=(pins,),
+            register=(register, "BYPASS", "REGISTER"),
+            enables=(f"CE{suffix}",),
+            output=pins == "Z",
+            idle=(f"RST{suffix}",),
+        )
+        for pins, register, suffix in (
+            ("A", "REGINPUTA", "A"),
+            ("B", "REGINPUTB", "B"),
+            ("Z", "REGOUTPUT", "OUT"),
+        )
     ),
     constants={"VLO": ("Z", "0"), "VHI": ("Z", "1")},
     # The input of the first cell of a carry chain comes from the chain beside it, so that nextpnr
@@ -330,39 +325,18 @@ def _gowin_memory(cell: str, port: str, register: str, mode: str) -> tuple[Absor
     return rule, replace(rule, cell=f"{cell.removesuffix('B')}X9{'B' * cell.endswith('B')}")
 
 
-def _gowin_multiplier(cell: str, pins: str, register: str) -> Absorption:
-    """A register of a multiplier; all of one have one enable."""
-    return Absorption(
-        cell=cell,
-        pins=(pins,),
-        register=(register, "0", "1"),
-        clock="CLK",
-        enables=("CE",),
-        output=pins == "DOUT",
-        idle=("RESET",),
-    )
-
-
-_GOWIN: Final[dict[str, Any]] = {
-    # nextpnr takes no clock from a pin without its place, and routes its oscillator's clock as any
-    # net, so the clock of a core without pins has no source: an ideal one.
-    "drivers": {"clk": None},
-    "memory_shapes": _BLOCK_18K,
-}
-_GOWIN_CELLS: Final = {
-    **_each({"lut": 1}, "ALU", *(f"LUT{inputs}" for inputs in range(1, 5))),
-    **_each({"ff": 1}, *(f"DFF{kind}{e}" for kind in ("", "R", "S", "C", "P") for e in ("", "E"))),
-    **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("SP", "pROM") for x in ("", "X9"))),
-    **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("DP", "SDP") for x in ("B", "X9B"))),
-    **_each({}, "GND", "VCC", *(f"MUX2_LUT{inputs}" for inputs in range(5, 9))),
-}
-
 GW2A: Final = Family(
     name="gw2a",
     title="Gowin GW2A",
     synthesis=_NO_RW_CHECK + "synth_gowin -family gw2a -noiopads -nolutram",
     cells={
-        **_GOWIN_CELLS,
+        **_each({"lut": 1}, "ALU", *(f"LUT{inputs}" for inputs in range(1, 5))),
+        **_each(
+            {"ff": 1}, *(f"DFF{kind}{e}" for kind in ("", "R", "S", "C", "P") for e in ("", "E"))
+        ),
+        **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("SP", "pROM") for x in ("", "X9"))),
+        **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("DP", "SDP") for x in ("B", "X9B"))),
+        **_each({}, "GND", "VCC", *(f"MUX2_LUT{inputs}" for inputs in range(5, 9))),
         "MULT9X9": {"dsp": 0.5},
         "MULT18X18": {"dsp": 1},
         "MULT36X36": {"dsp": 4},
@@ -384,31 +358,22 @@ GW2A: Final = Family(
         *_gowin_memory("DPB", "A", "A", "READ_MODE0"),
         *_gowin_memory("DPB", "B", "B", "READ_MODE1"),
         *(
-            _gowin_multiplier(cell, pins, register)
+            Absorption(  # all registers of a multiplier have one enable
+                cell=cell,
+                pins=(pins,),
+                register=(register, "0", "1"),
+                output=pins == "DOUT",
+                idle=("RESET",),
+            )
             for cell in ("MULT9X9", "MULT18X18", "MULT36X36")
             for pins, register in (("A", "AREG"), ("B", "BREG"), ("DOUT", "OUT_REG"))
         ),
     ),
     constants={"GND": ("G", "0"), "VCC": ("V", "1")},
-    **_GOWIN,
-)
-#: yosys 0.70 maps no multiplier to MULT12X12 or MULTALU27X18: tables multiply.
-GW5A: Final = Family(
-    name="gw5a",
-    title="Gowin GW5A",
-    synthesis=_NO_RW_CHECK + "synth_gowin -family gw5a -noiopads -nolutram",
-    cells=_GOWIN_CELLS,
-    flip_flops=(FlipFlop(kind="DFFRE"),),
-    devices=_parts(
-        (1, 2), "LUT4", "MULTALU27X18", "BSRAM of 18 Kbit", {"gw5a-25": (23040, 23040, 28, 56)}
-    ),
-    router=Router(
-        program="nextpnr-himbaechel-gowin",
-        extra="gowin",
-        options=("--device", "GW5A-LV25MG121N{grade}", "--vopt", "family=GW5A-25A"),
-        grades={1: "C1/I0", 2: "C2/I1"},
-    ),
-    **_GOWIN,
+    memory_shapes=_BLOCK_18K,
+    # nextpnr takes no clock from a pin without its place, and routes its oscillator's clock as any
+    # net, so the clock of a core without pins has no source: an ideal one.
+    drivers={"clk": None},
 )
 
 ARTIX7: Final = Family(
@@ -478,7 +443,7 @@ CYCLONE5: Final = Family(
 #: Targets by name; the slowest grade has no number in its name.
 TARGETS: Final = {
     target.name: target
-    for family in (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, GW5A, ARTIX7, CYCLONE5)
+    for family in (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, ARTIX7, CYCLONE5)
     for device in family.devices
     for k, grade in enumerate(device.grades)
     for target in [Target(f"{device.name}-{grade}" if k else device.name, family, device, grade)]

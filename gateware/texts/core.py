@@ -4,18 +4,99 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
 from boresight.gateware.bus.axi import AxiCore, axi_ports
-from boresight.gateware.description import Description, Pin
-from boresight.gateware.registers import BUILD_HIGH, BUILD_LOW, PROGRAM, RESTART, STATUS, UPDATES
+from boresight.gateware.description import Description, Pin, Word
+from boresight.gateware.registers import (
+    BUILD_HIGH,
+    BUILD_LOW,
+    PROGRAM,
+    RESTART,
+    STATUS,
+    UPDATES,
+    Register,
+)
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.texts.render import render
 from boresight.gateware.verilog import to_verilog
 from boresight.model.arrays import BoolArray, IntArray
 from boresight.model.declarations import EXACT_UNITS
+from boresight.model.tools.c_names import comment, identifier, unique
+from boresight.model.words.fixed import Format
+
+
+def render(template: str, **context: Any) -> str:
+    """The text of ``template``, a file name without ``.txt``."""
+    return _environment().get_template(f"{template}.txt").render(context)
+
+
+@cache
+def _environment() -> Environment:
+    """Environment with marks that do not occur in Verilog, VHDL, C or Python."""
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        undefined=StrictUndefined,
+        autoescape=False,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        block_start_string="[%",
+        block_end_string="%]",
+        variable_start_string="[[",
+        variable_end_string="]]",
+        comment_start_string="[#",
+        comment_end_string="#]",
+    )
+    environment.globals.update(
+        span=lambda bits: f"[{bits - 1}:0] " if bits > 1 else "",
+        type=lambda bits: f"std_logic_vector({bits - 1} downto 0)" if bits > 1 else "std_logic",
+        fixed=lambda word, frac: str(Format(word, frac)),
+        table=_table,
+        unique=unique,
+    )
+    environment.filters.update(
+        cell=lambda text: text.replace("|", "\\|"),
+        comment=comment,
+        default_value=_default_value,
+        example=_example,
+        identifier=identifier,
+        mhz=lambda hz: f"{hz / 1e6:g} MHz",
+        number=lambda n: "INT32_MIN" if n == -(2**31) else f"({n})" if n < 0 else str(n),
+        sentence=lambda text: text[0].upper() + text[1:].replace("\n", " "),
+        # An extended identifier for names that are illegal as plain ones (two underscores).
+        vhdl=lambda name: f"\\{name}\\" if "__" in name else name,
+    )
+    return environment
+
+
+def _default_value(parameter: Register) -> float:
+    """The default of a parameter in its unit, after rounding to its word."""
+    assert parameter.frac is not None and parameter.reset is not None
+    return float(Format(32, parameter.frac).real(parameter.reset))
+
+
+def _table(rows: Sequence[Sequence[object]]) -> str:
+    texts = [[str(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
+    return "\n".join(
+        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in texts
+    )
+
+
+def _example(word: Word, bits: int) -> str:
+    """A value in the middle of an input's range, but not 0, and its word."""
+    low, high = word.low or 0.0, word.high or 0.0
+    real = float(f"{(low + high) / 2 or high / 2:g}")
+    quantised = int(Format(bits, word.frac).quantise(real)) & ((1 << bits) - 1)
+    value = f"`{word.name}` = {real:g} {word.unit}".rstrip()
+    return f"{value} is the word `0x{quantised:0{-(-bits // 4)}x}`"
+
 
 #: Marks of a line besides its word: of input and output; of input; of output.
 LAST, PAUSES, SATURATED, BEYOND = 1, 2, 2, 4
@@ -124,7 +205,6 @@ def verilog_head(core: Description, *, instances: bool) -> str:
 
 
 def register_files(core: Description) -> dict[str, str]:
-    """The register map by file name."""
     return {"registers.h": c_header(core), "registers.json": core.to_json()}
 
 
@@ -137,16 +217,13 @@ def c_header(core: Description) -> str:
     return render("registers.h", core=core, several=len(core.programs) > 1, read_mask=max(masks))
 
 
-def integration_names(*, generic: bool, axi: bool) -> list[str]:
-    """Names of `integration_files`."""
-    modules = ("core", "core_axi") if axi else ("core",)
-    return [
-        *("README.md", "core.core"),
-        *(f"integration/{module}_instance{end}" for module in modules for end in (".v", ".vhd")),
-        *("tb/Makefile", "tb/tb.v", "tb/input.hex", "tb/expected.hex"),
-        *(() if generic else (PRIMITIVES,)),
-        *(("core_axi.v", "tb/tb_axi.v") if axi else ()),
-    ]
+def integration_names(*, generic: bool) -> list[str]:
+    instances = (
+        f"integration/{m}_instance{e}" for m in ("core", "core_axi") for e in (".v", ".vhd")
+    )
+    bench = ("Makefile", "tb.v", "tb_axi.v", "input.hex", "expected.hex")
+    names = ["README.md", "core.core", "core_axi.v", *instances, *(f"tb/{name}" for name in bench)]
+    return names if generic else [*names, PRIMITIVES]
 
 
 def integration_files(
@@ -154,31 +231,20 @@ def integration_files(
     runs: Sequence[Recorded],
     *,
     generic: bool,
-    axi: bool,
     area: Mapped | Routed | None = None,
 ) -> dict[str, str]:
     """Files that integrate a core into a design, by name: README, instances, bench, FuseSoC, AXI.
 
-    Parameters
-    ----------
-    runs : sequence of Recorded
-        Records of every program, in the order in which the bench runs them.
-    generic : bool
-        Whether ``core.v`` is without vendor primitives, so that no file describes these.
-    axi : bool
-        Whether to add ``core_axi.v`` and its bench.
-    area : Mapped or Routed, optional
-        Area and clock.
+    ``runs`` are records of every program, in the order of the bench; ``generic``: ``core.v`` is
+    without vendor primitives, so that no file describes these.
     """
-    names = integration_names(generic=generic, axi=axi)
     programs = ", ".join(program.program for program in core.programs)
     context = {
-        **{"core": core, "word": core.word, "axi": axi, "generic": generic},
+        **{"core": core, "word": core.word, "generic": generic},
         **{"several": len(core.programs) > 1, "program": PROGRAM},
         "title": f"{programs}; configuration {core.configuration}, {core.word}-bit words.",
         "vlnv": f"{core.identifier}-{core.configuration}",
         "simulated": ["core.v"] if generic else ["core.v", PRIMITIVES],
-        "benches": [Path(n).stem for n in names if n.startswith("tb/") and n.endswith(".v")],
         "records": sum(len(run.inputs) for run in runs),
     }
     out = {
@@ -193,8 +259,7 @@ def integration_files(
     if not generic:
         out[PRIMITIVES] = render(PRIMITIVES)
     ports = {"core": core.pins, "core_axi": tuple(Pin(*port) for port in axi_ports())}
-    for module in ("core", "core_axi") if axi else ("core",):
-        clock, reset, *data_ports = ports[module]
+    for module, (clock, reset, *data_ports) in ports.items():
         parts = {"module": module, "clock": clock.name, "reset": reset.name, "ports": data_ports}
         for end in ("v", "vhd"):
             out[f"integration/{module}_instance.{end}"] = render(
@@ -204,7 +269,6 @@ def integration_files(
         name = "tb_axi" if is_axi else "tb"
         bench = {"module": module, "name": name, "axi": is_axi}
         out[f"tb/{name}.v"] = render("tb.v", **{**context, **bench_context(core, runs), **bench})
-    if axi:
-        verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
-        out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"
+    verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
+    out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"
     return out

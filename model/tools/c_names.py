@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 def identifier(name: str) -> str:
     """Return the letters, digits and underscores of ``name``, beginning with a letter.
 
-    Reserved words of C stay unchanged; see `firmware.names.identifier`.
+    Reserved words of C stay unchanged; see `firmware.layout.identifier`.
     """
     text = re.sub(r"[^A-Za-z0-9_]", "_", name).lstrip("_") or "unnamed"
     return f"n{text}" if text[0].isdigit() else text

@@ -5,7 +5,7 @@ for all inputs. The microcode is executed on such numbers (`gateware.microcode.v
 compared with `Meaning`: the results of the program's operations (`model.words.fixed`).
 
 Equal are sums with the same terms in any order, products with exchanged factors, and a word and its
-copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). A sum without
+copy (`gateware.schedule.slots`: a word times 2^k, shifted right by k - G, rounded). A sum without
 terms is 0. The order of a sum does not matter because the accumulator is exact modulo
 2^`Arithmetic.acc_width`, and the compiler has proven that no sum exceeds it.
 """

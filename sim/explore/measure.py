@@ -28,7 +28,7 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
-from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
+from boresight.gateware.synthesis.tools import SynthesisError, find_tool
 from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, estimator_of, split_names

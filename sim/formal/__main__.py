@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import ToolMissing
-from boresight.sim.formal import axi, lane, operands, registers, sequencer
-from boresight.sim.formal.prove import Proof, ProofError, prove
+from boresight.sim.formal import axi, lane, sequencer
+from boresight.sim.formal.harness import Proof, ProofError, prove
 
-MODULES: tuple[Any, ...] = (axi, lane, operands, registers, sequencer)
+MODULES: tuple[Any, ...] = (axi, lane, sequencer)
 PROOFS: tuple[Proof, ...] = tuple(proof for module in MODULES for proof in module.PROOFS)
 
 
@@ -36,10 +36,10 @@ def main(arguments: list[str] | None = None) -> int:
         folder = options.o / proof.name if options.o else None
         try:
             result = prove(proof, folder=folder)
-            line, proven = str(result), result.proven
+            text, proven = str(result), result.proven
         except ProofError as error:
-            line, proven = f"{proof.name}: NO ANSWER: {error}", False
-        print(line, flush=True)
+            text, proven = f"NO ANSWER: {error}", False
+        print(f"{proof.name}: {text}", flush=True)
         return proven
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:

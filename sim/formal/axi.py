@@ -1,57 +1,14 @@
-"""Proofs of AXI: `gateware.bus.axi`."""
+"""Proof of the registers over AXI4-Lite: `gateware.bus.axi`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
 
-from boresight.gateware.bus.axi import AxiLiteSlave, Response, StreamFromAxi, StreamToAxi
-from boresight.sim.formal.harness import (
-    Harness,
-    Stream,
-    StreamHarness,
-    before,
-    drive,
-    fixed,
-    reached,
-)
-from boresight.sim.formal.prove import Proof
-
-#: Bits of a word.
-WORD = 4
-#: Words of a script: more than the buffers hold.
-WORDS = 3
+from boresight.gateware.bus.axi import AxiLiteSlave, Response
+from boresight.sim.formal.harness import Harness, Proof, Stream, before, drive, reached
 
 
-class FromAxiHarness(StreamHarness[StreamFromAxi]):
-    """StreamFromAxi: words come out once, in order, with their ``last``; bits above W are cut."""
-
-    def ends(self, dut: StreamFromAxi) -> tuple[Stream, Stream]:
-        axi, o = dut.axi, dut.o
-        source = Stream(axi.tvalid, axi.tready, axi.tdata, axi.tlast, name="axi")
-        return source, Stream(o.valid, o.ready, o.payload, name="o")
-
-    def script(self, m: Module) -> tuple[Sequence[Value], Sequence[Value]]:
-        words = [fixed(m, 33, f"word{k}") for k in range(WORDS)]
-        return words, [Cat(word[:WORD], word[-1]) for word in words]
-
-
-class ToAxiHarness(StreamHarness[StreamToAxi]):
-    """StreamToAxi: words come out once, in order, sign-extended, with their ``last``."""
-
-    def ends(self, dut: StreamToAxi) -> tuple[Stream, Stream]:
-        axi, i = dut.axi, dut.i
-        sink = Stream(axi.tvalid, axi.tready, axi.tdata, axi.tlast, name="axi")
-        return Stream(i.valid, i.ready, i.payload, name="i"), sink
-
-    def script(self, m: Module) -> tuple[Sequence[Value], Sequence[Value]]:
-        words = [fixed(m, WORD + 1, f"word{k}") for k in range(WORDS)]
-        sign = 32 - WORD
-        return words, [Cat(w[:WORD], w[WORD - 1].replicate(sign), w[WORD]) for w in words]
-
-
-class AxiLiteHarness(Harness[AxiLiteSlave]):
+class AxiLiteHarness(Harness):
     """AxiLiteSlave: each request is executed once, unchanged, and answered once.
 
     A write of four bytes reaches the bus, others do not. A read has the word of its address.
@@ -60,7 +17,6 @@ class AxiLiteHarness(Harness[AxiLiteSlave]):
     """
 
     def surround(self, m: Module, dut: AxiLiteSlave) -> None:
-        """Any master that holds its requests, any bus."""
         axi, bus = dut.axi, dut.bus
         (grant,), (w_ack, r_data) = drive(m, dut, "grant"), drive(m, bus, "w_ack", "r_data")
         m.d.comb += [Assume(~grant | dut.request), Assume(~w_ack | (grant & bus.w_stb))]
@@ -126,16 +82,6 @@ class AxiLiteHarness(Harness[AxiLiteSlave]):
 
 
 PROOFS = (
-    Proof(
-        name="axi.stream_in",
-        depth=12,
-        harness=FromAxiHarness,
-        dut=lambda: StreamFromAxi(word=WORD),
-        short=False,
-    ),
-    Proof(
-        name="axi.stream_out", depth=12, harness=ToAxiHarness, dut=lambda: StreamToAxi(word=WORD)
-    ),
     Proof(
         name="axi.lite",
         depth=24,

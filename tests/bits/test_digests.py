@@ -13,6 +13,7 @@ import re
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,10 +23,8 @@ from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.top import Top
 from boresight.gateware.bus.axi import AxiCore
-from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.core import Core, build_shared_core, schedule
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.schedule.scheduler import schedule
-from boresight.gateware.verilog import Device
 from boresight.model import ops
 from boresight.model.attitude import ESTIMATORS, FILTERS
 from boresight.model.attitude.front import FRONT
@@ -135,7 +134,7 @@ def test_signals() -> None:
     }
     results = {}
     for name, (design, device) in designs.items():
-        text = rtlil.convert(design, platform=Device(device), emit_src=False)
+        text = rtlil.convert(design, platform=SimpleNamespace(device=device), emit_src=False)
         signals = re.findall(r"^ +wire (?:width (\d+) )?.*?\\(\S+)$", text, re.M)
         assert not [signal for _, signal in signals if signal.startswith("$")]
         results[name] = hashlib.sha256(repr(signals).encode()).hexdigest()

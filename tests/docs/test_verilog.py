@@ -52,6 +52,6 @@ def test_every_block(
     formats = re.findall(r"`(\w+)` is `(fixed<\S+>)`", page)
     assert len(formats) == 2
     assert all(f"| `{name}` | `{form}` |" in core for name, form in formats)
-    for name in integration_names(generic=False, axi=True):
+    for name in integration_names(generic=False):
         assert f"`{name.partition('/')[0]}" in page, name
     capsys.readouterr()

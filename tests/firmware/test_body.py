@@ -11,15 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boresight.firmware.body import Body
 from boresight.firmware.build import find_compiler
+from boresight.firmware.emit import Body
 from boresight.firmware.helpers import definitions, helpers
-from boresight.firmware.layout import block
-from boresight.firmware.names import identifier, literal, unique
+from boresight.firmware.layout import block, identifier, literal, unique
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
 
-# -- `firmware.body`: names, and what is left out -------------------------------------------------
+# -- `firmware.emit`: names, and what is left out -------------------------------------------------
 
 
 def value(name: str, kind: Kind, initial: int = 0) -> Value:
@@ -115,7 +114,7 @@ def test_against_python(word: int, flags: tuple[str, ...], tmp_path: Path) -> No
             )
 
 
-# -- `firmware.names`: legal and distinct, whatever the names of the values are -------------------
+# -- `firmware.layout`: legal and distinct, whatever the names of the values are -------------------
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.firmware.body import Body
-from boresight.firmware.build import CModel, find_compiler
-from boresight.firmware.emit import emit_c
-from boresight.firmware.host import host_source, observe_source
+from boresight.firmware.build import CModel, find_compiler, host_source, observe_source
+from boresight.firmware.emit import Body, emit_c
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import (

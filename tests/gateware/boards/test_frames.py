@@ -4,8 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
-from boresight.gateware.boards.pack import Framer
+from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Framer, Kind, encode
 from tests.support.bench import run_bench
 
 # -- frames in software: known bytes, round trips, damage -----------------------------------------

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from boresight.gateware.attitude.system.programs import system_core
+from boresight.gateware.boards.board import write_project
 from boresight.gateware.boards.clock import Spartan6Clock
-from boresight.gateware.boards.project import write_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.yosys import find_tool
+from boresight.gateware.synthesis.tools import find_tool
 from boresight.model.errors import InputError
 from boresight.model.tools.external import yosys_environment
 from boresight.verbs.compile import SYSTEM_CLOCK_HZ, write_system

@@ -6,8 +6,7 @@ import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 
-from boresight.gateware.boards.frames import Decoder, Kind
-from boresight.gateware.boards.pack import Framer, Packer
+from boresight.gateware.boards.frames import Decoder, Framer, Kind, Packer
 from tests.support.bench import put, run_bench
 
 

@@ -125,7 +125,7 @@ def test_latency() -> None:
     assert took == {"write": 3, "read": 4}
 
 
-# -- packets through both adapters, at any pace; `sim.formal.axi` proves the rest ----------
+# -- packets through both adapters, at any pace -------------------------------------------
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.5])

@@ -4,8 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.engine.dsp48a1 import DSP48A1, Z
-from boresight.gateware.engine.multiplier import Multiplier
+from boresight.gateware.engine.multiplier import DSP48A1, Multiplier, Z
 
 USES = [
     {"mreg": True, "adds": False},

@@ -7,9 +7,8 @@ import pytest
 from amaranth.hdl import Module
 
 import boresight.gateware.engine.lane as lane
-from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.engine.lane import FIELDS, Lane
-from boresight.gateware.engine.shifter import Shifter
+from boresight.gateware.engine.parts import Bitwise, Shifter, multiplex
 from boresight.gateware.machine import Machine
 from boresight.model.words.fixed import Arithmetic, leading_sign_count, saturate, wrap
 from tests.support.bench import Pins, run_bench
@@ -74,12 +73,15 @@ def operand(rng: random.Random, word: int) -> int:
     )
 
 
-@pytest.mark.parametrize("word", [18, 19, 20, 24, 32])  # 19, 20: products by bits beside a slice
+# 19, 20: products by bits beside a slice; 10, 12: more registers in the multiplier
+@pytest.mark.parametrize(
+    "word, depth", [(18, 7), (19, 7), (20, 7), (24, 7), (32, 7), (20, 12), (32, 10), (32, 12)]
+)
 @pytest.mark.parametrize("stalls", [0.0, 0.25])
-def test_random_slots(word: int, stalls: float) -> None:
+def test_random_slots(word: int, depth: int, stalls: float) -> None:
     rng = random.Random(word + int(100 * stalls))
     arith = Arithmetic(word=word)
-    machine = Machine(name="test", lanes=1, arithmetic=arith)
+    machine = Machine(name="test", lanes=1, arithmetic=arith, depth=depth)
     fields = {f.name[:-1]: f for f in machine.fields if f.name[:-1] in FIELDS}
     count = 900
     slots = []

@@ -9,9 +9,8 @@ import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import ALL_CONFIGS, MACHINES, Machine
-from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.microcode.image import Image, assemble, decode, encode
-from boresight.gateware.microcode.validation import validate_microcode
+from boresight.gateware.microcode.validation import Emulator, validate_microcode
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.attitude.front import FRONT
 from boresight.model.words.fixed import leading_sign_count, saturate, wrap

@@ -6,9 +6,8 @@ import dataclasses
 
 import pytest
 
-from boresight.gateware.core import state_quotas
+from boresight.gateware.core import ScheduleError, schedule, state_quotas
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.schedule.scheduler import ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
 from tests.support.random_program import random_program
@@ -85,17 +84,6 @@ def test_errors() -> None:
         r"fast machine has 16; compute less in an update$",
     ):
         schedule(p, dataclasses.replace(FAST, rom_words=16))
-    crowd = random_program(1, n_ops=10, n_states=9)
-    with pytest.raises(
-        ScheduleError,
-        match=r"^random_1_32_10: 9 states, the fast machine has room "
-        r"for 8; config fast-1024 has more$",
-    ):
-        schedule(crowd, FAST, state_quota=(3, 5))
-    with pytest.raises(ScheduleError, match=r"must have the same arithmetic"):
-        schedule(p, dataclasses.replace(FAST, arithmetic=Arithmetic(24)))
-    with pytest.raises(ValueError, match=r"^urgent must be 0 to \d+, not -1$"):
-        schedule(p, FAST, urgent=-1)
 
 
 @pytest.mark.parametrize("config", CONFIGS)

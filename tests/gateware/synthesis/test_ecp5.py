@@ -4,10 +4,10 @@ import copy
 
 import pytest
 
-from boresight.gateware.engine.leading import LeadingSignCount
+from boresight.gateware.engine.parts import LeadingSignCount
 from boresight.gateware.synthesis.routed import netlist_for
 from boresight.gateware.synthesis.targets import ECP5, TARGETS
-from boresight.gateware.synthesis.yosys import synthesise
+from boresight.gateware.synthesis.tools import synthesise
 from boresight.gateware.verilog import to_verilog
 from boresight.model.words.fixed import Arithmetic
 

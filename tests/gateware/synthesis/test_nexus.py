@@ -2,9 +2,9 @@
 
 import pytest
 
-from boresight.gateware.synthesis.nextpnr import command
 from boresight.gateware.synthesis.routed import enclosed, implement, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.tools import command
 from boresight.model.errors import ToolMissing
 from tests.support.router import is_installed
 

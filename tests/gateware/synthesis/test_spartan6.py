@@ -3,9 +3,8 @@
 import pytest
 
 from boresight.gateware.synthesis.routed import netlist_for
-from boresight.gateware.synthesis.spartan6 import estimate_clock
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.yosys import SynthesisError
+from boresight.gateware.synthesis.tools import SynthesisError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.levels.build import Build
 
@@ -105,16 +104,3 @@ def test_what_has_no_delays_is_refused():
     latch = "module top(input g, d, output reg q); always @* if (g) q = d; endmodule"
     with pytest.raises(SynthesisError, match="LD"):
         netlist_for(latch, "top", TARGETS["xc6slx9"])
-
-
-def test_a_combinational_loop_is_refused():
-    def lut(net, other):
-        return {
-            "type": "LUT1",
-            "port_directions": {"I0": "input", "O": "output"},
-            "connections": {"I0": [other], "O": [net]},
-        }
-
-    netlist = {"modules": {"top": {"ports": {}, "cells": {"a": lut(2, 3), "b": lut(3, 2)}}}}
-    with pytest.raises(ValueError, match="combinational loop: [ab] -> "):
-        estimate_clock(netlist, "top", 2)

@@ -6,10 +6,10 @@ import time
 
 import pytest
 
-from boresight.gateware.synthesis import nextpnr
-from boresight.gateware.synthesis.nextpnr import RouteError, find_program, place_and_route
+from boresight.gateware.synthesis import tools
 from boresight.gateware.synthesis.routed import implement, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.tools import RouteError, find_program, place_and_route
 from boresight.model.errors import InputError, ToolMissing
 from tests.support.router import REPORT, is_installed, stand_in
 
@@ -45,11 +45,11 @@ def test_its_own_words_and_its_log(router):
 
 
 def test_a_router_that_is_missing_has_a_line_that_installs_it(monkeypatch):
-    monkeypatch.setattr(nextpnr.shutil, "which", lambda name: None)
-    monkeypatch.setattr(nextpnr.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(tools.shutil, "which", lambda name: None)
+    monkeypatch.setattr(tools.importlib.util, "find_spec", lambda name: None)
     find_program.cache_clear()
     with pytest.raises(ToolMissing, match=r"pip install boresight\[ice40\]"):
-        nextpnr.find_router(TARGETS["ice40-up5k"].family.router)
+        tools.find_router(TARGETS["ice40-up5k"].family.router)
     find_program.cache_clear()
 
 

