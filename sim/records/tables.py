@@ -28,6 +28,8 @@ Arrays: TypeAlias = Sequence[tuple[str, npt.NDArray[Any]]]
 
 #: Arrays of several columns, and these.
 _TRIPLES = {**{key: names for key, (names, _) in TRIADS.items()}, "q": QUATERNION}
+#: Bytes of all arrays of an archive, at most.
+_LARGEST = 4 << 30
 
 
 def records_of(
@@ -67,13 +69,20 @@ def _flattened(where: str, arrays: Arrays) -> Arrays:
 
 
 def read_npz(file: BinaryIO) -> Iterator[Arrays]:
-    """Arrays of an archive."""
+    """Arrays of an archive; raises InputError for more bytes than `_LARGEST`."""
     content = io.BytesIO(file.read())
     if not zipfile.is_zipfile(content):
         raise ValueError("no archive, as numpy.savez writes it")
     content.seek(0)
     archive = np.load(content, allow_pickle=False)
-    yield [(key, archive[key]) for key in archive.files]
+    size = sum(info.file_size for info in archive.zip.infolist())
+    wanted, found = f"at most {_LARGEST >> 30} GiB of arrays", f"{size / 2**30:.3g} GiB, unpacked"
+    fix = "write it as Parquet, which is read in pieces"
+    require(size <= _LARGEST, getattr(file, "name", "archive"), wanted, found, fix)
+    arrays = [(key, archive[key]) for key in archive.files]
+    if not all(isinstance(array, np.ndarray) for _, array in arrays):
+        raise ValueError("a member is no array")
+    yield arrays
 
 
 def read_mat(file: BinaryIO) -> Iterator[Arrays]:

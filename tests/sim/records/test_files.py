@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimator import Estimator, Input
-from boresight.sim.records import text
+from boresight.sim.records import tables, text
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import FORMATS, content_of, log_files, read_record, record_of
 from boresight.sim.records.reading import read_bytes, read_json
@@ -443,6 +443,13 @@ def test_archive_refused(arrays: Any, message: str) -> None:
         archive_parsed(**arrays)
 
 
+def junk_member() -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("notes.txt", "no array")
+    return buffer.getvalue()
+
+
 def array_alone() -> bytes:
     buffer = io.BytesIO()
     np.save(buffer, T)
@@ -450,7 +457,15 @@ def array_alone() -> bytes:
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"t,z\n1,2\n", array_alone(), packed(t=T)[:-40], packed(z=np.array([None]))]
+    "content",
+    [
+        b"",
+        b"t,z\n1,2\n",
+        array_alone(),
+        packed(t=T)[:-40],
+        packed(z=np.array([None])),
+        junk_member(),
+    ],
 )
 def test_what_is_no_archive(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.npz").write_bytes(content)
@@ -459,6 +474,15 @@ def test_what_is_no_archive(tmp_path: Path, content: bytes) -> None:
         match=r"a\.npz: wanted an \.npz archive of plain arrays, found a file that cannot be read "
         r"as one \(.*\); write it again, or give it the suffix of what it holds$",
     ):
+        read_record(tmp_path / "a.npz")
+
+
+def test_an_archive_that_is_large_when_it_is_unpacked_is_refused_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    np.savez_compressed(tmp_path / "a.npz", t=np.zeros(1 << 17))
+    monkeypatch.setattr(tables, "_LARGEST", 1 << 20)
+    with pytest.raises(InputError, match=r"a\.npz: wanted at most 0 GiB of arrays, found 0\.00098"):
         read_record(tmp_path / "a.npz")
 
 
