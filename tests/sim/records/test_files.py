@@ -5,6 +5,7 @@ import os
 import re
 import sys
 import threading
+import zipfile
 from pathlib import Path
 from typing import Any
 
