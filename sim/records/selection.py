@@ -103,8 +103,9 @@ class Selection:
             if len(block):
                 is_empty = False
                 yield block
-        wanted, fix = f"rows in the slice, {self.every} or more", "choose another slice, or --every"
-        require(not is_empty, first.where, wanted, "too few", fix)
+        wanted, few = f"rows in the slice, {self.every} or more", self.every > 1
+        fix = "choose another slice" + ", or --every" * few
+        require(not is_empty, first.where, wanted, "too few" if few else None, fix)
 
     def _slice(self, blocks: Iterable[Record]) -> Iterator[Record]:
         """The rows of the times that are selected, without steps: the first has none behind it."""

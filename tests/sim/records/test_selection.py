@@ -80,7 +80,7 @@ def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
             ["--from", "5", "--to", "4s"],
             "--to: wanted 0 s or more for --from, and a later time for --to, found 5 s and 4",
         ),
-        (["--from", "1h"], "log.csv: wanted rows in the slice, 1 or more, found too few; "),
+        (["--from", "1h"], "log.csv: wanted rows in the slice, 1 or more, found none; "),
         (["--every", "0"], "--every: wanted 1 or more"),
         (["--every", "5000"], "log.csv: wanted rows in the slice, 5000 or more, found too few; "),
         (
