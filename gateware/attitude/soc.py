@@ -1,4 +1,4 @@
-"""A RISC-V soft core, to measure software beside the attitude core."""
+"""A RISC-V soft core, to measure software beside an estimator's core, and to use that core."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from amaranth.hdl import ClockSignal, Const, Instance, Module, Mux, ResetSignal,
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.core import Core
+from boresight.gateware.engine.engine import Engine
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import ToolMissing
 
@@ -120,6 +122,50 @@ class Ram(wiring.Component):
         return m
 
 
+class CoreOnBus(wiring.Component):
+    """An estimator's core at the processor's bus; ``firmware/attitude/core.h`` uses it.
+
+    ============ ====================================================================
+    word address contents
+    ============ ====================================================================
+    0 to 0x3FF   registers of the core
+    0x400        write: next word of an input record; read: next word of an output
+    0x401        write: last word of an input record
+    ============ ====================================================================
+
+    A transfer ends when the core has done it, so the processor waits for a result by reading it.
+    """
+
+    def __init__(self, *, core: Core) -> None:
+        self.core = core
+        super().__init__({"bus": In(ProcessorBus(addr_width=_SLOT_BITS))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.engine = engine = Engine(machine=self.core.machine, image=self.core.image)
+        bus, registers, i, o = self.bus, engine.bus, engine.i, engine.o
+        asked, of_record, fetched = (Signal(name=n) for n in ("asked", "of_record", "fetched"))
+        m.d.comb += [
+            asked.eq(bus.cyc & bus.stb),
+            of_record.eq(bus.adr[10]),
+            i.payload.data.eq(bus.dat_w),
+            i.payload.last.eq(bus.adr[0]),
+            registers.addr.eq(bus.adr),
+            registers.w_data.eq(bus.dat_w),
+            bus.dat_r.eq(registers.r_data),
+        ]
+        m.d.sync += fetched.eq(asked & ~fetched)
+        with m.If(asked & of_record & bus.we):
+            m.d.comb += [i.valid.eq(1), bus.ack.eq(i.ready)]
+        with m.Elif(asked & of_record):
+            m.d.comb += [o.ready.eq(1), bus.ack.eq(o.valid), bus.dat_r.eq(o.payload.data)]
+        with m.Elif(asked & bus.we):
+            m.d.comb += [registers.w_stb.eq(1), bus.ack.eq(registers.w_ack)]
+        with m.Elif(asked):
+            m.d.comb += bus.ack.eq(fetched)
+        return m
+
+
 class Soc(wiring.Component):
     """Processor, memory of ``words`` words, cycle counter, and a slot for a device.
 
@@ -129,12 +175,13 @@ class Soc(wiring.Component):
     0             memory
     0x8000_0000   clock cycles since reset
     0x8000_0008   a written word appears at ``word`` for one cycle
-    0x8000_4000   4096 words of the device in the slot
+    0x8000_4000   2048 words of the device in the slot, or 4096 without a ``core``
+    0x8000_6000   2048 words of the ``core`` (`CoreOnBus`)
     ============= =================================================================
     """
 
-    def __init__(self, *, words: int) -> None:
-        self.ram = Ram(words=words)
+    def __init__(self, *, words: int, core: Core | None = None) -> None:
+        self.ram, self.core = Ram(words=words), core
         slot = ProcessorBus(addr_width=_SLOT_BITS)
         super().__init__({"slot": Out(slot), "word": Out(32), "word_valid": Out(1)})
 
@@ -161,6 +208,13 @@ class Soc(wiring.Component):
             self.word_valid.eq(asked & dbus.we & (dbus.adr[:2] == 2)),
         ]
         m.d.sync += [cycles.eq(cycles + 1), own_ack.eq(asked), own_r.eq(cycles)]
+        if self.core is not None:
+            m.submodules.core = core = CoreOnBus(core=self.core)
+            is_core = is_slot & dbus.adr[_SLOT_BITS - 1]
+            m.d.comb += _forward(dbus, core.bus, dbus.cyc & is_core)
+            with m.If(is_core):
+                m.d.comb += [slot.cyc.eq(0), dbus.ack.eq(core.bus.ack)]
+                m.d.comb += dbus.dat_r.eq(core.bus.dat_r)
         return m
 
 

@@ -1,4 +1,4 @@
-"""Filters in C on the simulated soft core."""
+"""Filters in C on the simulated soft core, and a program that uses the core through the bus."""
 
 import shutil
 
@@ -26,7 +26,8 @@ def test_software_has_the_words_of_the_model_and_takes_longer(name: str) -> None
     row = compare(name, LOG, updates=8)
     assert row["good"] and row["updates"] == 8 and row["mismatches"] == 0
     assert row["apart_deg"] < 1e-4
-    assert 10 * row["core"] < row["integer"] < row["float"]
+    assert row["core"] < row["bus"] < 2 * row["core"]
+    assert 10 * row["bus"] < row["integer"] < row["float"]
     if row["paper"] is not None:
         assert 0.5 < row["float"] / row["paper"] < 2.0
 
@@ -61,9 +62,10 @@ def test_wrong_bits_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(soc, way, wrong)
 
     flipped("measure_integer", (3, 6), 0)
+    flipped("measure_core", (4, 1), 31)
     flipped("measure_float", (2, 3), 24)
     row = compare("complementary", LOG, updates=5)
-    assert row["mismatches"] == 1 and row["apart_deg"] > FLOAT_BOUND_DEG and not row["good"]
+    assert row["mismatches"] == 2 and row["apart_deg"] > FLOAT_BOUND_DEG and not row["good"]
 
 
 @needs_compiler
