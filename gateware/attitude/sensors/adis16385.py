@@ -355,9 +355,11 @@ class Adis16385(wiring.Component):
             for bit in range(16):
                 with m.If(r.testing if bit in TEST_BITS else 1):
                     m.d.sync += self.diag_stat[bit].eq(spi.o_data[bit])
-        reading = spi.o_data.as_signed()
-        limit = Mux(r.place >= 3, FULL_SCALE[1], FULL_SCALE[0])
-        full = ~r.place.all() & ((reading >= limit) | (reading <= -limit))
+        # One comparison for both signs: -limit or less is limit - 1 or more with all bits inverted.
+        negative = spi.o_data[-1]
+        magnitude = Cat(negative, spi.o_data[:-1] ^ negative.replicate(15))
+        limit = Mux(r.place >= 3, 2 * FULL_SCALE[1] - 1, 2 * FULL_SCALE[0] - 1)
+        full = ~r.place.all() & (magnitude >= limit)
         with m.If(writer.en):
             m.d.sync += [
                 r.over.eq(~is_temperature & (r.over | full)),

@@ -140,7 +140,7 @@ class SentenceParser(wiring.Component):
         """The last three values, and whether the number so far is too large for its place."""
         number = Signal(range(10**DIGITS_MAX))
         values = Signal(3 * BITS)
-        value = Mux(line.negative, -number, number)
+        value = (number ^ line.negative.replicate(len(number))) + line.negative
         tenfold = (number << 3) + (number << 1) + nibble
         with m.If(valid & ~byte["point"]):
             m.d.sync += number.eq(Mux(byte["digit"], tenfold, 0))

@@ -17,6 +17,7 @@ from boresight.gateware.attitude.system.interface import HEADER, Place
 from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine
+from boresight.gateware.engine.parts import Bitwise, multiplex
 
 
 class State(Enum):
@@ -154,20 +155,23 @@ class Words:
 
     def offered(self, m: Module) -> Value:
         """The word for the core: from the memory, or raw."""
-        s, bits, word = self.s, self.plan.count_bits, Signal(programs.WORD)
+        s, bits = self.s, self.plan.count_bits
+        waits, stamp, sample = self.waits, self.conductor.stamp, self.conductor.word
+        source = Signal(2)  # a word that waits, stamp, sample, line
+        which = Signal(2)  # number of a line's value; the fourth one is ``restart``
         with m.Switch(s.job):
-            with m.Case(Job.INERTIAL), m.Switch(s.count[:3]):
-                with m.Case(programs.RAW.index("stamp")):
-                    m.d.comb += word.eq(self.conductor.stamp)
-                with m.Case(programs.RAW.index("restart")):
-                    m.d.comb += word[-1].eq(s.restarting)
-                with m.Default():
-                    m.d.comb += word.eq(self.conductor.word << bits - FRACTION)
-            with m.Case(Job.FILTER):
-                m.d.comb += word.eq(self.waits)
-            with m.Default():
-                m.d.comb += word.eq(Array(self.conductor.values)[s.count[:2]] << bits)
-        return word
+            with m.Case(Job.INERTIAL):
+                of_sample = s.count[:3] < programs.RAW.index("stamp")
+                m.d.comb += [which.eq(3), source.eq(Mux(of_sample, 2, Mux(s.count[0], 3, 1)))]
+            with m.Case(Job.HEADING, Job.COUNTS):
+                m.d.comb += [which.eq(s.count), source.eq(3)]
+        m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
+        m.submodules.offered = word = Bitwise(function=multiplex, inputs=6, width=programs.WORD)
+        value.connect(m, *self.conductor.values, Cat(Const(0, 15), s.restarting), *which)
+        low = Const(0, bits)
+        return word.connect(
+            m, waits, stamp, Cat(low[FRACTION:], sample), Cat(low, value.o), *source
+        )
 
     def put_away(self, m: Module, results: Results, header: Value) -> None:
         s, i, o = self.s, self.i, self.o
@@ -186,7 +190,6 @@ class Words:
                 m.d.sync += [number.eq(number + 1), s.ended.eq(o.payload.last)]
             with m.If((s.state == State.FINISH) | (s.state == State.IDLE)):
                 m.d.sync += [number.eq(0), s.ended.eq(0)]
-        m.d.comb += results.w_data.eq(i.payload.data)
         with m.Switch(taking):
             with m.Case(State.FEED):
                 m.d.comb += [
@@ -195,13 +198,17 @@ class Words:
                 ]
             with m.Case(State.COLLECT):
                 m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(Place.OUTPUTS >> 4)]
-                m.d.comb += results.w_data.eq(o.payload.data)
             with m.Case(State.FINISH):
-                m.d.comb += [results.w_en.eq(is_filter), results.w_data.eq(header)]
+                m.d.comb += results.w_en.eq(is_filter)
         of_line = s.job[1] << Place.LINE.bit_length() - 3
         is_stamp = (region == Place.RAWS >> 4) & (count == programs.RAW.index("stamp"))
         index = Mux(is_stamp, Place.STAMP, Cat(count, region) | of_line)
-        m.d.comb += results.w_index.eq(index)
+        m.submodules.put = put = Bitwise(function=multiplex, inputs=6, width=programs.WORD)
+        offered, collected, (s0, s1, _) = i.payload.data, o.payload.data, Value.cast(taking)
+        m.d.comb += [
+            results.w_index.eq(index),
+            results.w_data.eq(put.connect(m, offered, offered, collected, header, s0, s1)),
+        ]
 
 
 class StreamBuffer(wiring.Component):
