@@ -50,7 +50,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.sim.boards import board_system
-from boresight.sim.compare.soundness import check_sound
+from boresight.sim.compare.twin import check_sound
 from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.rtl import recorded
@@ -95,7 +95,7 @@ def compile(
     Returns the contents of report.json: ``timing`` with latencies and interval, ``resources``; for
     several estimators also ``programs``, the report of each. Raises InputError for an unknown or
     repeated name, an illegal width or parameter, a folder that cannot be written, and a format that
-    is too coarse (`sim.compare.soundness`); ScheduleError if the programs do not fit into one core.
+    is too coarse (`sim.compare.twin`); ScheduleError if the programs do not fit into one core.
 
     Parameters
     ----------

@@ -1,16 +1,15 @@
 """Tuning: a deterministic pattern search, and the figure that falls.
 
 Each parameter moves on an axis of its own: by factors if it is positive, by steps in proportion to
-its range otherwise. No derivatives, no random numbers: the same start gives the same end (R. Hooke,
-T. A. Jeeves, "Direct Search Solution of Numerical and Statistical Problems", J. ACM 8(2):212, 1961,
-doi 10.1145/321062.321069). A descent begins at the start, another one at the best of `SPREAD`
-points that fill the ranges, so that a local minimum near the start is left; and from the better end
-it begins again with large steps as long as that helps.
+its range otherwise (R. Hooke, T. A. Jeeves, "Direct Search Solution of Numerical and Statistical
+Problems", J. ACM 8(2):212, 1961, doi 10.1145/321062.321069). A descent begins at the start, another
+one at the best of `SPREAD` points that fill the ranges; from the better end it begins again with
+large steps as long as that helps.
 
 The figure is a weighted mean of the errors against truth (`sim.accuracy.figures`), each the mean
-over the logs. One error alone counts in its unit; of several each counts as a share of what it was
-with the given parameters, so that metres and radians weigh the same. By default every output with a
-truth has weight 1, but of an attitude the total angle alone.
+over the logs. One error alone counts in its unit, each of several as a share of what it was with
+the given parameters. By default every output with a truth has weight 1, but of an attitude the
+total angle alone.
 """
 
 from __future__ import annotations

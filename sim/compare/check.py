@@ -19,11 +19,10 @@ from boresight.model.estimator import Estimator
 from boresight.model.tools.external import ToolFailed
 from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.compare.claims import FoldedClaims, claim_results
-from boresight.sim.compare.difference import Differences
+from boresight.sim.compare.difference import Differences, apart
 from boresight.sim.compare.results import CheckResult, LevelResult, Part
-from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
-from boresight.sim.compare.twin import RANGE_SLACK, Traced
+from boresight.sim.compare.twin import RANGE_SLACK, Traced, check_sound
 from boresight.sim.compare.verdict import Judge, Piece
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
@@ -34,7 +33,6 @@ from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import estimate_warnings
 from boresight.sim.records.record import TRUTH, Record, truth_names
-from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.rtl.simulators import SIMULATORS, default_simulator
 
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)  #: Levels that can be checked.
@@ -142,8 +140,7 @@ class Check:
 
         There is one log for all estimators, or one for each; they may differ in length. Returns a
         result for each estimator. Raises InputError for a record that does not feed its estimator,
-        or what no core could compute right (`sim.compare.soundness`); ToolMissing without a C
-        compiler.
+        or what no core could compute right (`check_sound`); ToolMissing without a C compiler.
         """
         sources = [Log.of(log) for log in logs]
         build = self.build
@@ -364,9 +361,7 @@ def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:
     for k, name in enumerate(own[0]):
         if name not in given.truth or name not in estimates:
             continue
-        error = np.abs(estimates[name] - given.truth[name])
-        unit = units.get(name, "")
-        error = np.abs(wrapped(error, PERIODS[unit])) if unit in PERIODS else error
+        error = apart(units.get(name, ""), estimates[name], given.truth[name])
         variance = own[1][:, k, k]
         known = given.counts & np.isfinite(error) & (variance > 0.0)
         times = np.median(error[known] / np.sqrt(variance[known])) if known.any() else 0.0

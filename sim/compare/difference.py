@@ -194,7 +194,7 @@ class Differences:
                 q, r = attitude_of(values), attitude_of(reference)
                 sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
                 turned |= {n: reference[n] * sign for n in QUATERNION}
-            errors = {o.name: _apart(o.unit, values[o.name], turned[o.name]) for o in self._outputs}
+            errors = {o.name: apart(o.unit, values[o.name], turned[o.name]) for o in self._outputs}
             known = {name: np.isfinite(turned[name]) for name in errors}
             if has_attitude:
                 errors[ATTITUDE] = np.degrees(_angle(q, r))
@@ -302,7 +302,8 @@ class Spread:
         return float(np.sqrt(total / self.samples)) if self.samples else math.nan
 
 
-def _apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:
+def apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:
+    """Distance of values from a reference; of words whether they differ."""
     if unit in EXACT_UNITS:
         return np.where(
             np.isnan(values) | ~np.isfinite(reference),

@@ -21,11 +21,10 @@ from boresight.model.lowering.trace import Trace
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.rounded import binary_exponent
 from boresight.sim.accuracy.covariance import covariance_of
-from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.compare.diagnosis import MARGIN_BITS, Wasted, wasted_bits
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.twin import Traced
-from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
+from boresight.sim.fit.observe import Inputs, Observer, Reached, hostile, joined, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import CompiledFloat, Emitted
 

@@ -20,23 +20,11 @@ _VERILOG = ("core.v", "spartan6.v")  #: Files that hold the core and the primiti
 class Build:
     """Estimators and everything that affects their words; programs and core are made on first use.
 
-    Parameters
-    ----------
-    estimators : Estimator
-        In the order of their numbers in the core; one is the common case.
-    config : str
-        Configuration of the core.
-    params : sequence of mapping or None, optional
-        Parameter values of each estimator; by default those declared.
-    urgent : int, optional
-        Leading outputs whose latency counts first; by default as each estimator declares.
-    target : str
-        Part whose area is measured.
-    files : mapping of str to str, optional
-        Contents of a compiled folder by relative path: its Verilog and C run in place of newly
-        generated ones.
-
-    Raises InputError for an unknown parameter, or a value out of range.
+    ``estimators`` are in the order of their numbers in the core; ``params`` has the parameter
+    values of each, by default those declared. ``urgent`` are leading outputs whose latency counts
+    first, by default as each estimator declares; ``target`` is the part whose area is measured.
+    ``files`` are the contents of a compiled folder by relative path: its Verilog and C run in place
+    of newly generated ones. Raises InputError for an unknown parameter, or a value out of range.
     """
 
     def __init__(

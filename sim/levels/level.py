@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Self
 
@@ -40,11 +40,6 @@ class Run:
         """Updates in which an operation was clamped, of all runs; 0 in floating point."""
         return 0 if self.saturated is None else int(self.saturated.sum())
 
-    def outputs_alone(self, names: Collection[str]) -> Run:
-        """Some outputs and the updates that saturated, without words and states."""
-        chosen = {n: values for n, values in self.outputs.items() if n in names}
-        return Run(chosen, saturated=self.saturated, fault=self.fault)
-
     @classmethod
     def joined(cls, runs: Sequence[Run]) -> Run:
         """Runs of one level of which each goes on where the last one ended, as one."""
@@ -62,15 +57,8 @@ class Level(ABC):
     """An estimator in one form, with its own states.
 
     ``run``, ``advance`` and ``step`` go on where the last one stopped; ``reset`` starts anew. A
-    level holds resources until ``close``. A new form is one more class in
-    `sim.levels.registry`.
-
-    Parameters
-    ----------
-    number : int
-        Number of the estimator that runs.
-    tool : str, optional
-        Simulator of the RTL.
+    level holds resources until ``close``. A new form is one more class in `sim.levels.registry`.
+    ``number`` is that of the estimator that runs, ``tool`` the simulator of the RTL.
     """
 
     name: str  #: name of the form.

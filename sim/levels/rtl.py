@@ -132,7 +132,6 @@ def run_in_turns(
     """Run every program of a core on its own stream, in turns.
 
     At random times the host also writes a number without a program, which must have no effect.
-
     Turns are random (``seed``), of at most ``longest`` records of (steps, n_inputs) words, until
     every stream has ended. ``replay`` runs the records, by default `RtlSimulation.run`: from a
     reset on. Returns the run of each program, as if it had run alone.

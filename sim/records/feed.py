@@ -46,23 +46,16 @@ class Feed:
     """Inputs of an estimator, from a record, with what else its samples have."""
 
     record: Record
-    #: float64 (n,): Times in seconds; None if the record has none.
-    t: FloatArray | None
-    #: float64 (n, n_inputs): In the declared units, clamped to the declared ranges.
-    inputs: FloatArray
-    #: bool (n, n_inputs): Whether the record has a new sample.
-    new: BoolArray
-    #: Samples up to here beyond the range of inputs that are declared to be clamped.
-    clamped: dict[str, int]
-    #: float64 (n,): True values by output name, in its unit; NaN where the record has none.
-    truth: dict[str, FloatArray]
-    #: bool (n,): Samples that count in an error: where a column ``mov`` is not 0, or all.
-    counts: BoolArray
-    #: bool (n,): Samples that begin from the initial states: where a column ``restart``, which is
-    #: no input of the estimator, is above 0.
+    t: FloatArray | None  #: (n,): times in seconds; None if the record has none.
+    inputs: FloatArray  #: (n, n_inputs): in the declared units, clamped to the declared ranges.
+    new: BoolArray  #: (n, n_inputs): whether the record has a new sample.
+    clamped: dict[str, int]  #: samples so far beyond the range of inputs that are to be clamped.
+    truth: dict[str, FloatArray]  #: (n,): true values by output name, in its unit; NaN: none.
+    counts: BoolArray  #: (n,): samples that count in an error: where ``mov`` is not 0, or all.
+    #: (n,): samples that begin from the initial states: where a column ``restart``, which is no
+    #: input of the estimator, is above 0.
     restarts: BoolArray
-    #: Warnings about times and implausible values, in this piece and those before.
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...]  #: about times and implausible values, up to here.
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -114,8 +107,7 @@ def feed(estimator: Estimator, record: Record) -> Feed:
     InputError for no column, a unit of another dimension, a missing sample, a value outside the
     declared range, or a sample rate other than the estimator's.
     """
-    (result,) = feeds(estimator, [record])
-    return result
+    return Feeder(estimator).take(record)
 
 
 def feeds(estimator: Estimator, records: Iterable[Record]) -> Iterator[Feed]:

@@ -20,22 +20,9 @@ class InputReader:
     A log is one call, a closed loop one call for each record, a stream one call for each piece.
     Held values of missing samples are preserved between calls.
 
-    Parameters
-    ----------
-    estimator : Estimator
-    place : callable
-        Function (row, run, column) that names a value in messages; rows count over all calls.
-    runs : int
-        Runs side by side.
-    fix : str, optional
-        Remedy in messages; by default one for logs.
-
-    Attributes
-    ----------
-    clamped : dict of str to int
-        Samples beyond the range of inputs that are declared to be clamped.
-    rows : int
-        Number of rows read.
+    ``place`` (row, run, column) names a value in messages; rows count over all calls. ``runs`` are
+    side by side. ``fix`` is the remedy in messages, by default one for logs. ``clamped`` are by
+    name the samples beyond the range of inputs that are declared to be clamped, ``rows`` all read.
     """
 
     def __init__(
@@ -59,25 +46,11 @@ class InputReader:
         self._last = np.full((runs, len(inputs)), np.nan)
 
     def take(self, columns: Mapping[str, Any], n: int = 1) -> tuple[FloatArray, BoolArray]:
-        """Read ``n`` rows.
+        """Read ``n`` rows: inputs, and which samples were new, both (n, runs, n_inputs).
 
-        Parameters
-        ----------
-        columns : mapping of str to array
-            Values by input name, in the inputs' units, each broadcast to (n, runs); NaN where there
-            is no new sample. Others are ignored.
-
-        Returns
-        -------
-        inputs : float64 (n, runs, n_inputs)
-        new : bool (n, runs, n_inputs)
-            Whether there was a new sample.
-
-        Raises
-        ------
-        InputError
-            An input has no column, is not a finite number, is missing without ``missing``, or lies
-            outside its declared range.
+        ``columns`` are values by input name, in the inputs' units, each broadcast to (n, runs); NaN
+        where there is no new sample. Others are ignored. Raises InputError for an input that has no
+        column, is no finite number, is missing without ``missing``, or is out of its range.
         """
         # Each input's values side by side in memory: most of what follows is input by input.
         values = np.zeros((len(self.estimator.inputs), n, self.runs)).transpose(1, 2, 0)

@@ -93,13 +93,8 @@ class Record:
     NAME. ``place`` locates values in messages, where ``source`` (the file) names the record.
     ``notes`` are remarks about the data. ``comparison``: its reference is another device's
     estimate, not the truth. ``faults`` are the errors of columns that are not all numbers, raised
-    when such a column is used.
-
-    Raises
-    ------
-    InputError
-        No column, columns of different lengths, or a time that is missing, infinite or no number,
-        or does not increase.
+    when such a column is used. Raises InputError for no column, columns of different lengths, or a
+    time that is missing, infinite or no number, or does not increase.
     """
 
     name: str
@@ -212,17 +207,9 @@ class Record:
     def of(cls, data: Any, *, name: str = "record") -> Record:
         """Return a record of data in memory; for files see `sim.records.files.record_of`.
 
-        Parameters
-        ----------
-        data : Record, mapping of arrays, structured array, or table
-            A mapping gives arrays (n,) by column name; a table is anything with ``columns`` and
-            ``data[column]`` (pandas, polars). Names may carry a unit, ``gx[deg/s]``. A masked
-            element (`numpy.ma`) is no sample, as NaN is.
-
-        Raises
-        ------
-        InputError
-            The data have another type.
+        A record, arrays (n,) by column name, a structured array, or a table: anything with
+        ``columns`` and ``data[column]`` (pandas, polars). Names may carry a unit, ``gx[deg/s]``. A
+        masked element (`numpy.ma`) is no sample, as NaN is. InputError for data of another type.
         """
         if isinstance(data, Record):
             return data

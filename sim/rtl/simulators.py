@@ -267,7 +267,6 @@ def build(
     Module ``top`` has the inputs ``clk`` and ``rst``, nothing else; ``sources`` are texts by file
     name (``.sv``, ``.v``), compiled in this order. Raises as `build_program`.
     """
-    require("verilator")
     texts = {**sources, "main.cpp": _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))}
     arguments = ["-Wno-lint", "--no-timing", "--prefix", "Vbench"]
     arguments += [f"-G{name}={value}" for name, value in (parameters or {}).items()]

@@ -30,21 +30,13 @@ class Loop:
     """
 
     level: str
-    #: float64 (n, n_inputs): Records that the level saw, in the inputs' units.
-    inputs: FloatArray
-    #: bool (n, n_inputs): Where the source gave a new sample.
-    new: BoolArray
-    #: Outputs, words, saturated updates and states of the level.
-    run: Run
-    #: dict of str to float64 (n,): True values that the source gave, by output name; NaN where it
-    #: gave none.
-    truth: dict[str, FloatArray]
-    #: Samples up to here beyond the range of inputs that are declared to be clamped.
-    clamped: dict[str, int]
-    #: Duration.
+    inputs: FloatArray  #: (n, n_inputs): records that the level saw, in the inputs' units.
+    new: BoolArray  #: (n, n_inputs): where the source gave a new sample.
+    run: Run  #: outputs, words, saturated updates and states of the level.
+    truth: dict[str, FloatArray]  #: (n,): true values of the source, by output name; NaN: none.
+    clamped: dict[str, int]  #: samples so far beyond the range of inputs that are to be clamped.
     seconds: float
-    #: What the source gave up to here that is no input and no truth of an output.
-    unused: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()  #: columns of the source so far without a use.
 
     @property
     def outputs(self) -> dict[str, FloatArray]:
@@ -100,21 +92,10 @@ def drive(
     """Run a level from a reset on over the records of a source, and yield the loop part by part.
 
     A part is a record of a world that gets the outputs, one of the `World.pieces` of a world that
-    ignores them, or the whole of a log.
-
-    Parameters
-    ----------
-    source : World or Feed
-        Plant model, or a log as the estimator reads it.
-    level : Level
-        With as many runs side by side as the world (`sim.levels.registry.make_level`).
-    steps : int, optional
-        Most records of a world; by default until it ends.
-    keep : names of outputs, optional
-        Outputs and true values of a world that are kept, without words and states; by default
-        everything.
-    anew : bool
-        Whether a log begins with a reset, and is none that goes on where the last one ended.
+    ignores them, or the whole of a log. The level has as many runs side by side as the world
+    (`sim.levels.registry.make_level`). A world ends by itself, or after ``steps`` records; of its
+    outputs and true values those in ``keep`` are kept, without words and states, by default all.
+    ``anew``: a log begins with a reset, and does not go on where the last one ended.
     """
     if isinstance(source, World):
         yield from _world(source, level, steps, keep)
@@ -155,10 +136,8 @@ def _world(
     outputs: dict[str, Any] | None = None
     while steps is None or reader.rows < steps:
         start = time.perf_counter()
-        if pieces is None:
-            columns, n = _guarded(world, world.record, outputs, step=reader.rows), 1
-        else:
-            columns = _guarded(world, next, pieces, None, step=reader.rows)
+        call = (world.record, outputs) if pieces is None else (next, pieces, None)
+        columns, n = _guarded(world, *call, step=reader.rows), 1
         if columns is None:
             break
         if pieces is not None:
@@ -182,7 +161,9 @@ def _world(
             outputs = {name: float(value[0]) for name, value in run.outputs.items()}
         else:
             outputs = {name: value[0].reshape(runs) for name, value in run.outputs.items()}
-        run = run if keep is None else run.outputs_alone(keep)
+        if keep is not None:
+            kept = {name: values for name, values in run.outputs.items() if name in keep}
+            run = Run(kept, saturated=run.saturated, fault=run.fault)
         samples, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
         yield Loop(level.name, *samples, run, truth, reader.clamped, seconds, tuple(unused))
     fix = "let record() return None only at the end"

@@ -22,17 +22,12 @@ class World:
     A subclass has `record`, which maps the last outputs to the next record, or `pieces` if it
     ignores the outputs. It is deterministic: after `start` the same outputs give the same records,
     bit by bit, so that forms can be compared.
-
-    Attributes
-    ----------
-    name : str
-        By default the class's name in lower case.
-    runs : int or None
-        Number of runs of a batched plant. Its values, and the outputs that it gets, are arrays
-        (runs,) in place of numbers; an array of one element holds for all runs.
     """
 
+    #: By default the class's name in lower case.
     name: str = "world"
+    #: Number of runs of a batched plant. Its values, and the outputs that it gets, are arrays
+    #: (runs,) in place of numbers; an array of one element holds for all runs.
     runs: int | None = None
 
     def __init_subclass__(cls) -> None:
@@ -43,42 +38,26 @@ class World:
         """Reset the world to its start."""
 
     def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-        """The next record.
+        """The next record: values by input name, in the inputs' units; None at the end.
 
-        Parameters
-        ----------
-        outputs : mapping of str to float, or None
-            The estimator's outputs for the last record, by name, in the outputs' units; None before
-            the first.
-
-        Returns
-        -------
-        mapping of str to float, or None
-            Values by input name, in the inputs' units (NaN: no new sample), and perhaps truths
-            under ``NAME_true``; None at the end.
+        NaN is no new sample; truths may stand under ``NAME_true``. ``outputs`` are the estimator's
+        for the last record, by name, in their units; None before the first.
         """
         raise NotImplementedError
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]] | None:
         """All records of a world without feedback, from the start on, in pieces of any length.
 
-        Returns
-        -------
-        iterator of mapping of str to float64 (n,), or None
-            Columns by name, as in `record`; of a batched plant (n, runs), or (n,) of all runs.
-            None: the world is asked for each `record`.
+        Each piece has columns (n,) by name, as in `record`; of a batched plant (n, runs), or (n,)
+        of all runs. None: the world is asked for each `record`.
         """
         return None
 
     def draw(self, seed: int) -> None:
         """Select the random values of the next run by ``seed``.
 
-        `start` follows: store the seed here, and create generators from it there.
-
-        Raises
-        ------
-        InputError
-            The world has no draws.
+        `start` follows: store the seed here, and create generators from it there. Raises
+        InputError where the world has no draws.
         """
         fix = "write draw(self, seed), which stores the seed for the noise of start"
         where, found = f"world {self.name}", f"none for seed {seed}"

@@ -10,7 +10,7 @@ import pytest
 
 import boresight
 from boresight.model.resolve import estimator_of
-from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.fit.observe import hostile
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Record
 from tests.support.estimators import ALL

@@ -7,7 +7,7 @@ import pytest
 
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.covariance import covariance_of, initial_covariances
-from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.fit.observe import hostile
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import Emitted
 from tests.support.pages import ROOT

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude.vqf import Vqf
 from boresight.model.resolve import estimator_of
-from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre
+from boresight.sim.fit.observe import MANOEUVRES, manoeuvre
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import feed, fitted

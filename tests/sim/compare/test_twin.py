@@ -15,7 +15,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.recorded import evaluate
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.compare.soundness import check_sound
+from boresight.sim.compare.twin import check_sound
 from boresight.sim.levels.build import Build
 from tests.support.narrow import Narrow
 
@@ -57,7 +57,7 @@ def test_intervals_far_beyond_the_range() -> None:
         boresight.compile(Chain(6), output="build")
     assert refusal(Chain(2)) == ""
     said = refusal(Chain(6))
-    assert said.startswith("test_soundness.py, line ") and "value x_next: wanted an LSB" in said
+    assert said.startswith("test_twin.py, line ") and "value x_next: wanted an LSB" in said
     assert "of at most 0.001, for the tolerance of output y, found 0.25, for the range" in said
     forms = {
         "tolerance of output y": [
@@ -91,7 +91,7 @@ def test_words_that_stand_still() -> None:
         said = refusal(Gated(6, 1e-4), inputs=inputs)
         assert "an LSB that resolves its changes, for the tolerance of output y, found" in said
         assert (
-            said.startswith("test_soundness.py, line ")
+            said.startswith("test_twin.py, line ")
             and "found 0.5, for the range [-8e+08, 8e+08]" in said
         )
     assert refusal(Gated(6, 1e-4), inputs=np.zeros((50, 1))) == ""  # it may stand still there
