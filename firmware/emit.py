@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from boresight.firmware.helpers import definitions, helpers
 from boresight.firmware.layout import (
     banner,
     block,
+    definitions,
     head,
     header,
+    helpers,
     identifier,
     literal,
     source,
@@ -158,11 +159,7 @@ class Body:
         read = set(range(len(p.values))) if every_word else self._read()
         lines = [
             f"const int32_t {self.word(n)} = {place}{member}; // {self.describe(n)}"
-            for group, place in (
-                ("in", "in->"),
-                ("params", "self->params."),
-                ("state", "self->state."),
-            )
+            for group, place in self.PLACES.items()
             for n, member in self.members[group]
             if n in read
         ]

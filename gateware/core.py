@@ -122,8 +122,7 @@ class Core:
 
 def build_core(program: Program, config: str, *, urgent: int | None = None) -> Core:
     """Compile a program for a configuration; see `build_shared_core`."""
-    chosen = program.urgent if urgent is None else urgent
-    return build_shared_core([program], config, urgents=[chosen])
+    return build_shared_core([program], config, urgents=None if urgent is None else [urgent])
 
 
 def build_shared_core(
@@ -139,18 +138,14 @@ def build_shared_core(
     if len({p.name for p in programs}) < len(programs):
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
+    chosen = urgents or [p.urgent for p in programs]
     quotas = state_quotas(programs, machine)
     plans = [
         schedule(program, machine, urgent=urgent, state_quota=quota, digest=program.digest)
-        for program, urgent, quota in zip(
-            programs, urgents or [p.urgent for p in programs], quotas, strict=True
-        )
+        for program, urgent, quota in zip(programs, chosen, quotas, strict=True)
     ]
     allocations = allocate_together(plans)
-    parts = tuple(map(Part, programs, plans, allocations))
-    images = [
-        assemble(plan, allocation) for plan, allocation in zip(plans, allocations, strict=True)
-    ]
+    images = [*map(assemble, plans, allocations)]
     try:
         image = Image.join(images, digest=int(_digest(programs), 16))
     except ValueError as error:
@@ -163,7 +158,7 @@ def build_shared_core(
         )
     image.check(machine)
     validate_microcode(machine, image, programs, [a.addresses() for a in allocations])
-    return Core(parts, machine, image)
+    return Core(tuple(map(Part, programs, plans, allocations)), machine, image)
 
 
 #: The variants of list scheduling; the best of their schedules is taken.
@@ -227,13 +222,12 @@ def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[in
     """
     lanes, slots = machine.lanes, machine.state_slots
     counts = [len(p.states) for p in programs]
-    total = sum(counts)
-    if total > lanes * slots:
+    total, room = sum(counts), lanes * slots
+    if total > room:
         counted = [f"{p.name} {n}" for p, n in zip(programs, counts, strict=True)]
         raise ScheduleError(
             f"{', '.join(counted) if len(counted) > 1 else programs[0].name}: {total} states, the "
-            f"{machine.name} machine has room for {lanes * slots}"
-            f"{machine.remedy(total, lanes * slots)}"
+            f"{machine.name} machine has room for {room}{machine.remedy(total, room)}"
         )
     spare = slots - -(-total // lanes)
     quotas, first = [], 0

@@ -236,19 +236,12 @@ class Description:
             return [{"name": w.name, "frac": w.frac, "unit": w.unit} for w in record]
 
         data = {
-            "name": self.name,
-            "title": self.title,
-            "digest": self.digest,
-            "word": self.word,
-            "build": self.build,
+            **{key: getattr(self, key) for key in ("name", "title", "digest", "word", "build")},
             "registers": [plain(r) for r in self.registers],
             "programs": [
                 {
-                    "number": k,
-                    "program": p.program,
-                    "digest": p.digest,
-                    "inputs": words(p.inputs),
-                    "outputs": words(p.outputs),
+                    **{"number": k, "program": p.program, "digest": p.digest},
+                    **{"inputs": words(p.inputs), "outputs": words(p.outputs)},
                 }
                 for k, p in enumerate(self.programs)
             ],
@@ -302,6 +295,7 @@ def _parameters(core: Core, several: bool) -> Iterator[Register]:
 
 def _records(core: Core, summary: str) -> Records:
     program, plan = core.program, core.schedule
+    assumed = (v for v in program.values if v.range_source.startswith(OBSERVED))
     return Records(
         program.name,
         program.digest,
@@ -309,11 +303,7 @@ def _records(core: Core, summary: str) -> Records:
         tuple(_outputs(program, plan.latencies)),
         summary or program.name,
         plan.interval,
-        tuple(
-            (value.name, value.low, value.high)
-            for value in program.values
-            if value.range_source.startswith(OBSERVED)
-        ),
+        tuple((v.name, v.low, v.high) for v in assumed),
         core.image.restarts[core.number] + core.machine.prefetch + 2,
     )
 
@@ -322,21 +312,17 @@ def _inputs(program: Program) -> Iterator[Word]:
     ports = dict(zip(program.inputs, program.in_ports, strict=False))
     for number in program.inputs:
         value, port = program.values[number], ports.get(number, InPort())
-        missing = "" if port.missing is None else str(port.missing)
-        meaning = port.meaning
+        missing, meaning = "" if port.missing is None else str(port.missing), port.meaning
         if port.flags:
-            missing = "0"
-            meaning = meaning or f"1: new sample of {', '.join(port.flags)}"
+            missing, meaning = "0", meaning or f"1: new sample of {', '.join(port.flags)}"
         if missing == "hold":
             missing = "the last word again"
         yield Word(value.name, value.frac, value.unit, meaning, value.low, value.high, missing)
 
 
 def _outputs(program: Program, cycles: tuple[int, ...]) -> Iterator[Word]:
-    ports = {port.name: port for port in program.ports}
-    outputs = zip(program.output_names, program.outputs, cycles, strict=True)
-    for name, number, cycle in outputs:
-        value, port = program.values[number], ports.get(name)
-        unit = value.unit if port is None else port.unit
-        meaning = "" if port is None else port.meaning
+    ports = {port.name: (port.unit, port.meaning) for port in program.ports}
+    for name, number, cycle in zip(program.output_names, program.outputs, cycles, strict=True):
+        value = program.values[number]
+        unit, meaning = ports.get(name, (value.unit, ""))
         yield Word(name, value.frac, unit, meaning, value.low, value.high, cycle=cycle)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import product
 from math import inf
 from typing import Any, ClassVar
 
@@ -56,13 +57,12 @@ class Clock(Elaboratable):
     def ratios(cls, oscillator_hz: int, clock_hz: int) -> Iterator[tuple[int, int, int]]:
         """Divider of the input, multiple and divider of the inner oscillator, for a clock."""
         slowest, fastest = cls.input_hz
-        for reference in range(1, 1 + oscillator_hz // slowest):
-            for output in cls.outputs:
-                multiple, rest = divmod(clock_hz * output * reference, oscillator_hz)
-                legal = cls.vco_hz[0] <= clock_hz * output <= cls.vco_hz[1]
-                legal = legal and oscillator_hz <= fastest * reference
-                if legal and not rest and clock_hz <= cls.clock_max_hz:
-                    yield reference, multiple, output
+        for reference, output in product(range(1, 1 + oscillator_hz // slowest), cls.outputs):
+            multiple, rest = divmod(clock_hz * output * reference, oscillator_hz)
+            legal = cls.vco_hz[0] <= clock_hz * output <= cls.vco_hz[1]
+            legal = legal and oscillator_hz <= fastest * reference
+            if legal and not rest and clock_hz <= cls.clock_max_hz:
+                yield reference, multiple, output
 
     @classmethod
     def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
@@ -109,10 +109,8 @@ class Spartan6Clock(Clock):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
-        feedback = Signal()
-        fast = Signal()
-        locked = Signal()
-        started = Signal()
+        names = ("feedback", "fast", "locked", "started")
+        feedback, fast, locked, started = (Signal(name=name) for name in names)
         m.submodules.pll = Instance(
             "PLL_BASE",
             p_COMPENSATION="INTERNAL",
@@ -168,9 +166,8 @@ class Ice40Clock(Clock):
         pll = self.pll
         clock_hz = pll.oscillator_hz * pll.feedback / pll.reference / 2**pll.output
         m.domains.always = ClockDomain(reset_less=True, local=True)
-        fast = Signal()
-        locked = Signal()
-        steady = Signal()
+        names = ("fast", "locked", "steady", "ready")
+        fast, locked, steady, ready = (Signal(name=name) for name in names)
         m.submodules.pll = Instance(
             "SB_PLL40_PAD",
             p_FEEDBACK_PATH="SIMPLE",
@@ -188,7 +185,6 @@ class Ice40Clock(Clock):
         m.submodules.lock = FFSynchronizer(locked, steady, o_domain="always")
         waits = round(self.MEMORY_S * clock_hz)
         timer = Signal(range(waits + 1))
-        ready = Signal()
         m.d.always += ready.eq(timer == waits)
         with m.If(~steady):
             m.d.always += timer.eq(0)
@@ -212,17 +208,18 @@ class Ecp5Clock(Clock):
     @classmethod
     def plls(cls, oscillator_hz: int, clock_hz: int) -> Iterator[Pll]:
         """See `Clock`; the first output with the inner oscillator near 600 MHz, then the second."""
-        ratios, first = [*cls.ratios(oscillator_hz, clock_hz)], list[Pll]()
-        for reference, multiple, output in ratios:
-            if multiple % output == 0 and multiple // output <= 80:
-                first.append(Pll(oscillator_hz, reference, multiple // output, output))
+        ratios = [*cls.ratios(oscillator_hz, clock_hz)]
+        first = (
+            Pll(oscillator_hz, reference, multiple // output, output)
+            for reference, multiple, output in ratios
+            if multiple % output == 0 and multiple // output <= 80
+        )
         yield from sorted(first, key=lambda p: (p.reference, abs(clock_hz * p.output - 600e6)))
-        for reference, multiple, second in ratios:
-            for output in cls.outputs:
-                feedback, rest = divmod(multiple, output)
-                fits = feedback <= 80 and oscillator_hz * feedback <= cls.clock_max_hz * reference
-                if not rest and fits:
-                    yield Pll(oscillator_hz, reference, feedback, output, second)
+        for (reference, multiple, second), output in product(ratios, cls.outputs):
+            feedback, rest = divmod(multiple, output)
+            fits = feedback <= 80 and oscillator_hz * feedback <= cls.clock_max_hz * reference
+            if not rest and fits:
+                yield Pll(oscillator_hz, reference, feedback, output, second)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -242,8 +239,7 @@ class Ecp5Clock(Clock):
                 "p_CLKOS_FPHASE": 0,
                 "o_CLKOS": fast,
             }
-        locked = Signal()
-        started = Signal()
+        locked, started = Signal(name="locked"), Signal(name="started")
         m.d.comb += ClockSignal("oscillator").eq(pad.i)
         # Parameters as Project Trellis' ecppll gives them.
         m.submodules.pll = Instance(

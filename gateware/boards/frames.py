@@ -105,33 +105,20 @@ class Decoder:
         for plain, escaped in reversed(_ESCAPES):
             frame = frame.replace(escaped, plain)
         size = word_bytes(self.word)
-        check, body = frame[-CRC_BYTES:], frame[:-CRC_BYTES]
-        if (
-            not body
-            or (len(body) - 1) % size
-            or body[0] not in set(Kind)
-            or CRC.compute(body) != int.from_bytes(check, "little")
-        ):
+        check, body = int.from_bytes(frame[-CRC_BYTES:], "little"), frame[:-CRC_BYTES]
+        if not body or (len(body) - 1) % size or body[0] not in set(Kind):
             return None
-        words = [
-            int.from_bytes(body[k : k + size], "little", signed=True)
-            for k in range(1, len(body), size)
-        ]
-        return Kind(body[0]), words
+        words = (body[k : k + size] for k in range(1, len(body), size))
+        signed = [int.from_bytes(word, "little", signed=True) for word in words]
+        return (Kind(body[0]), signed) if CRC.compute(body) == check else None
 
 
 #: A byte of a body, and whether it is the last.
 body_layout = data.StructLayout({"data": 8, "last": 1})
 
 
-class _Part(IntEnum):
-    """Parts of a frame."""
-
-    BEGIN = 0
-    BODY = 1
-    CHECK_LOW = 2
-    CHECK_HIGH = 3
-    FINISH = 4
+#: Parts of a frame.
+_Part = IntEnum("_Part", "BEGIN BODY CHECK_LOW CHECK_HIGH FINISH", start=0)
 
 
 class Framer(wiring.Component):
@@ -170,12 +157,8 @@ class Framer(wiring.Component):
         ]
         with m.If(~full), m.Switch(part):
             with m.Case(_Part.CHECK_LOW):
-                m.d.sync += [
-                    byte.eq(crc.crc[:8]),
-                    literal.eq(0),
-                    full.eq(1),
-                    part.eq(_Part.CHECK_HIGH),
-                ]
+                m.d.sync += [byte.eq(crc.crc[:8]), literal.eq(0), full.eq(1)]
+                m.d.sync += part.eq(_Part.CHECK_HIGH)
             with m.Case(_Part.CHECK_HIGH):
                 m.d.sync += [byte.eq(crc.crc[8:]), full.eq(1), part.eq(_Part.FINISH)]
             with m.Case(_Part.BODY):
@@ -224,8 +207,7 @@ class Packer(wiring.Component):
         place = Signal(range(size))
         word = Signal(8 * size)  # sign-extended
         kind = Signal.like(reply.payload.kind)
-        sent = Signal()  # a byte
-        whole = Signal()  # the last byte of a word
+        sent, whole = Signal(name="sent"), Signal(name="whole")  # a byte; the last one of a word
         m.d.comb += [
             word.eq(reply.payload.data.as_signed()),
             kind.eq(reply.payload.kind),
@@ -254,10 +236,8 @@ class Packer(wiring.Component):
     ) -> None:
         """Records and replies in turn: ``word`` and ``kind`` are a record's, or the reply's."""
         reply = self.i_reply
-        held = Signal(self.word)
-        last = Signal()
-        ready = Signal(init=1)
-        answer = Signal()
+        held, ready = Signal(self.word, name="held"), Signal(name="ready", init=1)
+        last, answer = Signal(name="last"), Signal(name="answer")
         taken = [held.eq(self.i.payload.data), last.eq(self.i.payload.last), ready.eq(0)]
         m.d.comb += self.i.ready.eq(ready)
         with m.If(~answer):

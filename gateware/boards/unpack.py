@@ -105,7 +105,11 @@ class Unpacker(wiring.Component):
                     with m.If(count == depth):
                         m.d.sync += [bad.eq(1), count.eq(depth)]
 
-        known, expected = self._expected(m, kind, count)
+        known, expected = Signal(name="known"), Signal.like(count, name="expected")
+        with m.Switch(kind):
+            for kind_of_frame, words in self.lengths.items():
+                with m.Case(kind_of_frame):
+                    m.d.comb += [known.eq(1), expected.eq(words)]
         good = headed & known & ~bad & ~escaped & ~self.error & crc.match_detected
         good = good & (place == CRC_BYTES) & (count == expected) & (~self.pending | self.done)
         with m.If(self.done):
@@ -124,8 +128,7 @@ class Unpacker(wiring.Component):
     def _bytes(self, m: Module, escaped: Signal) -> tuple[Signal, Signal, Signal]:
         """A byte without its escape, its valid bit, and the end of a frame."""
         byte = Signal.like(self.data)
-        take = Signal()
-        end = Signal()
+        take, end = Signal(name="take"), Signal(name="end")
         m.d.comb += [
             end.eq(self.valid & (self.data == END)),
             take.eq(self.valid & ~end & (escaped | (self.data != ESC))),
@@ -136,16 +139,6 @@ class Unpacker(wiring.Component):
         with m.If(self.valid):
             m.d.sync += escaped.eq(~take & ~end)
         return byte, take, end
-
-    def _expected(self, m: Module, kind: Signal, count: Signal) -> tuple[Signal, Signal]:
-        """Whether the kind is known, and its number of words before the CRC."""
-        known = Signal()
-        expected = Signal.like(count)
-        with m.Switch(kind):
-            for kind_of_frame, words in self.lengths.items():
-                with m.Case(kind_of_frame):
-                    m.d.comb += [known.eq(1), expected.eq(words)]
-        return known, expected
 
 
 class Dispatcher(wiring.Component):
@@ -203,18 +196,15 @@ class Dispatcher(wiring.Component):
         m = Module()
         reply = self.o_reply
         answer = Signal(self.word)
-        record = Signal()  # requested
-        busy = Signal()  # in the core
+        record, busy = Signal(name="record"), Signal(name="busy")  # requested; in the core
         m.d.comb += [
             self.bus.w_data.eq(self.word_data),
             reply.payload.data.eq(Mux(self.kind == Kind.WRITE, self.bus.addr, answer)),
             reply.payload.kind.eq(self.kind),
         ]
         if self.inputs:
-            m.d.comb += [
-                self.o.payload.data.eq(self.word_data),
-                record.eq(self.kind == Kind.RECORD),
-            ]
+            m.d.comb += self.o.payload.data.eq(self.word_data)
+            m.d.comb += record.eq(self.kind == Kind.RECORD)
             with m.If(self.answered):
                 m.d.sync += busy.eq(0)
         with m.FSM():

@@ -22,28 +22,17 @@ from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Member, Out, Signature
 
 from boresight.gateware.bus.core_registers import BusSignature
+from boresight.gateware.registers import ADDRESS_BITS
 
-#: Bits of TDATA, for all word widths.
-DATA = 32
-
-
-class AxiStreamSignature(wiring.Signature):
-    """AXI4-Stream (ARM IHI 0051A) as its transmitter sees it; a packet is a record.
-
-    ``tdata`` has a word in the low bits, ``tlast`` marks the last word of a record.
-    """
-
-    def __init__(self) -> None:
-        super().__init__({"tdata": Out(DATA), "tlast": Out(1), "tvalid": Out(1), "tready": In(1)})
-
-
-def _words(word: int) -> stream.Signature:
-    """A core's stream: the word, with ``last`` as the next higher bit."""
-    return stream.Signature(word + 1)
+#: AXI4-Stream (ARM IHI 0051A) as its transmitter sees it; a packet is a record. ``tdata`` has a
+#: word in the low bits, ``tlast`` marks the last word of a record.
+AXI_STREAM = Signature({"tdata": Out(32), "tlast": Out(1), "tvalid": Out(1), "tready": In(1)})
 
 
 class StreamFromAxi(wiring.Component):
-    """Converts packets from AXI to records, with a buffer of two words.
+    """Converts packets from AXI to a core's words, with ``last`` as the next higher bit.
+
+    A buffer has room for two words.
 
     All outputs are registered: AXI permits no path from input to output, and the core's clock
     enable must not depend on signals of the interconnect. Bits of ``tdata`` above W are ignored.
@@ -53,7 +42,7 @@ class StreamFromAxi(wiring.Component):
 
     def __init__(self, *, word: int) -> None:
         self.word = word
-        super().__init__({"axi": In(AxiStreamSignature()), "o": Out(_words(word))})
+        super().__init__({"axi": In(AXI_STREAM), "o": Out(stream.Signature(word + 1))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -76,7 +65,7 @@ class StreamToAxi(wiring.Component):
 
     def __init__(self, *, word: int) -> None:
         self.word = word
-        super().__init__({"i": In(_words(word)), "axi": Out(AxiStreamSignature())})
+        super().__init__({"i": In(stream.Signature(word + 1)), "axi": Out(AXI_STREAM)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -99,39 +88,22 @@ class Response(IntEnum):
     SLVERR = 2
 
 
-class AxiLiteSignature(wiring.Signature):
+def axi_lite(*, address: int) -> Signature:
     """AXI4-Lite (ARM IHI 0022E, part B) as its master sees it; 32 bits of data.
 
     ``address``: bits of a byte address. Protection bits are left out: they have no effect here.
     """
-
-    def __init__(self, *, address: int) -> None:
-        super().__init__(
-            {
-                # Address of a write.
-                "awaddr": Out(address),
-                "awvalid": Out(1),
-                "awready": In(1),
-                # Word of a write.
-                "wdata": Out(32),
-                "wstrb": Out(4),
-                "wvalid": Out(1),
-                "wready": In(1),
-                # Its response.
-                "bresp": In(2),
-                "bvalid": In(1),
-                "bready": Out(1),
-                # Address of a read.
-                "araddr": Out(address),
-                "arvalid": Out(1),
-                "arready": In(1),
-                # Its response.
-                "rdata": In(32),
-                "rresp": In(2),
-                "rvalid": In(1),
-                "rready": Out(1),
-            }
-        )
+    return Signature(
+        {
+            # Address of a write, its word, its response.
+            **{"awaddr": Out(address), "awvalid": Out(1), "awready": In(1)},
+            **{"wdata": Out(32), "wstrb": Out(4), "wvalid": Out(1), "wready": In(1)},
+            **{"bresp": In(2), "bvalid": In(1), "bready": Out(1)},
+            # Address of a read, its response.
+            **{"araddr": Out(address), "arvalid": Out(1), "arready": In(1)},
+            **{"rdata": In(32), "rresp": In(2), "rvalid": In(1), "rready": Out(1)},
+        }
+    )
 
 
 class AxiLiteSlave(wiring.Component):
@@ -150,11 +122,8 @@ class AxiLiteSlave(wiring.Component):
     def __init__(self, *, word: int = 32, address: int = 10) -> None:
         super().__init__(
             {
-                "axi": In(AxiLiteSignature(address=address + 2)),  # The slave, with byte addresses.
-                # An initiator of a register bus; ``grant`` is 1 for an only one.
-                "bus": Out(BusSignature(word=word, address=address)),
-                "request": Out(1),
-                "grant": In(1, init=1),
+                "axi": In(axi_lite(address=address + 2)),  # The slave, with byte addresses.
+                "bus": Out(BusSignature(word=word, address=address)),  # An initiator.
             }
         )
 
@@ -167,7 +136,6 @@ class AxiLiteSlave(wiring.Component):
         ar, ar_full = _stored(m, "ar", axi.arvalid, axi.arready, axi.araddr)
         w, strobes = data[:32], data[32:]
         m.d.comb += [
-            self.request.eq(asked),
             bus.addr.eq(Mux(writes, aw, ar)[2:]),
             bus.w_data.eq(w),
             bus.w_stb.eq(asked & writes),
@@ -177,9 +145,7 @@ class AxiLiteSlave(wiring.Component):
         with m.If(axi.rready):
             m.d.sync += axi.rvalid.eq(0)
 
-        write = Signal()
-        read = Signal()
-        written = Signal()
+        write, read, written = (Signal(name=name) for name in ("write", "read", "written"))
         m.d.comb += [
             write.eq(aw_full & w_full & ~axi.bvalid),
             read.eq(ar_full & ~axi.rvalid),
@@ -196,7 +162,7 @@ class AxiLiteSlave(wiring.Component):
             m.d.sync += [asked.eq(0), aw_full.eq(0), w_full.eq(0)]
             answer = Mux(strobes.any() & ~strobes.all(), Response.SLVERR, Response.OKAY)
             m.d.sync += [axi.bvalid.eq(1), axi.bresp.eq(answer)]
-        with m.If(asked & ~writes & self.grant):
+        with m.If(asked & ~writes):
             m.d.sync += [asked.eq(0), fetch.eq(1)]
         with m.If(fetch):
             m.d.sync += [fetch.eq(0), ar_full.eq(0)]
@@ -215,10 +181,6 @@ def _stored(
     return payload_stored, full
 
 
-#: Bits of a core's word address.
-_ADDRESS = 10
-
-
 def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
     """The members as separate ports; tools infer an interface from names like ``s_axis_tdata``."""
     return {f"{prefix}_{name}": member for name, member in signature.members.items()}
@@ -226,9 +188,9 @@ def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
 
 _MEMBERS = {
     **{"aclk": In(1), "aresetn": In(1)},  # The reset is synchronous, active low.
-    **_flat("s_axis", AxiStreamSignature().flip()),  # Input records.
-    **_flat("m_axis", AxiStreamSignature()),  # Output records.
-    **_flat("s_axi", AxiLiteSignature(address=_ADDRESS + 2).flip()),  # Registers.
+    **_flat("s_axis", AXI_STREAM.flip()),  # Input records.
+    **_flat("m_axis", AXI_STREAM),  # Output records.
+    **_flat("s_axi", axi_lite(address=ADDRESS_BITS + 2).flip()),  # Registers.
     "restart": In(1),  # This and the following are as those of the core.
     "saturated_update": Out(1),
     "beyond_update": Out(1),
@@ -251,7 +213,7 @@ class AxiCore(wiring.Component):
         m.d.comb += [ClockSignal().eq(self.aclk), ResetSignal().eq(~self.aresetn)]
         m.submodules.records_in = records_in = StreamFromAxi(word=self.word)
         m.submodules.records_out = records_out = StreamToAxi(word=self.word)
-        m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=_ADDRESS)
+        m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=ADDRESS_BITS)
         self._outside(m, "s_axis", records_in.axi)
         self._outside(m, "m_axis", records_out.axi)
         self._outside(m, "s_axi", slave.axi)

@@ -74,13 +74,10 @@ class Lane(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        flag = self._captures(m)
-        product = self._multiply(m)
+        flag, product = self._captures(m), self._multiply(m)
         invert, skip = self._conditions(m, flag)
-        amount = self._amount(m)
-        term, carry = self._shift(m, product, amount, invert, skip)
-        acc = self._accumulate(m, term, carry)
-        self._write(m, acc)
+        term, carry = self._shift(m, product, self._amount(m), invert, skip)
+        self._write(m, self._accumulate(m, term, carry))
         return m
 
     def _captures(self, m: Module) -> Signal:
@@ -148,12 +145,9 @@ class Lane(wiring.Component):
         n = leading.count
         less = Signal.like(n)
         with m.Switch(self.scale):
-            with m.Case(1):
-                m.d.comb += less.eq(n)
-            with m.Case(2):
-                m.d.comb += less.eq(n & ~1)
-            with m.Case(3):
-                m.d.comb += less.eq(n >> 1)
+            for scale, part in enumerate((n, n & ~1, n >> 1), 1):
+                with m.Case(scale):
+                    m.d.comb += less.eq(part)
         difference = Signal(signed(len(n) + 1))
         amount = Signal(len(n), reset_less=True)
         m.d.comb += difference.eq(self.shift - less)

@@ -5,18 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any
 
-from amaranth.hdl import (
-    Cat,
-    ClockSignal,
-    Const,
-    Elaboratable,
-    Instance,
-    Module,
-    Mux,
-    Signal,
-    Value,
-    signed,
-)
+from amaranth.hdl import Cat, ClockSignal, Const, Instance, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -76,7 +65,7 @@ class DSP48A1(wiring.Component):
             }
         )
 
-    def elaborate(self, platform: Any) -> Elaboratable:
+    def elaborate(self, platform: Any) -> Module:
         return self._primitive() if is_spartan6(platform) else self._behaviour()
 
     def _primitive(self) -> Module:
@@ -113,24 +102,21 @@ class DSP48A1(wiring.Component):
     def _behaviour(self) -> Module:
         m = Module()
 
-        def register(value: Value, used: bool, name: str) -> Value:
-            if not used:
-                return value
-            out = Signal.like(value, name=name, reset_less=True)
-            with m.If(self.en):
-                m.d.sync += out.eq(value)
-            return out
+        def after(value: Value, name: str, register: str) -> Value:
+            used = [name] if self.registers[register] else []
+            return delayed(m, value, en=self.en, names=used)
 
-        use = self.registers
-        a = register(register(self.a, use["a0reg"], "a0"), use["a1reg"], "a1")
-        b = register(register(self.b, use["b0reg"], "b0"), use["b1reg"], "b1")
+        a, b = (
+            after(after(port, f"{side}0", f"{side}0reg"), f"{side}1", f"{side}1reg")
+            for side, port in (("a", self.a), ("b", self.b))
+        )
         product = Signal.like(self.m)
-        m.d.comb += [product.eq(a * b), self.m.eq(register(product, use["mreg"], "m0"))]
+        m.d.comb += [product.eq(a * b), self.m.eq(after(product, "m0", "mreg"))]
         z = {Z.ZERO: 0, Z.PCIN: self.pcin, Z.C: self.c}[self.z]
         total = Signal.like(self.p)
         m.d.comb += [
             total.eq(z + (self.m if self.adds else 0)),
-            self.p.eq(register(total, use["preg"], "p0")),
+            self.p.eq(after(total, "p0", "preg")),
             self.pcout.eq(self.p),
         ]
         return m
@@ -187,10 +173,7 @@ class Multiplier(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        if self.word <= self.ONE_SLICE:
-            self._one_slice(m)
-        else:
-            self._four_slices(m)
+        (self._one_slice if self.word <= self.ONE_SLICE else self._four_slices)(m)
         return m
 
     def _one_slice(self, m: Module) -> None:
@@ -251,9 +234,9 @@ class Multiplier(wiring.Component):
         m.d.comb += [hl.c.eq(ll.m[cut:]), lh.pcin.eq(hl.pcout), hh.c.eq(lh.p[cut:].as_signed())]
         # The bits that need no more addition wait in flip-flops (no reset, so that they stay
         # beside the slices; the pair of ``low`` is kept from becoming a shift register).
-        low = Signal(cut, reset_less=True)
-        low_next = Signal(cut, reset_less=True)
-        middle = Signal(cut, reset_less=True)
+        low, low_next, middle = (
+            Signal(cut, name=name, reset_less=True) for name in ("low", "low_next", "middle")
+        )
         with m.If(self.en):
             m.d.sync += [low.eq(ll.m[:cut]), low_next.eq(low), middle.eq(lh.p[:cut])]
         low_last = delayed(m, low_next, en=self.en, names=["low_last"] if self.sums else [])

@@ -138,12 +138,8 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
         for name, value in _slot_fields(schedule, registers, slot).items():
             words[slot.cycle + stage[name]][name] = value
     for k, (cycle, value) in enumerate(zip(schedule.gets, program.inputs, strict=True)):
-        for name, bits in (
-            ("get", 1),
-            ("get_last", int(k == len(schedule.gets) - 1)),
-            ("dest0", registers[value] % machine.bank_depth),
-        ):
-            words[cycle][name] = bits
+        last, offset = int(k == len(schedule.gets) - 1), registers[value] % machine.bank_depth
+        words[cycle] |= {"get": 1, "get_last": last, "dest0": offset}
     words[-1]["home"] = 1
     mask = (1 << machine.arithmetic.word) - 1
     size = Machine.TABLE_BLOCK * Machine.TABLE_BLOCKS
@@ -193,14 +189,15 @@ def _slot_fields(schedule: Schedule, registers: dict[int, int], slot: Slot) -> d
     lane, fields, common = slot.lane, {"a_addr": registers[slot.a]}, dict[str, int]()
     if slot.emit is not None:
         common = {"emit": 1, "emit_last": int(slot.emit == len(schedule.program.outputs) - 1)}
-    op = None if slot.op is None else schedule.program.ops[slot.op]
-    if op is not None:
+    if slot.op is not None:
+        op = schedule.program.ops[slot.op]
         for name in ("cap_index", "cap_flag", "cap_norm", "quarter", "first"):
             fields[name] = int(getattr(slot, name))
-    if op is not None and slot.last:
-        fields |= {"we": 1, "wrap": int(op.overflow.wraps), "sticky": int(op.overflow.is_sticky)}
-        fields["dest"] = registers[op.dest] % schedule.machine.bank_depth
-    if op is not None and slot.term is not None:
+        if slot.last:
+            overflow = op.overflow
+            fields |= {"we": 1, "wrap": int(overflow.wraps), "sticky": int(overflow.is_sticky)}
+            fields["dest"] = registers[op.dest] % schedule.machine.bank_depth
+    if slot.op is not None and slot.term is not None:
         term = op.terms[slot.term]
         if term.coefficient is not None:
             assert op.table is not None
@@ -264,10 +261,8 @@ def data_memories(machine: Machine, image: Image) -> dict[str, list[int]]:
     registers, tables = image.registers, image.tables
     if machine.lanes == 1:
         shared = 4 * block - len(registers)
-        out = {
-            **{"a0": registers, "b0": registers + tables[:shared]},
-            **{"tables0": tables[shared : 2 * block], "tables2": tables[max(shared, 2 * block) :]},
-        }
+        out = {"a0": registers, "b0": registers + tables[:shared]}
+        out |= {"tables0": tables[shared : 2 * block], "tables2": tables[max(shared, 2 * block) :]}
         return {name: words for name, words in out.items() if words}
     out = {
         f"{side}{lane}_bank{bank}": registers[bank * depth : (bank + 1) * depth]

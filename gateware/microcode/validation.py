@@ -88,15 +88,12 @@ class Emulator:
         self.registers = [
             domain.symbol(f"left in register {k}") for k in range(len(image.registers))
         ]
-        self._lanes = [self._lane(k) for k in range(machine.lanes)]
+        self._lanes = [
+            _Lane(machine, lambda name, k=k: domain.symbol(f"left in {name} of lane {k}"))
+            for k in range(machine.lanes)
+        ]
         #: Registers that are written at the end of this cycle, and its number.
         self._writing, self._cycle = set[int](), 0
-
-    def _lane(self, number: int) -> _Lane:
-        """A lane before the first update."""
-        return _Lane(
-            self.machine, lambda name: self.domain.symbol(f"left in {name} of lane {number}")
-        )
 
     def physical(self, address: int, parity: int) -> int:
         """Register address with the parity in bit c of the state region."""
@@ -124,9 +121,8 @@ class Emulator:
             taken = [next(words, None) if word["get"] and k == 0 else None for k in lanes]
             if word["get"]:
                 record.gets.append(bool(word["get_last"]))
-            addresses = [
-                self._state(k * self.machine.bank_depth + f["dest"]) for k, f in enumerate(fields)
-            ]
+            depth = self.machine.bank_depth
+            addresses = [self._state(k * depth + fields[k]["dest"]) for k in lanes]
             self._writing = {addresses[k] for k in lanes if fields[k]["we"] or taken[k] is not None}
             if word["emit"]:
                 record.outputs.append(self._lanes[0].operands[0][0])
@@ -182,12 +178,11 @@ class Emulator:
             if f["sticky"] and domain.may_overflow(result):
                 self.flagged.add(result)
         # Address
-        block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
-        word_b = (
-            domain.coefficient(block, coefficient, lane.index)
-            if f["table"]
-            else self._read(f["b_addr"])
-        )
+        b_addr = f["b_addr"]
+        if f["table"]:
+            word_b = domain.coefficient(b_addr >> 2 & 3, b_addr & 3, lane.index)
+        else:
+            word_b = self._read(b_addr)
         lane.operands.append((self._read(f["a_addr"]), word_b))
         return result
 
@@ -231,22 +226,19 @@ class _Core:
             for k, (program, where) in enumerate(zip(programs, registers, strict=True))
             for n in (*program.of_kind(Kind.PARAM), *program.of_kind(Kind.STATE))
         }
-        half, slots = machine.bank_depth // 2, machine.state_slots
+        depth, slots = machine.bank_depth, machine.state_slots
         words = {
-            (lane * machine.bank_depth + fields[f"dest{lane}"])
+            lane * depth + fields[f"dest{lane}"]
             for fields in (decode(machine, word) for word in image.rom)
             for lane in range(machine.lanes)
             if fields[f"we{lane}"] or (lane == 0 and fields["get"])
         } | {*self.lasting.values()}
-        pairs = {
-            address: address ^ slots if address % machine.bank_depth >= half else address
-            for address in range(machine.bank_depth * machine.lanes)
-        }
         #: Registers that no program writes, nor the host; of the upper halves those whose two
         #: copies, which take turns, are equal.
         self.constants = {
             a
-            for a, b in pairs.items()
+            for a in range(depth * machine.lanes)
+            for b in [a ^ slots if a % depth >= depth // 2 else a]
             if not {a, b} & words and image.registers[a] == image.registers[b]
         }
 
@@ -255,10 +247,8 @@ class _Core:
         mask = (1 << self.machine.arithmetic.word) - 1
         for (k, n), address in self.lasting.items():
             value = self.programs[k].values[n]
-            copies = {address}
-            if value.kind is Kind.STATE:
-                copies.add(address + self.machine.state_slots)
-            for copy in sorted(copies):
+            is_state = value.kind is Kind.STATE
+            for copy in (address, address + self.machine.state_slots)[: 1 + is_state]:
                 if self.image.registers[copy] != value.initial & mask:
                     raise Refuted(
                         f"{self.programs[k].name}: {value.name} must begin with {value.initial}, "
@@ -285,15 +275,12 @@ class _Update:
         for address in core.constants:
             word = wrap(core.image.registers[address], core.machine.arithmetic.word)
             emulator.registers[address] = self.terms.word(word)
-        #: Symbol of each parameter and state of any program.
-        self.symbols = {(k, n): self.terms.symbol(self._name(k, n), n) for k, n in core.lasting}
-        #: Physical register of each of them.
-        self.registers = {
-            (k, n): emulator.physical(address, emulator.parities[k])
-            for (k, n), address in core.lasting.items()
-        }
-        for item, address in self.registers.items():
-            emulator.registers[address] = self.symbols[item]
+        #: Symbol and physical register of each parameter and state of any program.
+        self.symbols, self.registers = dict[tuple[int, int], int](), dict[tuple[int, int], int]()
+        for (k, n), address in core.lasting.items():
+            self.symbols[k, n] = self.terms.symbol(self._name(k, n), n)
+            self.registers[k, n] = emulator.physical(address, emulator.parities[k])
+            emulator.registers[self.registers[k, n]] = self.symbols[k, n]
 
     def _name(self, k: int, n: int) -> str:
         return f"{self.core.programs[k].name}.{self.core.programs[k].values[n].name}"
@@ -354,9 +341,8 @@ class _Update:
     def _words(self, record: Record, meaning: Meaning) -> Iterator[tuple[str, int, int]]:
         """Each word that leaves or lasts: its name, its term in the microcode, in the program."""
         program, after = self.program, dict(self.program.states)
-        for name, word, n in zip(
-            program.output_names, record.outputs, program.outputs, strict=True
-        ):
+        names = program.output_names
+        for name, word, n in zip(names, record.outputs, program.outputs, strict=True):
             yield f"output {name}", word, meaning.values[n]
         for state, word in self._next_states():
             yield f"next {program.values[state].name}", word, meaning.values[after[state]]

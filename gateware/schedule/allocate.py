@@ -78,9 +78,9 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
             if used > core.half:
                 raise part.full("parameters, inputs and results", bank, used, core.half)
     core.top = top
+    initial = [0] * core.machine.register_words
     for part in parts:
         part.constants()
-    initial = [0] * (core.machine.bank_depth * core.machine.lanes)
     for part in parts:
         part.fill(initial)
     return tuple(part.result(initial) for part in parts)
@@ -114,21 +114,16 @@ class _Allocator:
     """Allocation of one program."""
 
     def __init__(self, schedule: Schedule, core: _Core) -> None:
-        self.schedule = schedule
-        self.core = core
-        self.program = schedule.program
-        self.machine = schedule.machine
+        self.schedule, self.core = schedule, core
+        self.program, self.machine = schedule.program, schedule.machine
         self.last_read = _last_reads(schedule)
         self.producer = {op.dest: k for k, op in enumerate(self.program.ops)}
         self.live_ranges: dict[int, LiveRange] = {}
         self.end = schedule.length - 1
 
     def result(self, initial: Iterable[int]) -> Allocation:
-        return Allocation(
-            tuple(self.live_ranges[n] for n in sorted(self.live_ranges)),
-            tuple(initial),
-            tuple(self.core.constants.items()),
-        )
+        ranges = tuple(self.live_ranges[n] for n in sorted(self.live_ranges))
+        return Allocation(ranges, tuple(initial), tuple(self.core.constants.items()))
 
     def fill(self, initial: list[int]) -> None:
         """Put this program's initial words into the core's."""
@@ -222,8 +217,10 @@ class _Allocator:
 
     def constant_words(self) -> set[int]:
         """Words of the constants that are read."""
-        constants = self.program.of_kind(Kind.CONST)
-        return {self.program.values[n].initial for n in constants if n in self.last_read}
+        return {self.program.values[n].initial for n in self._constants()}
+
+    def _constants(self) -> list[int]:
+        return [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
 
     def start_words(self) -> set[int]:
         """Words that the restart routine reads: initial ones, and one for copies."""
@@ -236,7 +233,7 @@ class _Allocator:
     def constants(self) -> None:
         """Constants that are read: one register for each word, in the emptiest bank."""
         core, registers = self.core, self.core.constants
-        wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
+        read = {n: self.program.values[n].initial for n in self._constants()}
         words = (self.constant_words() | self.start_words()) - registers.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
@@ -246,21 +243,18 @@ class _Allocator:
                 f"{self.machine.name} machine left for them"
                 f"{self.machine.remedy(capacity + len(words) - room, capacity)}"
             )
-        ordered = [self.program.values[n].initial for n in wanted]
-        for word in dict.fromkeys((*ordered, *sorted(words))):
+        for word in dict.fromkeys((*read.values(), *sorted(words))):
             if word not in registers:
                 bank = min(range(len(core.top)), key=core.top.__getitem__)
                 registers[word] = bank * self.machine.bank_depth + core.top[bank]
                 core.top[bank] += 1
-        for n, word in zip(wanted, ordered, strict=True):
+        for n, word in read.items():
             self.assign(n, registers[word], 0, self.end)
 
 
 def _last_reads(schedule: Schedule) -> dict[int, int]:
     """Cycle of the last read of every value."""
     last: dict[int, int] = {}
-    for s in schedule.slots:
-        reads: Iterable[int] = (s.a,) if s.b is None else (s.a, s.b)
-        for v in reads:
-            last[v] = max(last.get(v, 0), s.cycle)
+    for s in schedule.slots:  # in the order of their cycles
+        last |= {v: s.cycle for v in (s.a, s.b) if v is not None}
     return last

@@ -11,6 +11,7 @@ for later ops in the lane, which then need no separate slot for it. Such a captu
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -101,8 +102,8 @@ def uses(op: Op, term: int | None) -> Need:
 
 def needs(op: Op) -> Need:
     """Which captures the op's terms rely on."""
-    terms = (None, *range(len(op.terms)))
-    index, flag, norm = map(any, zip(*(uses(op, k) for k in terms), strict=True))
+    each = [uses(op, k) for k in range(len(op.terms))]
+    index, flag, norm = (any(need[kind] for need in each) for kind in range(len(KINDS)))
     return index, flag, norm
 
 
@@ -166,25 +167,23 @@ def _build(
             return None
         places[kind] = k
         slots[k] = replace(slots[k], **{f"cap_{kind}": True}, quarter=quarters.get(k, False))
-    edges = []
-    for k, t in enumerate(op.terms):
-        if "flag" in places and t.conditional and k != places["flag"]:
-            edges.append((places["flag"], k))
-        if "norm" in places and t.scale is not Scale.NONE and k != places["norm"]:
-            edges.append((places["norm"], k))
-        if "index" in places and t.coefficient is not None:
-            edges.append((places["index"], k))
+    edges = [
+        (places[kind], k)
+        for k in range(len(op.terms))
+        for kind, used in zip(KINDS, uses(op, k), strict=True)
+        if used and kind in places and (kind == "index" or k != places[kind])
+    ]
     ordered = _topological(edges)
     return None if ordered is None else Arrangement(tuple(slots), ordered)
 
 
 def _topological(edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | None:
     """Edges sorted so that each comes after those into its tail; None if there is a cycle."""
-    before: dict[int, list[int]] = {}
+    graph = TopologicalSorter[int]()
     for earlier, later in edges:
-        before.setdefault(later, []).append(earlier)
+        graph.add(later, earlier)
     try:
-        order = [*TopologicalSorter(before).static_order()]
+        order = [*graph.static_order()]
     except CycleError:
         return None
     return tuple(sorted(edges, key=lambda edge: order.index(edge[0])))
@@ -219,11 +218,11 @@ class Gift:
 
 def gifts(program: Program) -> list[list[Gift]]:
     """For each op, the captures it could make for others."""
-    wanted: dict[int, list[tuple[int, Key]]] = {}
+    wanted: dict[int, dict[tuple[int, Key], None]] = defaultdict(dict)  # each once, in order
     for op in program.ops:
         for kind, key in enumerate(keys(op)):
-            if key is not None and (kind, key) not in wanted.setdefault(key[0], []):
-                wanted[key[0]].append((kind, key))
+            if key is not None:
+                wanted[key[0]][kind, key] = None
     out = []
     for op in program.ops:
         offers = []

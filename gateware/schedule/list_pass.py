@@ -104,8 +104,7 @@ class _Pass:
         if need[0] or t >= self.index_from[lane]:
             return True
         slots = fit[2].ordered(fit[3])
-        use = next((i for i, s in enumerate(slots) if s.reads_table), None)
-        return use is None or t + use >= self.index_from[lane]
+        return all(t + i >= self.index_from[lane] for i, s in enumerate(slots) if s.reads_table)
 
     def may_start(self, t: int, node: int, lane: int, need: Need, fit: Fit) -> bool:
         """Whether an op can start now: its operands, room for a state, a cycle to write it."""
@@ -159,50 +158,42 @@ class _Pass:
                 self.delay(end + self.write)
         self.groups.append((node, lane, t, slots))
         if node >= problem.n_ops:
-            self.emit(node, t)
-            return
-        for k in problem.consumers[node]:
-            self.follow(k)
+            self.emits.append(t)
+        self.follow(node)
 
     def ride(self, t: int, slots: Sequence[Slot]) -> Sequence[Slot]:
         """Let the next emits of the stream share slots that read their values."""
         problem = self.p
         out = list(slots)
         for i, s in enumerate(out):
-            node = problem.n_ops + self.emitted
+            emitted = len(self.emits)
+            node = problem.n_ops + emitted
             if node == problem.nodes:
                 break
-            value = problem.program.outputs[self.emitted]
+            value = problem.program.outputs[emitted]
             if value not in (s.a, s.b) or t + i + self.read in self.gets:
                 continue
             if s.a != value:
                 if s.cap_index or s.cap_flag or s.cap_norm:
                     continue
                 s = replace(s, a=value, b=s.a, swap=not s.swap)
-            out[i] = replace(s, emit=self.emitted)
+            out[i] = replace(s, emit=emitted)
             entry = (-self.priority[node], node)
             if entry in self.awake:
                 self.awake.remove(entry)
             else:
                 self.asleep = [x for x in self.asleep if x[1] != node]
                 heapify(self.asleep)
-            self.emit(node, t + i)
+            self.emits.append(t + i)
+            self.follow(node)
         return out
 
-    @property
-    def emitted(self) -> int:
-        return len(self.emits)
-
-    def emit(self, node: int, cycle: int) -> None:
-        self.emits.append(cycle)
-        for k in self.p.consumers[node]:
-            self.follow(k)
-
     def follow(self, node: int) -> None:
-        """One of the nodes that ``node`` waits for is placed."""
-        self.waits[node] -= 1
-        if not self.waits[node]:
-            self.enqueue(node)
+        """Queue the nodes that wait for ``node``, which is placed, and for nothing else."""
+        for consumer in self.p.consumers[node]:
+            self.waits[consumer] -= 1
+            if not self.waits[consumer]:
+                self.enqueue(consumer)
 
     def delay(self, cycle: int) -> None:
         """Delay gets from ``cycle`` on that collide with writes of lane 0."""
@@ -223,9 +214,8 @@ class _Pass:
         problem = self.p
         least = problem.machine.prefetch + 1
         length = max(self.gets[-1] + 1 if self.gets else least, least)
-        count = 0
+        count = sum(len(slots) for *_, slots in self.groups)
         for node, _, start, slots in self.groups:
-            count += len(slots)
             if node < problem.n_ops:
                 length = max(length, start + len(slots) + self.write)
         words = [cycle + self.read + 1 for cycle in self.emits]

@@ -78,8 +78,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     for k in reversed(range(n_ops)):
         for consumer, cost in edges[k]:
             total[k] = max(total[k], total[consumer] + cost)
-            tail_cost = tail[consumer]
-            if tail_cost is not None:
+            if (tail_cost := tail[consumer]) is not None:
                 tail[k] = max(tail[k] or 0, tail_cost + cost)
     slots = [
         min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
@@ -136,10 +135,8 @@ class ListProblem:
         urgent: int,
         state_quota: Sequence[int] | None = None,
     ) -> None:
-        self.program = program
-        self.machine = machine
-        self.urgent = urgent
-        self.far = far
+        self.program, self.machine = program, machine
+        self.urgent, self.far = urgent, far
         self.n_ops = len(program.ops)
         self.nodes = self.n_ops + len(program.outputs)
         self.needs: list[Need] = [needs(op) for op in program.ops]
@@ -151,9 +148,8 @@ class ListProblem:
         self.gifts = gifts(program)
         self.givers: dict[tuple[int, Key], list[int]] = defaultdict(list)
         for k, offers in enumerate(self.gifts):
-            for g in offers:
-                if k not in self.givers[g.kind, g.key]:
-                    self.givers[g.kind, g.key].append(k)
+            for kind_and_key in dict.fromkeys((g.kind, g.key) for g in offers):
+                self.givers[kind_and_key].append(k)
         self.awaited = set(program.inputs)
         self.state_quota = tuple(state_quota or [machine.state_slots] * machine.lanes)
         after = {n for _, n in program.states}
@@ -185,29 +181,21 @@ class ListProblem:
 
     def arranged(self, node: int, need: Need) -> list[Arrangement]:
         """Arrangements of a node that makes the captures ``need``."""
-        key = (node, need)
-        if key not in self._arranged:
+        if (node, need) not in self._arranged:
             if node < self.n_ops:
                 ways = arrangements(self.program.ops[node], node, need)
             else:
                 j = node - self.n_ops
                 ways = [Arrangement((Slot(0, 0, self.program.outputs[j], emit=j),), ())]
-            self._arranged[key] = ways
-        return self._arranged[key]
+            self._arranged[node, need] = ways
+        return self._arranged[node, need]
 
     def slots(self, attempt: Attempt) -> tuple[Slot, ...]:
         """The attempt's groups as slots in order of cycle and lane."""
         out = []
         for node, lane, start, slots in attempt.groups:
             op = node < self.n_ops
-            out += [
-                replace(
-                    s,
-                    cycle=start + i,
-                    lane=lane,
-                    first=op and i == 0,
-                    last=op and i == len(slots) - 1,
-                )
-                for i, s in enumerate(slots)
-            ]
+            for i, s in enumerate(slots):
+                ends = {"first": op and i == 0, "last": op and i == len(slots) - 1}
+                out.append(replace(s, cycle=start + i, lane=lane, **ends))
         return tuple(sorted(out, key=lambda s: (s.cycle, s.lane)))

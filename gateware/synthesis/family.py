@@ -346,6 +346,12 @@ class Target:
     grade: int
 
     @property
+    def router(self) -> Router:
+        """That of its family, which has one."""
+        assert self.family.router is not None
+        return self.family.router
+
+    @property
     def title(self) -> str:
         graded = len(self.device.grades) > 1
         return f"{self.device.name}, speed {self.grade}" if graded else self.device.name

@@ -71,10 +71,9 @@ class Routed:
     @property
     def untimed(self) -> tuple[str, ...]:
         """Types of its cells that the router has no delays of."""
-        router = self.mapped.target.family.router
-        assert router is not None
         (module,) = self.mapped.netlist["modules"].values()
-        return tuple(sorted(router.untimed & {cell["type"] for cell in module["cells"].values()}))
+        types = {cell["type"] for cell in module["cells"].values()}
+        return tuple(sorted(self.mapped.target.router.untimed & types))
 
     @property
     def clock_mhz(self) -> float | None:
@@ -150,12 +149,8 @@ def _check_room(
     over = [key for key, n in used.items() if n > device.capacity(key)]
     if not over:
         return
-    fits = (
-        t.name
-        for t in TARGETS.values()
-        if t.family.name == target.family.name
-        and all(n <= t.device.capacity(k) for k, n in used.items())
-    )
+    family = (t for t in TARGETS.values() if t.family.name == target.family.name)
+    fits = (t.name for t in family if all(n <= t.device.capacity(k) for k, n in used.items()))
     raise InputError.at(
         f"target {target.name}",
         wanted=", ".join(f"{device.capacity(k):,} {device.unit(k)}" for k in over),
@@ -178,12 +173,10 @@ def implement(
     ``top`` is its module with the clock ``clk``; the family of ``target`` has a router, which works
     towards ``clock_mhz``. Raises as `netlist_for`, and RouteError if it rejected the design.
     """
-    assert target.family.router is not None
-    find_router(target.family.router)  # before the work
+    find_router(target.router)  # before the work
     mapped = netlist_for(verilog, top, target)
     inner = enclosed(mapped.netlist, top, target.family)
-    wanted = clock_mhz or _CLOCK_MHZ
-    return route(mapped, inner, wanted, seeds, progress=progress)
+    return route(mapped, inner, clock_mhz or _CLOCK_MHZ, seeds, progress=progress)
 
 
 def route(
@@ -197,8 +190,7 @@ def route(
 ) -> Routed:
     """Place and route a netlist with seeds 1, 2, ...; ``options`` as of `place_and_route`."""
     target, runs = mapped.target, []
-    assert target.family.router is not None
-    tool = find_router(target.family.router)
+    tool = find_router(target.router)
     for seed in range(1, seeds + 1):
         progress(f"{tool.version}, {target.title}, seed {seed}")
         run = place_and_route(netlist, target, seed=seed, clock_mhz=clock_mhz, **options)
@@ -234,12 +226,11 @@ def enclosed(netlist: dict[str, Any], top: str, family: Family) -> dict[str, Any
         return net
 
     before: int | str = drive("0", next(fresh)) if "0" in family.drivers else "0"
+    module["ports"] = {"clk": ports.pop("clk")}
     if "clk" in family.drivers:
         drive("clk", clock_net)
-        del ports["clk"]
-    for name, port in list(ports.items()):
-        if name == "clk":
-            continue
+        module["ports"] = {}
+    for name, port in ports.items():
         for number, net in enumerate(port["bits"]):
             if not isinstance(net, int):
                 continue
@@ -248,7 +239,6 @@ def enclosed(netlist: dict[str, Any], top: str, family: Family) -> dict[str, Any
             output = {beside.q: net if entering else next(fresh)}
             before = net if entering else before
             cells[f"$port${name}${number}"] = _cell(beside.kind, beside.parameters, inputs, output)
-        del ports[name]
     return out
 
 
@@ -259,10 +249,7 @@ def _cell(
     outputs: Mapping[str, int],
 ) -> dict[str, Any]:
     return {
-        "hide_name": 1,
-        "type": kind,
-        "parameters": dict(parameters),
-        "attributes": {},
+        **{"hide_name": 1, "type": kind, "parameters": dict(parameters), "attributes": {}},
         "port_directions": {**dict.fromkeys(inputs, "input"), **dict.fromkeys(outputs, "output")},
         "connections": {port: [net] for port, net in {**inputs, **outputs}.items()},
     }

@@ -129,9 +129,9 @@ def run_tool(
 
 
 def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *, of: str) -> str:
-    """Run a script of yosys on some files, and return the text of the file ``result``.
+    """Run a script of yosys on files of the design ``of``; text of the file ``result``.
 
-    ``of`` is the name of the design, for messages; raises as `run_tool`, `SynthesisError`.
+    Raises as `run_tool`, `SynthesisError`.
     """
     message = f"{tool.name} failed on {of}"
     written = run_tool(tool, ("-q", "-p", script), files, (result,), message, SynthesisError)
@@ -202,20 +202,17 @@ def find_program(program: str, package: str, extra: str) -> Tool:
     return Tool(name=program, argv=argv, version=f"{program} {version.removeprefix('nextpnr-')}")
 
 
-def find_router(router: Router) -> Tool:
-    """The program of a family."""
-    return find_program(router.program, f"yowasp-{router.program}", router.extra)
+def find_router(router: Router, program: str = "") -> Tool:
+    """The program of a family, or another ``program`` of its package."""
+    return find_program(program or router.program, f"yowasp-{router.program}", router.extra)
 
 
 def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
     """Options of the router for a target, without files."""
-    router = target.family.router
-    assert router is not None
-    name, grade = target.device.name, router.grades.get(target.grade, target.grade)
-    size = name.partition("-")[2]
+    router, name = target.router, target.device.name
+    size, grade = name.partition("-")[2], router.grades.get(target.grade, target.grade)
     part = (o.format(name=name.upper(), size=size, grade=grade) for o in router.options)
-    wanted = ("--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
-    return (*part, *wanted)
+    return (*part, "--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
 
 
 def place_and_route(
@@ -233,8 +230,7 @@ def place_and_route(
     (pins), ``writes`` one to the name of a text file that the tool writes. Raises ToolMissing
     without the router, RouteError if it failed.
     """
-    assert target.family.router is not None
-    tool = find_router(target.family.router)
+    tool = find_router(target.router)
     options = command(target, seed=seed, clock_mhz=clock_mhz)
     files, outputs = dict(constraints or {}), dict(writes or {})
 
@@ -255,12 +251,10 @@ def place_and_route(
         content = {"clock_mhz": slowest, "files": written}
         (folder / "run.json").write_text(json.dumps(content), encoding="utf-8")
 
-    identity = json.dumps(
-        [_CACHE_FORMAT, tool.version, options, sorted(files.items()), sorted(outputs.items())]
-    ) + json.dumps(netlist, sort_keys=True)
+    named = [_CACHE_FORMAT, tool.version, options, sorted(files.items()), sorted(outputs.items())]
+    identity = json.dumps(named) + json.dumps(netlist, sort_keys=True)
     entry = Cache().get(f"route-{target.name}", identity, store)
-    result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
-    return Run(seed=seed, clock_mhz=result["clock_mhz"], files=result["files"])
+    return Run(seed, **json.loads((entry / "run.json").read_text(encoding="utf-8")))
 
 
 def pack(router: Router, name: str, text: str) -> bytes:
@@ -269,7 +263,7 @@ def pack(router: Router, name: str, text: str) -> bytes:
     Raises ToolMissing, or ToolFailed if the packer failed.
     """
     program, *options = router.packer
-    tool = find_program(program, f"yowasp-{router.program}", router.extra)
+    tool = find_router(router, program)
     arguments, file = (*options, name, router.bitstream), {name: text.encode("latin-1")}
     message = f"{tool.name} makes no bitstream"
     return run_tool(tool, arguments, file, (router.bitstream,), message)[router.bitstream]

@@ -165,26 +165,19 @@ def _line(cycles: int, marks: int, value: int, word: int) -> str:
 
 def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]:
     """Values of the bench besides the words."""
-    inputs, outputs = (
-        list(accumulate(words.size for words in side))
-        for side in ([run.inputs for run in runs], [run.outputs for run in runs])
-    )
+    inputs = [*accumulate(run.inputs.size for run in runs)]
+    outputs = [*accumulate(run.outputs.size for run in runs)]
     rows = [
         {
-            "number": run.number,
-            "name": core.programs[run.number].program,
-            "records": len(run.inputs),
-            "inputs": inputs[k],
-            "outputs": outputs[k],
+            **{"number": run.number, "name": core.programs[run.number].program},
+            **{"records": len(run.inputs), "inputs": inputs[k], "outputs": outputs[k]},
         }
         for k, run in enumerate(runs)
     ]
     return {
         "runs": rows,
         "again": {"inputs": runs[0].inputs.shape[1], "outputs": runs[0].outputs.shape[1]},
-        "inputs": inputs[-1],
-        "outputs": outputs[-1],
-        "digits": -(-core.word // 4),
+        **{"inputs": inputs[-1], "outputs": outputs[-1], "digits": -(-core.word // 4)},
         "patience": 4 * max(program.interval for program in core.programs) + 200,
         "build": list(zip((BUILD_LOW.address, BUILD_HIGH.address), core.build, strict=True)),
         **{r.name: r.address for r in (STATUS, UPDATES, RESTART)},
@@ -262,12 +255,10 @@ def integration_files(
     for module, (clock, reset, *data_ports) in ports.items():
         parts = {"module": module, "clock": clock.name, "reset": reset.name, "ports": data_ports}
         for end in ("v", "vhd"):
-            out[f"integration/{module}_instance.{end}"] = render(
-                f"instance.{end}", **context, **parts
-            )
-        is_axi = module == "core_axi"
-        name = "tb_axi" if is_axi else "tb"
-        bench = {"module": module, "name": name, "axi": is_axi}
+            text = render(f"instance.{end}", **context, **parts)
+            out[f"integration/{module}_instance.{end}"] = text
+        name = module.replace("core", "tb")
+        bench = {"module": module, "name": name, "axi": module == "core_axi"}
         out[f"tb/{name}.v"] = render("tb.v", **{**context, **bench_context(core, runs), **bench})
     verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
     out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"

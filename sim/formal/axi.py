@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Assume, Module, Mux, Signal, Value
 
 from boresight.gateware.bus.axi import AxiLiteSlave, Response
 from boresight.sim.formal.harness import Harness, Proof, Stream, before, drive, reached
@@ -12,14 +12,15 @@ class AxiLiteHarness(Harness):
     """AxiLiteSlave: each request is executed once, unchanged, and answered once.
 
     A write of four bytes reaches the bus, others do not. A read has the word of its address.
-    Neither kind waits for more than one of the other. A channel's ``ready`` follows from earlier
-    cycles: no path leads from input to output.
+    Neither kind waits for more than one of the other, nor for more than five cycles in which the
+    bus does not wait. A channel's ``ready`` follows from earlier cycles: no path leads from input
+    to output.
     """
 
     def surround(self, m: Module, dut: AxiLiteSlave) -> None:
         axi, bus = dut.axi, dut.bus
-        (grant,), (w_ack, r_data) = drive(m, dut, "grant"), drive(m, bus, "w_ack", "r_data")
-        m.d.comb += [Assume(~grant | dut.request), Assume(~w_ack | (grant & bus.w_stb))]
+        w_ack, r_data = drive(m, bus, "w_ack", "r_data")
+        m.d.comb += Assume(~w_ack | bus.w_stb)
         b = Stream(axi.bvalid, axi.bready, axi.bresp, name="b")
         r = Stream(axi.rvalid, axi.rready, axi.rdata, axi.rresp, name="r")
         for answer in (b, r):
@@ -41,17 +42,15 @@ class AxiLiteHarness(Harness):
         acknowledged = before(m, w_ack, "acknowledged")
         partial = strobes != 0b1111
         refused = partial & strobes.any()
-        read = dut.request & ~bus.w_stb
-        granted = before(m, read & grant, "granted")
+        asked = has_ar & ~axi.rvalid & ~bus.w_stb & (bus.addr == ar[2:])
+        fetched = before(m, before(m, asked, "asked"), "fetched")
         m.d.comb += [
-            Assert(~bus.w_stb | (dut.request & has_aw & has_w & ~partial & ~axi.bvalid)),
+            Assert(~bus.w_stb | (has_aw & has_w & ~partial & ~axi.bvalid)),
             Assert(~bus.w_stb | ((bus.addr == aw[2:]) & (bus.w_data == word[: len(bus.w_data)]))),
             Assert(~acknowledged | wrote),
             Assert(~wrote | (acknowledged == ~partial)),
             Assert(~wrote | (axi.bresp == Mux(refused, Response.SLVERR, Response.OKAY))),
-            Assert(~read | (has_ar & ~axi.rvalid & (bus.addr == ar[2:]))),
-            Assert(read_done == before(m, granted, "fetched")),
-            Assert(~read_done | (axi.rdata == before(m, r_data, "read_word"))),
+            Assert(~read_done | (fetched & (axi.rdata == before(m, r_data, "read_word")))),
             Assert(axi.rresp == Response.OKAY),
             reached(m, wrote & ~partial, "wrote"),
             reached(m, wrote & refused, "refused"),
@@ -59,13 +58,15 @@ class AxiLiteHarness(Harness):
             reached(m, read_done, "read"),
         ]
         waiting = {"write": has_aw & has_w & ~axi.bvalid, "read": has_ar & ~axi.rvalid}
-        idle = before(m, ~dut.request & ~granted & Cat(*waiting.values()).any(), "idle")
-        m.d.comb += Assert(~idle | dut.request | wrote)
         for (name, waits), other in zip(waiting.items(), (read_done, wrote), strict=True):
-            passed = Signal(2, name=f"{name}_passed")
-            m.d.sync += passed.eq(Mux(waits, passed + other, 0))
+            passed, cycles = Signal(2, name=f"{name}_passed"), Signal(4, name=f"{name}_cycles")
+            m.d.sync += [
+                passed.eq(Mux(waits, passed + other, 0)),
+                cycles.eq(Mux(waits, cycles + (~bus.w_stb | w_ack), 0)),
+            ]
             m.d.comb += [
                 Assert(~waits | (passed + other <= 1)),
+                Assert(cycles <= 5),
                 reached(m, waits & other, f"{name}_waited"),
             ]
 

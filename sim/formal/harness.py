@@ -64,9 +64,8 @@ class Inside:
         }
 
     def _ports(self) -> list[Value]:
-        if not hasattr(self.component, "signature"):
-            return []
-        ports = self.component.signature.flatten(self.component)
+        signature = getattr(self.component, "signature", None)
+        ports = signature.flatten(self.component) if signature is not None else ()
         return [Value.cast(port) for _, _, port in ports]
 
     def __getitem__(self, name: str) -> Signal:
@@ -144,11 +143,10 @@ class Stream:
         """1 in a cycle in which a word is transferred."""
         return self.valid & self.ready
 
-    def source(self, m: Module, payload: Value | None = None) -> None:
+    def source(self, m: Module) -> None:
         """Offer words at any pace; an offered word stays until it is taken."""
         valid = unknown(m, 1, f"{self.name}_valid")
-        if payload is None:
-            payload = unknown(m, len(self.payload), f"{self.name}_payload")
+        payload = unknown(m, len(self.payload), f"{self.name}_payload")
         m.d.comb += [self.valid.eq(valid), self.payload.eq(payload)]
         m.d.comb += Assume(self._held(m, valid, payload))
 

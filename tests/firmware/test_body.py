@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from boresight.firmware.build import find_compiler
 from boresight.firmware.emit import Body
-from boresight.firmware.helpers import definitions, helpers
-from boresight.firmware.layout import block, identifier, literal, unique
+from boresight.firmware.layout import block, definitions, helpers, identifier, literal, unique
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
 
@@ -70,7 +69,7 @@ def test_what_only_a_state_takes_over_is_loaded() -> None:
 
 
 # --------------------------------------------------------------------------------------------------
-# `firmware.helpers`: each against plain Python
+# the static functions: each against plain Python
 
 
 @pytest.mark.parametrize("flags", [(), ("-U__GNUC__",)], ids=["gnu", "portable"])

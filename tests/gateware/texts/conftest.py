@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.levels import vectors
+from boresight.sim.levels import rtl
 from boresight.sim.levels.build import Build
 from boresight.verbs.compile import core_texts, write_core
 from tests.support.track import Track
@@ -26,8 +26,8 @@ class Half(Estimator):
 def _written(folder: Path, build: Build, target: str) -> tuple[Path, Build]:
     """24 records of each program, to be quick."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vectors, "_RECORDS", (24, 24))
-        texts = core_texts(build, vectors.recorded(build), target)
+        patch.setattr(rtl, "_RECORDS", (24, 24))
+        texts = core_texts(build, rtl.recorded(build), target)
     write_core(folder, build.core, texts)
     return folder, build
 
