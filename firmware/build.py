@@ -6,7 +6,7 @@ import ctypes
 import functools
 import shutil
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -117,10 +117,10 @@ def host_source(name: str, states: int, *, number: str = "int32_t") -> str:
 def observe_source(body: Body) -> str:
     """Text of ``<name>_observe.c``, which needs only ``<name>.h``."""
 
-    def count(op: Op) -> Iterator[str]:
-        if op.overflow is Overflow.SAT:
-            yield f"saturations[{op.dest}] += saturated ? 1 : 0;"
-            yield "saturated = false;"
+    def count(op: Op) -> list[str]:
+        if op.overflow is not Overflow.SAT:
+            return []
+        return [f"saturations[{op.dest}] += saturated ? 1 : 0;", "saturated = false;"]
 
     values = range(len(body.program.values))
     words = [f"words[{n}] = {body.word(n)};" for n in values]
@@ -145,20 +145,17 @@ _FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC", "-ffp-contract=off")
 
 def find_compiler() -> str:
     """Path of ``gcc``, else of ``cc``; raises `ToolMissing` without either."""
-    path = shutil.which("gcc") or shutil.which("cc")
-    if path is None:
-        raise ToolMissing(
-            "no C compiler was found: install gcc (Debian, Ubuntu: "
-            "apt install gcc) or put cc on the PATH."
-        )
-    return path
+    if path := shutil.which("gcc") or shutil.which("cc"):
+        return path
+    raise ToolMissing(
+        "no C compiler was found: install gcc (Debian, Ubuntu: apt install gcc) or put cc on the "
+        "PATH."
+    )
 
 
 @functools.cache
-def _version(compiler: str) -> str:
-    return subprocess.run(
-        [compiler, "--version"], check=True, capture_output=True, text=True
-    ).stdout
+def _version(compiler: str) -> bytes:
+    return subprocess.run([compiler, "--version"], check=True, capture_output=True).stdout
 
 
 def compiled_library(
@@ -310,7 +307,7 @@ class CModel(HostModel):
     def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:
         words = self._checked(inputs, "inputs")
         wanted = (*self._runs, len(self.program.inputs))
-        if words.ndim != 1 + len(wanted) or words.shape[1:] != wanted:
+        if words.shape[1:] != wanted:
             shape = ", ".join(map(str, ("n", *wanted)))
             raise ValueError(f"inputs must have shape ({shape}), not {words.shape}")
         return words
@@ -352,14 +349,11 @@ class CModel(HostModel):
     @functools.cached_property
     def _observe(self) -> Any:
         """Function of a second library that works on the same states."""
-        header = f"{self.library.stem}.h"
-        files = {
-            header: self._files[header],
-            f"{self.library.stem}_observe.c": observe_source(Body(self.program)),
-        }
-        cflags, cache = self._options
+        stem, (cflags, cache) = self.library.stem, self._options
+        files = {f"{stem}.h": self._files[f"{stem}.h"]}
+        files[f"{stem}_observe.c"] = observe_source(Body(self.program))
         library = compiled_library(files, cflags=cflags, cache=cache)
-        return getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
+        return getattr(ctypes.CDLL(str(library)), f"{stem}_observe")
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
         """Run n updates, at least one, as `update`, and return the extremes of every value.
@@ -372,9 +366,6 @@ class CModel(HostModel):
         count, limit = len(self.program.values), np.iinfo(np.int32)
         low, high = (np.full(count, end, np.int32) for end in (limit.max, limit.min))
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations
-        self._observe(
-            _pointer(self._memory),
-            ctypes.c_size_t(len(words)),
-            *map(_pointer, (words, low, high, *at)),
-        )
+        arrays = map(_pointer, (words, low, high, *at))
+        self._observe(_pointer(self._memory), ctypes.c_size_t(len(words)), *arrays)
         return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)

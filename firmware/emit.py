@@ -111,11 +111,8 @@ class Body:
         if term.when is not When.ALWAYS:
             text += " & flag" if term.when is When.IF else " & ~flag"
         sign = "-=" if term.negate is Negate.YES else "+="
-        constants = [
-            self.program.values[n].name
-            for n in (term.a, term.b)
-            if n is not None and self.program.values[n].kind is Kind.CONST
-        ]
+        operands = [self.program.values[n] for n in (term.a, term.b) if n is not None]
+        constants = [value.name for value in operands if value.kind is Kind.CONST]
         note = f" // {comment(', '.join(constants))}" if constants else ""
         return f"acc {sign} {text};{note}"
 
@@ -134,14 +131,13 @@ class Body:
         yield from map(self._term, op.terms)
         yield f"const int32_t {self.word(op.dest)} = {_RESULT[op.overflow]};"
 
-    def _read(self) -> set[int]:
+    def _read(self) -> set[int | None]:
         """Values that operations, outputs or states read."""
-        read = set(self.program.outputs)
-        read.update(source for state, source in self.program.states if state != source)
+        read: set[int | None] = {*self.program.outputs}
+        read |= {source for state, source in self.program.states if state != source}
         for op in self.program.ops:
-            operands = [n for term in op.terms for n in (term.a, term.b)]
-            read.update(n for n in (*operands, *_captured(op)) if n is not None)
-        return read
+            read |= {*_captured(op), *(n for term in op.terms for n in (term.a, term.b))}
+        return read - {None}
 
     def statements(
         self,
@@ -156,7 +152,7 @@ class Body:
         operation.
         """
         p = self.program
-        read = set(range(len(p.values))) if every_word else self._read()
+        read = {*range(len(p.values))} if every_word else self._read()
         lines = [
             f"const int32_t {self.word(n)} = {place}{member}; // {self.describe(n)}"
             for group, place in self.PLACES.items()
@@ -166,12 +162,14 @@ class Body:
         lines += ["bool saturated = false;", "bool beyond = false;"]
         if p.ops:
             lines.append("uint64_t acc; // accumulator, modulo 2^64")
-        if any(_captured(op)[0] is not None for op in p.ops):
-            lines.append("uint64_t flag; // all ones where the sign bit of the flag is set")
-        if any(_captured(op)[1] is not None for op in p.ops):
-            lines.append("uint32_t n; // normalisation count")
-        if self.uses_table:
-            lines.append("const int32_t *segment; // coefficients of one segment of a table")
+        captures = (
+            "uint64_t flag; // all ones where the sign bit of the flag is set",
+            "uint32_t n; // normalisation count",
+            "const int32_t *segment; // coefficients of one segment of a table",
+        )
+        for kind, line in enumerate(captures):
+            if any(_captured(op)[kind] is not None for op in p.ops):
+                lines.append(line)
         for op in p.ops:
             lines += ["", *self._op(op), *behind(op)]
             if op.dest not in read:
@@ -216,11 +214,8 @@ def _constants(body: Body) -> str:
 def _table(body: Body) -> str:
     if not body.uses_table:
         return ""
-    memory = body.program.table_memory
-    rows = [
-        " ".join(f"{literal(word)}," for word in memory[k : k + 4])
-        for k in range(0, len(memory), 4)
-    ]
+    memory = [f"{literal(word)}," for word in body.program.table_memory]
+    rows = [" ".join(memory[k : k + 4]) for k in range(0, len(memory), 4)]
     title = "// Function tables: 128 segments of 4 coefficients each"
     return f"{title}\n{block(f'static const int32_t TABLE[{len(memory)}] =', rows)};"
 

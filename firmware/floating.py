@@ -200,6 +200,6 @@ class FloatCModel(HostModel):
         """
         records = np.ascontiguousarray(inputs, dtype=self.params.dtype)
         wanted = len(self.estimator.inputs)
-        if records.ndim != 2 or records.shape[1] != wanted:
+        if records.shape[1:] != (wanted,):
             raise ValueError(f"inputs must have shape (n, {wanted}), not {records.shape}")
         return self.run(records[:, None], len(self.estimator.outputs))[0][:, 0]

@@ -126,10 +126,6 @@ class Machine:
     def register_bits(self) -> int:
         return (self.register_words - 1).bit_length()
 
-    @property
-    def offset_bits(self) -> int:
-        return (self.bank_depth - 1).bit_length()
-
     def remedy(self, wanted: int, room: int) -> str:
         """End of an error line: the configuration that has ``wanted`` registers, not ``room``."""
         larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
@@ -150,13 +146,9 @@ class Machine:
             (at.accumulate, {"first": 1}),
             (at.write, {"we": 1}),
             (at.limit, {"wrap": 1}),
-            (at.write, {"sticky": 1, "dest": self.offset_bits}),
+            (at.write, {"sticky": 1, "dest": (self.bank_depth - 1).bit_length()}),
         )
-        common = (
-            (at.write, ("get", "get_last")),
-            (at.read, ("emit", "emit_last")),
-            (at.write, ("home",)),
-        )
+        common = {"get": at.write, "get_last": at.write, "emit": at.read, "emit_last": at.read}
         return (
             *(
                 Field(f"{name}{k}", width, stage)
@@ -164,7 +156,7 @@ class Machine:
                 for stage, fields in lane
                 for name, width in fields.items()
             ),
-            *(Field(name, 1, stage) for stage, names in common for name in names),
+            *(Field(name, 1, stage) for name, stage in (common | {"home": at.write}).items()),
         )
 
     @property

@@ -109,7 +109,6 @@ BUILD_HIGH = Register("build_high", FIRST + 3, Access.READ_ONLY, "build identifi
 FIXED = (STATUS, UPDATES, BUILD_LOW, BUILD_HIGH)
 #: Number of the selected program; absent in a core of one program.
 CHOICE = Register("program", FIRST + 4, Access.READ_WRITE, "number of the program that runs")
-#: Address of `CHOICE`.
 PROGRAM = CHOICE.address
 RESTART = Register(
     "restart",

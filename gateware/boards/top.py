@@ -55,15 +55,10 @@ class Top(wiring.Component):
         self.core = core
         self.clock_hz = clock_hz
         self.title = core.name
+        line, input_pulled_up = "serial line", {"input": True, "pull_up": True}
         self.lines = (
-            Line(
-                "rx",
-                "host_rx",
-                "serial line to the board: TXD of the adapter",
-                input=True,
-                pull_up=True,
-            ),
-            Line("tx", "host_tx", "serial line from the board: RXD of the adapter"),
+            Line("rx", "host_rx", f"{line} to the board: TXD of the adapter", **input_pulled_up),
+            Line("tx", "host_tx", f"{line} from the board: RXD of the adapter"),
             Line("heartbeat", "led0", f"LED: toggles every {2 ** (self.COUNTER - 1)} updates"),
             Line("saturated", "led1", "LED: a result of the last update was clamped"),
         )
@@ -100,8 +95,7 @@ class Top(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        word = self.core.machine.arithmetic.word
-        inputs = len(self.core.program.inputs)
+        word, inputs = self.core.machine.arithmetic.word, len(self.core.program.inputs)
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
         m.submodules.unpacker = unpacker = Unpacker(
             word=word, lengths={Kind.RECORD: inputs, Kind.WRITE: 2, Kind.READ: 1}

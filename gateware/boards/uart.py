@@ -73,14 +73,12 @@ class Receiver(wiring.Component):
         divisor, spacing = self.divisor, self.spacing
         rx = Signal(init=1)
         m.submodules.synchroniser = FFSynchronizer(self.rx, rx, init=1)
-        timer = Signal(range(divisor))
-        look = Signal()
+        timer, look = Signal(range(divisor), name="timer"), Signal(name="look")
         at_zero = Signal(init=1)  # the timer is 0
         sample = at_zero & self.en
         m.d.comb += look.eq(self.en & ~timer[: spacing.bit_length() - 1].any())
 
-        seen = Signal(2, init=3)
-        line = Signal()
+        seen, line = Signal(2, name="seen", init=3), Signal(name="line")
         m.d.comb += line.eq((rx & seen[0]) | (rx & seen[1]) | (seen[0] & seen[1]))
         with m.If(look):
             m.d.sync += seen.eq(Cat(rx, seen[0]))
@@ -152,17 +150,12 @@ class Transmitter(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Shift register: data and stop bit; when it is empty the byte is out."""
         m = Module()
-        timer = Signal(range(self.divisor))  # up to 0
-        rest = Signal(9)
-        empty = Signal()
+        timer, rest = Signal(range(self.divisor), name="timer"), Signal(9, name="rest")  # up to 0
+        empty, begin = Signal(name="empty"), Signal(name="begin")
         at_zero = Signal(init=1)  # the timer is 0
         sample = at_zero & self.en
-        begin = Signal()
-        m.d.comb += [
-            empty.eq(~rest.any()),
-            self.i.ready.eq(empty & sample),
-            begin.eq(self.i.ready & self.i.valid),
-        ]
+        m.d.comb += [empty.eq(~rest.any()), self.i.ready.eq(empty & sample)]
+        m.d.comb += begin.eq(self.i.ready & self.i.valid)
         wait = (1 - self.divisor) % (1 << len(timer))
         with m.If(sample):
             m.d.sync += self.tx.eq(Mux(empty, ~self.i.valid, rest[0]))

@@ -109,8 +109,7 @@ class Registers(wiring.Component):
         m = Module()
         bus, word = self.bus, self.machine.arithmetic.word
         fixed, offset = bus.addr[FIRST.bit_length() - 1], bus.addr[:_OFFSET]
-        waits = Signal()
-        inner = Signal()
+        waits, inner = Signal(name="waits"), Signal(name="inner")
         other = self.choice != self.program if self.selector else Const(0)
         written = bus.w_stb & fixed & (offset == RESTART.address - FIRST)
         soon = self._restarts(m, self.restart | written)
@@ -173,9 +172,8 @@ class Registers(wiring.Component):
         """Sticky flags, which a write clears, and the number of updates."""
         flags: dict[str, Value] = {}
         updates = Signal(self.machine.arithmetic.word)
-        written: Any = data.View(
-            layout_of(STATUS.fields, width=len(self.bus.w_data)), self.bus.w_data
-        )
+        w_data = self.bus.w_data
+        written: Any = data.View(layout_of(STATUS.fields, width=len(w_data)), w_data)
         for name, event in (
             ("saturated", self.saturated & self.en),
             ("beyond", self.beyond & self.en),

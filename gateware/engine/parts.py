@@ -180,11 +180,10 @@ class LeadingSignCount(wiring.Component):
         # One-hot choice of the first group that is hit, written as AND-OR.
         choice = [hit & ~Cat(hits[:k]).any() for k, hit in enumerate(hits[:-1])]
         choice.append(~Cat(hits[:-1]).any())
-        count: Value = Const(0, len(self.count))
+        width = len(self.count)
+        count: Value = Const(0, width)
         for group, (chosen, place) in enumerate(zip(choice, places, strict=True)):
-            count = count | (
-                Cat(place, Const(group, len(self.count) - 2)) & chosen.replicate(len(self.count))
-            )
+            count = count | Cat(place, Const(group, width - 2)) & chosen.replicate(width)
         result = Signal.like(self.count, reset_less=True)
         with m.If(self.en):
             m.d.sync += result.eq(count)

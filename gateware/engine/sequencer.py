@@ -85,9 +85,7 @@ class Sequencer(wiring.Component):
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
         # claims the write port before the first one. These conditions do not depend on the
         # microword, whose bits come late: the clock enable is one look-up table after them.
-        offered = Signal()
-        blocked = Signal()
-        bad = Signal()
+        offered, blocked, bad = (Signal(name=name) for name in ("offered", "blocked", "bad"))
         waits = _table(m, "blocked", _blocked, self.request, started, self.i_valid, swallow)
         m.d.comb += [
             claim.eq(self.request & ~started),
@@ -165,23 +163,17 @@ class Sequencer(wiring.Component):
     def _rom(self, m: Module, pc: Signal) -> None:
         """The memories, and the word at work `Machine.prefetch` cycles after its address."""
         contents = self.image.hardware_rom(self.machine)
-        chosen: Value | None = None
-        for k, words in reversed(list(enumerate(contents))):
+        (last, words), *others = reversed([*enumerate(contents)])
+        chosen = self._piece(m, f"rom{last}", words, pc)
+        for k, words in others:
             piece = self._piece(m, f"rom{k}", words, pc)
-            if chosen is None:
-                chosen = piece
-                continue
             # This memory holds all words up to the bit of its depth, the following ones the rest.
             behind = Signal(name=f"behind{k}", reset_less=True)
             with m.If(self.en):
                 m.d.sync += behind.eq(pc[(len(words) - 1).bit_length()])
             waits = [f"behind{k}_out"] if self.machine.has("memory") else []
             chosen = Mux(delayed(m, behind, en=self.en, names=waits), chosen, piece)
-        word = Signal(self.machine.word_bits, reset_less=True)
-        assert chosen is not None
-        with m.If(self.en):
-            m.d.sync += word.eq(chosen)
-        m.d.comb += self.word.eq(word)
+        m.d.comb += self.word.eq(delayed(m, chosen, en=self.en, names=["word"]))
 
     def _piece(self, m: Module, name: str, words: list[int], pc: Value) -> Value:
         """Word of a memory, or of several in parallel, at an address."""

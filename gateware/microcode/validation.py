@@ -50,12 +50,12 @@ class _Delay(deque[Any]):
 
 
 class _Lane:
-    """Registers of one lane. Fields of the microword act at their stages, so only data wait.
+    """Registers of one lane. Fields of the microword act at their stages, so only data wait."""
 
-    ``word`` is the first content of a register with this name.
-    """
+    def __init__(self, machine: Machine, domain: Any, number: int) -> None:
+        def word(name: str) -> Any:
+            return domain.symbol(f"left in {name} of lane {number}")
 
-    def __init__(self, machine: Machine, word: Callable[[str], Any]) -> None:
         def registers(name: str, first: int, last: int, content: Callable[[str], Any]) -> _Delay:
             return _Delay(content(f"{name}{k}") for k in reversed(range(first + 1, last + 1)))
 
@@ -88,10 +88,7 @@ class Emulator:
         self.registers = [
             domain.symbol(f"left in register {k}") for k in range(len(image.registers))
         ]
-        self._lanes = [
-            _Lane(machine, lambda name, k=k: domain.symbol(f"left in {name} of lane {k}"))
-            for k in range(machine.lanes)
-        ]
+        self._lanes = [_Lane(machine, domain, k) for k in range(machine.lanes)]
         #: Registers that are written at the end of this cycle, and its number.
         self._writing, self._cycle = set[int](), 0
 

@@ -122,25 +122,18 @@ def with_copies(program: Program) -> Program:
         values.append(replace(value, name=name))
         return len(values) - 1
 
-    unit: int | None = None
+    constants = program.of_kind(Kind.CONST)
+    units = (n for n in constants if copy_shift(values[n].initial, arith) is not None)
+    unit = next(units, None)
     for state, after in program.states:
         if values[after].kind is not Kind.OP or after in computed:
-            if unit is None:
-                usable = (
-                    n
-                    for n in program.of_kind(Kind.CONST)
-                    if copy_shift(values[n].initial, arith) is not None
-                )
-                unit = next(usable, None)
             if unit is None:
                 frac = arith.guard
                 unit = add(Value("one", Kind.CONST, frac, 1.0, 1.0, "constant", initial=1 << frac))
             shift = copy_shift(values[unit].initial, arith)
             assert shift is not None
-            source = after
-            after = add(
-                replace(values[source], name=f"{values[state].name}.next", kind=Kind.OP, initial=0)
-            )
+            name, source = f"{values[state].name}.next", after
+            after = add(replace(values[source], name=name, kind=Kind.OP, initial=0))
             ops.append(Op(after, (Term(source, unit, shift),), Overflow.WRAP))
         computed.add(after)
         states.append((state, after))

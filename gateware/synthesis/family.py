@@ -85,11 +85,8 @@ def absorb(
     ``module``, flat, as yosys writes it, is changed in place. Returns how many flip-flops it lost.
     """
     cells, kinds = module["cells"], {f.kind: f for f in flip_flops}
-    nets: dict[Bit, Bit] = {}
-    for cell in cells.values():
-        if cell["type"] in constants:
-            port, value = constants[cell["type"]]
-            nets[cell["connections"][port][0]] = value
+    drivers = ((cell, *constants[c]) for cell in cells.values() if (c := cell["type"]) in constants)
+    nets: dict[Bit, Bit] = {cell["connections"][port][0]: value for cell, port, value in drivers}
     _exchange(cells, nets)
     before = sum(cell["type"] in kinds for cell in cells.values())
     for rule in rules:
@@ -182,9 +179,8 @@ def _apply(nets: _Nets, rule: Absorption, cell: Json) -> None:
     def live(*ports: str) -> set[Bit]:
         return {bit for port in ports for bit in wires.get(port, ())} - {"0", "x"}
 
-    if live(*rule.idle) or parameters.get(register, unused) != unused:
-        return
-    if not rule.applies(parameters):
+    free = parameters.get(register, unused) == unused and rule.applies(parameters)
+    if live(*rule.idle) or not free:
         return
     moved = {
         (port, k): name
@@ -210,10 +206,10 @@ def _apply(nets: _Nets, rule: Absorption, cell: Json) -> None:
     for name in chosen if rule.output else ():
         del nets.cells[name]
     parameters.update({register: used, **rule.parameters})
-    added = {**dict.fromkeys(rule.enables, [*enables]), **{k: [v] for k, v in rule.wires.items()}}
-    for port, net in {rule.clock: [*clocks], **added}.items():
-        wires[port] = net
-        cell["port_directions"][port] = "input"
+    added = {rule.clock: [*clocks], **dict.fromkeys(rule.enables, [*enables])}
+    added |= {port: [net] for port, net in rule.wires.items()}
+    wires.update(added)
+    cell["port_directions"].update(dict.fromkeys(added, "input"))
 
 
 @dataclass(frozen=True, kw_only=True)

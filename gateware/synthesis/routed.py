@@ -210,14 +210,9 @@ def enclosed(netlist: dict[str, Any], top: str, family: Family) -> dict[str, Any
     cells, ports = module["cells"], module["ports"]
     beside, *_ = family.flip_flops
     (clock_net,) = ports["clk"]["bits"]
-    used = (
-        bit
-        for x in (*cells.values(), *ports.values())
-        for bits in x.get("connections", {"": x.get("bits", [])}).values()
-        for bit in bits
-        if isinstance(bit, int)
-    )
-    fresh = count(1 + max(used, default=1))
+    connected = [bits for cell in cells.values() for bits in cell["connections"].values()]
+    connected += [port["bits"] for port in ports.values()]
+    fresh = count(1 + max(bit for bits in connected for bit in bits if isinstance(bit, int)))
 
     def drive(signal: str, net: int) -> int:
         if (driver := family.drivers[signal]) is not None:

@@ -84,7 +84,7 @@ class _Graph:
         for name, cell in self.cells.items():
             ends: dict[str, list[_Pin]] = {"input": [], "output": []}
             for port, bits in cell["connections"].items():
-                pins = [_Pin(name, port, k) for k, bit in enumerate(bits) if isinstance(bit, int)]
+                pins = (_Pin(name, port, k) for k, bit in enumerate(bits) if isinstance(bit, int))
                 ends[cell["port_directions"][port]] += pins
             self.driver |= {self.net(pin): pin for pin in ends["output"]}
             for pin in ends["input"]:
@@ -150,14 +150,8 @@ class _Graph:
             if times:
                 arrival[net] = max(times)
         skew = self.delays[model]["uncertainty"]
-        return max(
-            (
-                ns + (skew if edge.load is not None else 0.0)
-                for edge in self.ends
-                if (ns := time(edge)) is not None
-            ),
-            default=0.0,
-        )
+        ends = ((time(edge), skew if edge.load is not None else 0.0) for edge in self.ends)
+        return max((ns + late for ns, late in ends if ns is not None), default=0.0)
 
 
 def estimate_clock(netlist: Mapping[str, Any], top: str, grade: int) -> ClockEstimate | None:

