@@ -126,7 +126,7 @@ def _in_rtlil(platform: type[Any]) -> type[Any]:
 
 def _row(names: str, first: int) -> dict[str, str]:
     """Positions of the connector in a row."""
-    return {name: str(first + k) for k, name in enumerate(names.split())}
+    return {name: str(k) for k, name in enumerate(names.split(), first)}
 
 
 _ROW = "adis_cs_n adis_sclk adis_mosi adis_miso adis_data_ready adis_reset_n hmr_rx hmr_tx"
@@ -215,10 +215,9 @@ class Shell(Elaboratable):
         m.submodules.design = self.design
         for line in self.design.lines:
             port = getattr(self.design, line.name)
-            if line.place.startswith("led"):
-                pin = platform.request("led", int(line.place.removeprefix("led")))
-            else:
-                pin = platform.request(line.name, 0)
+            led = line.place.removeprefix("led")
+            is_led = led != line.place
+            pin = platform.request("led", int(led)) if is_led else platform.request(line.name, 0)
             m.d.comb += port.eq(pin.i) if line.input else pin.o.eq(port)
         for number in range(len(self.board.high_parts)):
             m.d.comb += platform.request("held", number).o.eq(1)
@@ -246,7 +245,7 @@ def _pin_table(design: Design, board: Board, places: Mapping[str, str]) -> list[
     for k, part in enumerate(board.high_parts):
         known[f"held_{k}__io"] = part, "on the board", "driven high"
     clock = "clock", "on the board", f"oscillator, {board.oscillator_hz / 1e6:g} MHz"
-    rows = [("signal", "FPGA pin", "where", "meaning")]
+    rows: list[tuple[str, ...]] = [("signal", "FPGA pin", "where", "meaning")]
     for net, pin in places.items():
         name, where, meaning = known.get(net, clock)
         rows.append((name, pin, where, meaning))

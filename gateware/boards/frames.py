@@ -92,11 +92,10 @@ class Decoder:
         """Yield kind and signed words of every good frame that ends in ``data``."""
         *frames, self._begun = (self._begun + data).split(bytes([END]))
         for frame in filter(None, frames):
-            body = self._body(frame)
-            if body is None:
-                self.dropped += 1
-            else:
+            if body := self._body(frame):
                 yield body
+            else:
+                self.dropped += 1
 
     def _body(self, frame: bytes) -> tuple[Kind, list[int]] | None:
         """Contents of a frame, None if it is damaged."""

@@ -214,9 +214,7 @@ class _Core:
         programs: Sequence[Program],
         registers: Sequence[Mapping[int, int]],
     ) -> None:
-        self.machine = machine
-        self.image = image
-        self.programs = programs
+        self.machine, self.image, self.programs = machine, image, programs
         #: Register of each parameter and (current) state: (program, value) to address.
         self.lasting = {
             (k, n): where[n]
@@ -301,17 +299,13 @@ class _Update:
         symbols = {n: s for (k, n), s in self.symbols.items() if k == number}
         meaning = Meaning.of(program, self.terms, symbols | inputs)
         self._check_writes(record)
+        text = self.terms.text
         for what, word, wanted in self._words(record, meaning):
             if word != wanted:
-                raise Refuted(
-                    f"{program.name}: {what} must be {self.terms.text(wanted)}, "
-                    f"not {self.terms.text(word)}"
-                )
+                raise Refuted(f"{program.name}: {what} must be {text(wanted)}, not {text(word)}")
         if self.emulator.flagged != meaning.flagged:
             differ = self.emulator.flagged ^ meaning.flagged
-            raise Refuted(
-                f"{program.name}: a sticky flag differs by {self.terms.text(min(differ))}"
-            )
+            raise Refuted(f"{program.name}: a sticky flag differs by {text(min(differ))}")
 
     def check_restart(self) -> None:
         """Raise Refuted unless the restart routine loads the initial words of the states."""

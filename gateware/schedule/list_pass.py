@@ -34,15 +34,14 @@ class _Pass:
     """Nodes placed so far, and the choices of a pass."""
 
     def __init__(self, problem: ListProblem, variant: Variant) -> None:
-        self.p = problem
-        self.variant = variant
+        self.p, self.variant = problem, variant
         self.priority = problem.priorities(variant)
         program, machine = problem.program, problem.machine
         self.read, self.write = machine.stages.read, machine.stages.write
         self.gets = list(range(len(program.inputs)))
         self.horizon = -1  # latest get that a placed slot relies on
         self.ready = [0] * len(program.values)
-        for v, g in zip(program.inputs, self.gets, strict=True):
+        for g, v in enumerate(program.inputs):
             self.ready[v] = g + 1
         self.fits: dict[tuple[int, Need], list[Fit]] = {}
         self.free = [0] * machine.lanes
@@ -52,9 +51,9 @@ class _Pass:
         #: Number of unplaced ops that need each key.
         self.pending: list[Counter[Key]] = [Counter() for _ in KINDS]
         for wanted in problem.keys:
-            for kind, key in enumerate(wanted):
+            for pending, key in zip(self.pending, wanted, strict=True):
                 if key is not None:
-                    self.pending[kind][key] += 1
+                    pending[key] += 1
         #: Next states that each lane may still compute.
         self.state_quota = list(problem.state_quota)
         self.writes0: set[int] = set()
@@ -122,10 +121,9 @@ class _Pass:
         slots: Sequence[Slot] = arrangement.ordered(order)
         del self.awake[bisect_left(self.awake, (-self.priority[node], node))]
         self.free[lane] = t + length
-        for ports in arrangement.reads:
-            for v in ports:
-                if v in problem.awaited and v is not None:
-                    self.horizon = max(self.horizon, self.ready[v] - 1)
+        read = {v for ports in arrangement.reads for v in ports if v is not None}
+        for v in read & problem.awaited:
+            self.horizon = max(self.horizon, self.ready[v] - 1)
         if node < problem.n_ops:
             end = t + length - 1
             op = problem.program.ops[node]
@@ -297,12 +295,11 @@ class _Pass:
                 if not is_op:
                     if lane or t + self.read in self.gets:
                         continue
+                elif not self.may_start(t, node, lane, need, f):
+                    continue
                 else:
-                    if not self.may_start(t, node, lane, need, f):
-                        continue
-                    for kind, held in enumerate(self.held[lane]):
-                        if need[kind] and self.wanted(kind, held):
-                            key -= _KEEP
+                    held = enumerate(self.held[lane])
+                    key -= _KEEP * sum(need[kind] and self.wanted(kind, x) for kind, x in held)
                 if key > best_key:
                     best, best_key = (node, lane, f), key
         if problem.emits_with_ops and best is not None and best[0] >= problem.n_ops:

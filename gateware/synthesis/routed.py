@@ -95,8 +95,7 @@ class Routed:
 
     @property
     def source(self) -> str:
-        title = self.mapped.target.title
-        return f"routed on {title}, {self.version}, worst of {self.seeds}"
+        return f"routed on {self.mapped.target.title}, {self.version}, worst of {self.seeds}"
 
     def __str__(self) -> str:
         if self.untimed:
@@ -272,8 +271,7 @@ def core_blocks(machine: Machine, image: Image, shapes: Shapes) -> tuple[float, 
     for words in image.hardware_rom(machine):
         varying = reduce(or_, words) & ~reduce(and_, words)
         microcode += least_blocks(len(words), varying.bit_count(), shapes)
-    data = data_memories(machine, image).values()
-    word = machine.arithmetic.word
+    data, word = data_memories(machine, image).values(), machine.arithmetic.word
     return microcode, sum(least_blocks(len(words), word, shapes) for words in data)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import product
 from typing import Final
 
 from boresight.gateware.synthesis.family import Absorption, Device, Family, FlipFlop, Router, Target
@@ -201,15 +202,10 @@ ICE40: Final = Family(
     synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ice40 -device u -dsp",
     cells={
         "SB_LUT4": {"lut": 1},
-        **_each(
-            {"ff": 1},
-            *(
-                f"SB_DFF{edge}{enable}{reset}"
-                for edge in ("", "N")
-                for enable in ("", "E")
-                for reset in ("", "SR", "R", "SS", "S")
-            ),
-        ),
+        **{
+            f"SB_DFF{edge}{enable}{reset}": {"ff": 1}
+            for edge, enable, reset in product(("", "N"), ("", "E"), ("", "SR", "R", "SS", "S"))
+        },
         "SB_MAC16": {"dsp": 1},
         "SB_RAM40_4K": {"ram": 1},
         "SB_SPRAM256KA": {"spram": 1},

@@ -197,9 +197,8 @@ def find_program(program: str, package: str, extra: str) -> Tool:
         capture_output=True,
         text=True,
     )
-    words = (answer.stdout + answer.stderr).replace(")", " ").split()
-    version = next((w for w in words if w.startswith("nextpnr-") and w[8:9].isdigit()), "")
-    return Tool(name=program, argv=argv, version=f"{program} {version.removeprefix('nextpnr-')}")
+    version = re.search(r"\bnextpnr-(\d[^\s)]*)", answer.stdout + answer.stderr)
+    return Tool(name=program, argv=argv, version=f"{program} {version[1] if version else ''}")
 
 
 def find_router(router: Router, program: str = "") -> Tool:

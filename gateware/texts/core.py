@@ -198,16 +198,13 @@ def verilog_head(core: Description, *, instances: bool) -> str:
 
 
 def register_files(core: Description) -> dict[str, str]:
-    return {"registers.h": c_header(core), "registers.json": core.to_json()}
+    """The register map as JSON, and as a C99 header: addresses, formats, ranges, bits, accessors.
 
-
-def c_header(core: Description) -> str:
-    """The register map as a C99 header: addresses, formats, ranges, bits, accessors.
-
-    It complements the header of `firmware.emit.emit_c` for the same program.
+    The header complements that of `firmware.emit.emit_c` for the same program.
     """
-    masks = [core.mask_of(register) for register in core.registers]
-    return render("registers.h", core=core, several=len(core.programs) > 1, read_mask=max(masks))
+    mask = max(core.mask_of(register) for register in core.registers)
+    header = render("registers.h", core=core, several=len(core.programs) > 1, read_mask=mask)
+    return {"registers.h": header, "registers.json": core.to_json()}
 
 
 def integration_names(*, generic: bool) -> list[str]:

@@ -13,7 +13,7 @@ from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import Description, Records, Word, describe
 from boresight.gateware.registers import FIXED, Access, Register
-from boresight.gateware.texts.core import c_header
+from boresight.gateware.texts.core import register_files
 from boresight.model.attitude.complementary import Complementary
 
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wshadow"]
@@ -28,6 +28,10 @@ def core() -> Core:
 @pytest.fixture(scope="module")
 def registers(core: Core) -> Description:
     return describe(core)
+
+
+def c_header(core: Description) -> str:
+    return register_files(core)["registers.h"]
 
 
 def by_hand(word: int) -> Description:
