@@ -78,10 +78,7 @@ class DSP48A1(wiring.Component):
         m.submodules.slice = Instance(
             "DSP48A1",
             **registers,
-            p_DREG=0,
-            p_OPMODEREG=0,
-            p_CARRYINREG=0,
-            p_CARRYOUTREG=0,
+            **{f"p_{name}REG": 0 for name in ("D", "OPMODE", "CARRYIN", "CARRYOUT")},
             p_CARRYINSEL="OPMODE5",
             p_RSTTYPE="SYNC",
             i_CLK=ClockSignal(),
@@ -89,13 +86,8 @@ class DSP48A1(wiring.Component):
             **unused,
             i_D=Const(0, 18),
             i_OPMODE=Const(self.z << 2 | self.adds, 8),
-            i_A=self.a,
-            i_B=self.b,
-            i_C=self.c,
-            i_PCIN=self.pcin,
-            o_M=self.m,
-            o_P=self.p,
-            o_PCOUT=self.pcout,
+            **{f"i_{name.upper()}": getattr(self, name) for name in ("a", "b", "c", "pcin")},
+            **{f"o_{name.upper()}": getattr(self, name) for name in ("m", "p", "pcout")},
         )
         return m
 

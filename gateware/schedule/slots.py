@@ -109,11 +109,9 @@ def with_copies(program: Program) -> Program:
     Outputs, saturation and states are those of ``program`` word for word.
     """
     arith = program.arithmetic
-    values = list(program.values)
-    ops = list(program.ops)
+    values, ops = list(program.values), list(program.ops)
     names = {v.name for v in values}
-    computed: set[int] = set()
-    states: list[tuple[int, int]] = []
+    computed, states = set[int](), list[tuple[int, int]]()
 
     def add(value: Value) -> int:
         name = value.name

@@ -238,9 +238,7 @@ def integration_files(
         "records": sum(len(run.inputs) for run in runs),
     }
     out = {
-        "README.md": render(
-            "readme.md", **context, exact_units=EXACT_UNITS, area="" if area is None else str(area)
-        ),
+        "README.md": render("readme.md", **context, exact_units=EXACT_UNITS, area=str(area or "")),
         "core.core": render("core.core", **context),
         "tb/Makefile": render("Makefile", **context),
         "tb/input.hex": input_hex(core, runs),
