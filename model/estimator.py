@@ -1,7 +1,7 @@
 """Estimators: declared inputs, parameters, states and outputs, and one ``step``.
 
-``step`` is written once with `model.ops`. `Estimator.run_float` runs it on float64 arrays (the
-reference); `Estimator.compile` runs it once on tracing scalars and gives the `Program`.
+``step`` is written once with `model.ops`. `Estimator.compile` runs it once on tracing scalars and
+gives the `Program`.
 """
 
 from __future__ import annotations
@@ -32,14 +32,6 @@ from boresight.model.lowering.trace import Trace, Tracer, repeatable
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
 from boresight.model.words.program import InPort, Kind, Port, Program
-
-
-@dataclass(frozen=True)
-class FloatRun:
-    """Result of a float run: ``outputs[name]`` has shape (steps, runs)."""
-
-    outputs: dict[str, FloatArray]
-
 
 #: Kinds of faults of a model that an estimator may waive: a gate that no innovation passes, a held
 #: sample that is fused again, a constant time step that is not the log's.
@@ -228,25 +220,6 @@ class Estimator:
             require(inside, f"parameter {name}", wanted, value, "choose a value inside the range")
             values[name] = float(value)
         return values
-
-    # -- float reference ------------------------------------------------------------------------
-
-    def run_float(
-        self, inputs: FloatArray, *, params: Mapping[str, float] | None = None
-    ) -> FloatRun:
-        """Run the float64 reference on inputs (steps, n_inputs, runs); runs are independent."""
-        steps, _, runs = inputs.shape
-        p = Values("parameter", self.param_values(params))
-        x = {s.name: np.full(runs, s.initial) for s in self.states}
-        out = {o.name: np.empty((steps, runs)) for o in self.outputs}
-        names = [i.name for i in self.inputs]
-        with np.errstate(all="ignore"):
-            for k in range(steps):
-                u = Values("input", dict(zip(names, inputs[k], strict=True)))
-                x, y = self.checked_step(Values("state", x), u, p, arrays=True)
-                for name, value in y.items():
-                    out[name][k] = value
-        return FloatRun(out)
 
     # -- program --------------------------------------------------------------------------------
 

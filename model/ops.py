@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.errors import author_line, require
-from boresight.model.lowering.trace import Condition, Scalar
+from boresight.model.lowering.trace import Condition, Scalar, refusing
 from boresight.model.units import same_unit
 from boresight.model.words.rounded import PRECISE
 
@@ -509,11 +509,6 @@ def _remainder(x: Any, period: Any) -> Any:
     return period * (wrap_turns(x * (1.0 / period) - 0.5) + 0.5)
 
 
-def _fmod(x: Any, period: Any) -> Any:
-    fix = "write x % c of a number c, whose results are from 0 to c"
-    require(False, author_line, "operations that can be recorded", "numpy's fmod", fix)
-
-
 #: numpy's functions, which numpy calls for recorded values.
 Scalar.functions.update(
     sqrt=sqrt,
@@ -531,5 +526,5 @@ Scalar.functions.update(
     **dict.fromkeys(("minimum", "fmin"), minimum),
     copysign=lambda x, y: flip(y < 0.0, absolute(x)),
     **dict.fromkeys(("remainder", "mod"), _remainder),
-    fmod=_fmod,
+    fmod=refusing("numpy's fmod", "write x % c of a number c, whose results are from 0 to c"),
 )

@@ -44,16 +44,6 @@ class Weights:
     recent: tuple[Any, Any, Any]
     missing: tuple[Any, Any, Any]
 
-    def output_of(self, z: Any, x: Any) -> Any:
-        """The filter's output y; its range is the caller's to declare."""
-        return self.output[0] * z + self.output[1] * x
-
-    def next_states(self, v: Any, x: Any, y: Any) -> tuple[Any, Any]:
-        """Next z and v."""
-        a, b, c = self.recent
-        d, e, f = self.missing
-        return a * v + b * y + c * x, d * v + e * x + f * y
-
 
 @dataclass(frozen=True)
 class LowPass:
@@ -136,12 +126,13 @@ def filtered(
     ``hold``: condition that there is no sample; the states stay, the outputs have no meaning.
     """
     bounds = [c * largest for c in low_pass.largest]
+    (g, h), (a, b, c), (d, e, f) = weights.output, weights.recent, weights.missing
     out, after = [], []
-    for before, x in zip(states, samples, strict=True):
-        y = ops.bounded(weights.output_of(before[0], x), -bounds[0], bounds[0], "low-pass")
-        z, v = weights.next_states(before[1], x, y)
+    for (z0, v0), x in zip(states, samples, strict=True):
+        y = ops.bounded(g * z0 + h * x, -bounds[0], bounds[0], "low-pass")
+        z, v = a * v0 + b * y + c * x, d * v0 + e * x + f * y
         if hold is not None:
-            z, v = ops.where(hold, before[0], z), ops.where(hold, before[1], v)
+            z, v = ops.where(hold, z0, z), ops.where(hold, v0, v)
         z = ops.bounded(z, -bounds[1], bounds[1], "low-pass")
         after.append((z, ops.bounded(v, -bounds[2], bounds[2], "low-pass")))
         out.append(y)

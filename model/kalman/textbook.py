@@ -8,6 +8,7 @@ methods and the definition of an attitude's error.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,18 +45,6 @@ _MOST_FLOOR = 0.1
 _MOST = 1e4
 #: f'(x) h = sum weight_k f(x + k h), to the fourth order.
 _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
-
-
-def _rates_of(kalman: Kalman) -> list[tuple[int, int]]:
-    """Pairs of error states of which the second has the unit of the first one's rate."""
-    scalars = [i for i, name in enumerate(kalman.errors) if name in kalman.groups]
-    known = [(i, unit) for i in scalars if (unit := kalman.unit_of(i))]
-    return [
-        (i, j)
-        for i, of in known
-        for j, by in known
-        if by == f"{of}/s" or ("/s" in of and by == f"{of}^2")
-    ]
 
 
 class _Function:
@@ -104,7 +93,8 @@ class Textbook:
         self._begin()
 
     def _begin(self) -> None:
-        measurements, errors = len(self.measurements), len(self.kalman.errors)
+        k, measurements, errors = self.kalman, len(self.measurements), len(self.kalman.errors)
+        units = [(i, k.unit_of(i)) for i, name in enumerate(k.errors) if name in k.groups]
         #: Of each measurement: updates in which it was valid, and in which it was taken.
         self._valid = np.zeros((2, measurements), dtype=int)
         #: Of each measurement, updates in which it was taken without a new sample.
@@ -114,7 +104,11 @@ class Textbook:
         self._held, self._noise_sum = np.zeros(errors, dtype=int), np.zeros(errors)
         #: Derivatives of states by their rates, and of all that the rate moves (a speed along a
         #: heading moves two) the root of their squares; in all updates.
-        self._rates = {pair: np.zeros(2) for pair in _rates_of(self.kalman)}
+        self._rates = {
+            (i, j): np.zeros(2)
+            for (i, of), (j, by) in product(units, units)
+            if of and by in (f"{of}/s", f"{of}^2" if "/s" in of else None)
+        }
         #: Pairs whose derivative is not the time step: other rates move the state, too, or the rate
         #: changes within an update.
         self._vague = set[tuple[int, int]]()

@@ -387,20 +387,15 @@ class Update:
         return m.sd_max, CLAIMED
 
     def _remedy(self, m: Measurement, parts: Mapping[int, float], own: bool) -> str:
-        """What narrows the range of h P h: the states that have the largest ``parts`` of it.
-
-        ``own``: h is a state itself.
-        """
+        """What narrows the range of h P h, by its largest ``parts``; ``own``: h is a state."""
         k, large = self.kalman, _largest(parts)
         grown = [j for j in large if self._is_grown(j)]
         names = ", ".join(k.errors[j] for j in large if j not in grown)
         cures = [f"lower sd_max of {names}"] if names else []
         cures += [self._less_growth(grown)] if grown else []
-        text = " and ".join(cures)
-        if own:
-            return text
         claim = "lower" if m.sd_max else "give this Measurement"
-        return f"{text}; or {claim} sd_max, the largest standard deviation of its h"
+        other = "" if own else f"; or {claim} sd_max, the largest standard deviation of its h"
+        return " and ".join(cures) + other
 
     def _is_grown(self, i: int) -> bool:
         """Whether others may move a state far beyond its largest standard deviation."""
@@ -637,10 +632,7 @@ def _in_half_turns(m: Measurement) -> Measurement:
 
 
 def _is_angle(m: Measurement) -> bool:
-    """Whether units say that z or h is an angle in half turns.
-
-    InputError: it is another angle, over one full turn: its innovation would jump where it wraps.
-    """
+    """Whether z or h is an angle in half turns; InputError of another one over a full turn."""
     units = [ops.unit_of(value) for value in (m.z, m.h)]
     fix = 'declare input and state as ("NAME", -1.0, 1.0, "ht"), whose log columns are converted; '
     fix += "convert what f, noise and measure compute with: rates / pi, variances / pi^2"

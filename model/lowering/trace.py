@@ -71,7 +71,9 @@ def repeatable(same: bool, line: str = "") -> None:
     require(same, where, "a step that computes the same whenever it runs", found, fix)
 
 
-def _refusing(operation: str, fix: str) -> Callable[..., Any]:
+def refusing(operation: str, fix: str) -> Callable[..., Any]:
+    """A method or function that refuses its operation, with the author's line and a cure."""
+
     def refuse(self: Any, *_: Any) -> Any:
         require(False, author_line, "operations that can be recorded", operation, fix)
 
@@ -79,13 +81,13 @@ def _refusing(operation: str, fix: str) -> Callable[..., Any]:
 
 
 class Refuses:
-    """A class whose objects refuse some methods, each with the author's line and a cure."""
+    """A class whose objects refuse some methods."""
 
     def __init_subclass__(cls, refused: Refused = {}, **options: Any) -> None:  # noqa: B006
         super().__init_subclass__(**options)
         for methods, (operation, fix) in refused.items():
             for method in methods.split():
-                setattr(cls, f"__{method}__", _refusing(operation, fix))
+                setattr(cls, f"__{method}__", refusing(operation, fix))
 
 
 @dataclass(eq=False, repr=False)

@@ -143,11 +143,9 @@ class Format:
         magnitude = max(abs(low), abs(high))
         if magnitude == 0.0:
             return cls(word, word - 1)
-        frac = word - 1 - binary_exponent(magnitude)
-        fmt = cls(word, frac)
+        fmt = cls(word, word - 1 - binary_exponent(magnitude))
         while high > fmt.max or low < fmt.min:
-            frac -= 1
-            fmt = cls(word, frac)
+            fmt = cls(word, fmt.frac - 1)
         return fmt
 
 

@@ -32,6 +32,8 @@ from boresight.model.tools.external import ToolFailed
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.attitude.ma2014.world import BESIDE, CLOCK_MHZ, TIME_US
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.record import Record
@@ -134,11 +136,11 @@ def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
     inputs = feed(e, log.head(updates)).inputs
     integer, single = measure_integer(program, inputs), measure_float(e, inputs)
     expected, _ = CModel(program).update(input_words(program, inputs[..., None])[..., 0])
-    reference = e.run_float(inputs.astype(np.float32).astype(np.float64)[..., None]).outputs
+    exact = inputs.astype(np.float32).astype(np.float64)
+    reference = make_level("numpy", Build(e)).run(exact).outputs
     values = single.outputs.view(np.float32).astype(np.float64)
     apart = largest_turn_deg(
-        attitude_of({o.name: values[:, k] for k, o in enumerate(e.outputs)}),
-        attitude_of({k: v[:, 0] for k, v in reference.items()}),
+        attitude_of({o.name: values[:, k] for k, o in enumerate(e.outputs)}), attitude_of(reference)
     )
     core = build_core(program, "small", urgent=e.urgent)
     used = measure_core(core, inputs)

@@ -18,7 +18,7 @@ from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
 from boresight.sim.rotations.accuracy import attitude_of
-from tests.support.compiled_float import compiled_float
+from tests.support.compiled_float import compiled_float, numpy_float
 from tests.support.estimators import ALL
 
 STRICT = (
@@ -212,7 +212,7 @@ class Expressions(Estimator):
 def test_expressions_as_in_numpy(single: bool) -> None:
     rows = np.random.default_rng(1).uniform(-1.0, 1.0, (500, 3))
     rows = rows.astype(np.float32).astype(np.float64)
-    wanted = Expressions().run_float(rows[..., None]).outputs
+    wanted = numpy_float(Expressions(), rows[..., None])
     found = FloatCModel(Expressions(), single=single).update(rows)
     for k, values in enumerate(wanted.values()):
         assert found[:, k] == pytest.approx(values[:, 0], abs=4e-7 if single else 1e-15), k

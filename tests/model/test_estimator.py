@@ -18,6 +18,7 @@ from boresight.model.estimator import (
     input_words,
     param_words,
 )
+from tests.support.compiled_float import numpy_float
 from tests.support.estimators import ALL
 
 pytestmark = pytest.mark.pythons
@@ -69,7 +70,7 @@ def test_unknown_parameters_are_refused() -> None:
 
 def test_float_run() -> None:
     inputs = np.array([[[1.0, 0.0], [0.0, 0.25]], [[1.0, 2.0], [0.5, 0.0]]])
-    out = Leaky().run_float(inputs, params={"rate": 0.25, "offset": 0.125}).outputs
+    out = numpy_float(Leaky(), inputs, params={"rate": 0.25, "offset": 0.125})
     assert np.array_equal(out["y"], [[1.0, 0.75], [1.0, 1.0625]])
     assert np.array_equal(out["sum"], [[1.125, 1.125], [1.625, 1.1875]])
 

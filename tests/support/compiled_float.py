@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from boresight.firmware.floating import FloatCModel
 from boresight.model.estimator import Estimator, Output
+from boresight.model.step import Values
 
 FloatArray = npt.NDArray[np.float64]
 Columns = dict[str, FloatArray]
@@ -36,7 +37,7 @@ def compiled_float(
     """Outputs and states by name, each (steps, runs), of inputs (steps, n_inputs, runs).
 
     The double-precision C that is written from `step`. `tests/sim/levels/test_floating.py` shows of
-    every shipped filter of nine axes that it is `run_float` to 1e-12.
+    every shipped filter of nine axes that it is `numpy_float` to 1e-12.
     """
     model = FloatCModel(_Open(estimator), params=params)
     results = []
@@ -49,3 +50,21 @@ def compiled_float(
         {name: columns[:, k] for k, name in enumerate(outputs)},
         {s.name: columns[:, len(outputs) + k] for k, s in enumerate(estimator.states)},
     )
+
+
+def numpy_float(
+    estimator: Estimator, inputs: FloatArray, params: Mapping[str, float] | None = None
+) -> Columns:
+    """Outputs by name, each (steps, runs), of `step` on arrays (steps, n_inputs, runs)."""
+    steps, _, runs = inputs.shape
+    p = Values("parameter", estimator.param_values(params))
+    x = {s.name: np.full(runs, s.initial) for s in estimator.states}
+    out = {o.name: np.empty((steps, runs)) for o in estimator.outputs}
+    names = [i.name for i in estimator.inputs]
+    with np.errstate(all="ignore"):
+        for k in range(steps):
+            u = Values("input", dict(zip(names, inputs[k], strict=True)))
+            x, y = estimator.checked_step(Values("state", x), u, p, arrays=True)
+            for name, value in y.items():
+                out[name][k] = value
+    return out

@@ -24,6 +24,7 @@ from boresight.model.algebra.ellipsoid import EARTH, site
 from boresight.model.algebra.low_pass import LowPass, filtered, gain_of
 from boresight.model.algebra.square_root import WIDE, potter, whitened
 from boresight.model.estimator import Estimator, Input, Output, State, input_words
+from tests.support.compiled_float import numpy_float
 from tests.support.rotating_array import gravity
 
 # -- inverse trigonometry over the full range, against numpy --------------------------------------
@@ -197,7 +198,7 @@ def samples(low_pass: LowPass) -> Any:
 def test_as_scipy_has_it(tau_s: float, step_s: float) -> None:
     made = Smooth(tau_s, step_s)
     x = samples(made.low_pass)
-    y = made.run_float(x[:, None, None]).outputs["y"][:, 0]
+    y = numpy_float(made, x[:, None, None])["y"][:, 0]
     b = made.low_pass.coefficients[0]
     assert np.abs(y - by_scipy(made.low_pass, x)).max() < 1e-15 / b + 1e-14  # theirs is direct
 
@@ -222,7 +223,7 @@ def test_the_largest_input_reaches_its_bounds_and_no_more(tau_s: float, step_s: 
     n = 40 * made.low_pass.mean_samples
     impulse = signal.lfilter(b, a, np.eye(1, n)[0])
     worst = np.sign(impulse[::-1])
-    y = made.run_float(np.concatenate([np.full(n, worst[0]), worst])[:, None, None]).outputs["y"]
+    y = numpy_float(made, np.concatenate([np.full(n, worst[0]), worst])[:, None, None])["y"]
     bound = made.low_pass.largest[0]
     assert 0.99 * bound < np.abs(y).max() <= bound
     assert bound == pytest.approx(np.abs(impulse).sum(), rel=2e-3)
@@ -233,7 +234,7 @@ def test_without_a_sample_nothing_changes() -> None:
     x = samples(made.low_pass)
     sparse = np.full(3 * len(x), 2.0)
     sparse[::3] = x
-    y = made.run_float(sparse[:, None, None]).outputs["y"][::3, 0]
+    y = numpy_float(made, sparse[:, None, None])["y"][::3, 0]
     assert np.abs(y - by_scipy(made.low_pass, x)).max() < 1e-12
 
 

@@ -12,6 +12,7 @@ from boresight.model.blocks import Cascade, MovingSum, interpolated
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, input_words
 from boresight.model.words.interpreter import Interpreter
+from tests.support.compiled_float import numpy_float
 
 # -- second-order sections, against scipy ---------------------------------------------------------
 
@@ -62,7 +63,7 @@ def test_within_its_bounds_of_scipy(name: str, word: int) -> None:
     fmt = program.format(program.outputs[0])
     seen = program.format(program.inputs[0]).real(words[:, 0, 0])
     wanted = signal.sosfilt(sos, seen)
-    floats = estimator.run_float(seen[:, None, None]).outputs["y"][:, 0]
+    floats = numpy_float(estimator, seen[:, None, None])["y"][:, 0]
     assert np.abs(floats - wanted).max() < 1e-9 and not saturated.any()
     # Its roundings, and those of the coefficients.
     error = np.abs(fmt.real(out[:, 0, 0]) - wanted).max() / fmt.lsb
@@ -133,7 +134,7 @@ def test_the_sum_of_the_last_samples(word: int) -> None:
     lsb = program.format(program.outputs[1]).lsb
     assert not saturated.any() and np.abs(total - wanted).max() <= 0.5 * lsb  # rounded once
     assert np.abs(mean - 0.2 * wanted).max() <= 2.0 * program.format(program.outputs[0]).lsb
-    floats = Mean().run_float(seen.reshape(-1, 1, 1)).outputs["sum"][:, 0]
+    floats = numpy_float(Mean(), seen.reshape(-1, 1, 1))["sum"][:, 0]
     assert np.abs(floats - wanted).max() < 1e-14
 
 

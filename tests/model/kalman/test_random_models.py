@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import boresight
 from boresight.kalman import Textbook
+from tests.support.compiled_float import numpy_float
 from tests.support.random_kalman import Drawn, inputs_of
 
 
@@ -16,7 +17,7 @@ def check_textbook(seed: int, updates: int) -> None:
     filter = Drawn(seed)
     inputs = inputs_of(filter, updates)
     book = Textbook(filter, floor=True).run(inputs).outputs
-    outcome = filter.run_float(inputs[:, :, None]).outputs
+    outcome = numpy_float(filter, inputs[:, :, None])
     for name, values in book.items():
         assert np.abs(outcome[name][:, 0] - values).max() <= 1e-9 * max(
             1.0, np.abs(values).max()

@@ -22,6 +22,7 @@ from boresight.sim.records.record import Record
 from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply
 from boresight.verbs.accuracy import FIRST
+from tests.support.compiled_float import numpy_float
 from tests.support.records import write_record
 from tests.support.rmse import attitude_rmse
 
@@ -70,8 +71,8 @@ def test_figures_are_those_of_plain_runs(logs) -> None:
     fixed, floating, peer = of.values()
     for k, (log, nine) in enumerate(zip(logs, given, strict=True)):
         inputs = feed(Complementary(), log).inputs[:, :, None]
-        real = Complementary().run_float(inputs, params=params["complementary"])
-        q = attitude_of({name: v[:, 0] for name, v in real.outputs.items()})
+        real = numpy_float(Complementary(), inputs, params=params["complementary"])
+        q = attitude_of({name: v[:, 0] for name, v in real.items()})
         error = floating["trials"][k]["error"]
         assert error == pytest.approx(attitude_rmse(q, nine.attitude)._asdict())
         assert fixed["trials"][k]["error"] == pytest.approx(error, abs=1e-3)

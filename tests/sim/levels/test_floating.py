@@ -13,6 +13,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import CompiledFloat, NumpyFloat
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import bundled, read_record
+from tests.support.compiled_float import numpy_float
 
 
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
@@ -21,7 +22,7 @@ def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) 
     record = read_record(bundled(log)).head(150)
     made = fitted(estimator(name), record)
     records = feed(made, record).inputs
-    reference = made.run_float(records[:, :, None]).outputs
+    reference = numpy_float(made, records[:, :, None])
     result = CompiledFloat(Build(made)).run(records).outputs
     assert list(result) == [o.name for o in made.outputs]
     for o in made.outputs:
@@ -35,7 +36,7 @@ def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) 
 def test_numpy_is_the_reference() -> None:
     records = feed(estimator("complementary"), read_record(bundled("ximu_walk")).head(40)).inputs
     result = NumpyFloat(Build(estimator("complementary")))
-    reference = estimator("complementary").run_float(records[:, :, None]).outputs
+    reference = numpy_float(estimator("complementary"), records[:, :, None])
     for name, values in result.run(records).outputs.items():
         assert np.array_equal(values, reference[name][:, 0])
     with pytest.raises(ValueError, match="shorter"):

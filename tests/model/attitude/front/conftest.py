@@ -7,6 +7,7 @@ import pytest
 
 from boresight.model.estimator import Estimator, input_words, with_params
 from boresight.model.words.interpreter import Interpreter
+from tests.support.compiled_float import numpy_float
 
 
 @pytest.fixture
@@ -30,7 +31,7 @@ def both() -> Callable:
 
     def run(estimator: Estimator, inputs, params=None, word: int = 32):
         x = np.asarray(inputs, dtype=float)  # (n, n_inputs)
-        fl = estimator.run_float(x[:, :, None], params=params).outputs
+        fl = numpy_float(estimator, x[:, :, None], params=params)
         program = with_params(estimator.compile(word=word), estimator, params)
         machine = Interpreter(program)
         words = input_words(program, x[:, :, None])

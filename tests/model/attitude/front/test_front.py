@@ -20,7 +20,7 @@ from boresight.model.attitude.front import (
     full_scale_params,
 )
 from boresight.model.attitude.mekf import Mekf
-from tests.support.compiled_float import compiled_float
+from tests.support.compiled_float import compiled_float, numpy_float
 
 # -- calibration of gyro and accelerometer: against plain matrices, time steps, limits ------------
 
@@ -184,7 +184,7 @@ def test_signs_and_mounting(both) -> None:
 def test_every_filter_takes_the_compass_s_heading_at_any_tilt(name: str) -> None:
     e, tenths = estimator(name), attitudes(40, 2)
     truth = rotation(tenths)
-    run = CompassField().run_float(tenths.T[None].astype(float)).outputs
+    run = numpy_float(CompassField(), tenths.T[None].astype(float))
     field = field_of({k: v[0] for k, v in run.items()})
     force = truth.inv().apply([0.0, 0.0, 9.80665])
     row = np.column_stack([np.full(40, 0.02), np.zeros((40, 3)), field, force]).T
