@@ -156,7 +156,6 @@ def parse(words: Sequence[str]) -> tuple[Callable[..., Any], inspect.BoundArgume
 
 
 def _usage(error: CycloptsError, verb: str) -> InputError:
-    """An error of cyclopts in our form."""
     fix = f"see boresight {verb} --help"
     argument = error.argument
     where = verb if argument is None or not argument.names else argument.names[0]
@@ -227,6 +226,5 @@ def tell(text: str) -> None:
 
 
 def _print(text: str) -> None:
-    """Print a result on standard output."""
     if text:
         print(text.encode(sys.stdout.encoding or "utf-8", "backslashreplace").decode(), flush=True)

@@ -26,7 +26,6 @@ from boresight.sim.result import Result, baseline
 
 
 def _plain(converter: Callable[..., Any], **settings: Any) -> Parameter:
-    """A parameter of texts that are converted by us."""
     return Parameter(converter=converter, n_tokens=1, accepts_keys=False, negative=(), **settings)
 
 

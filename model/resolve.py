@@ -109,18 +109,15 @@ def estimator_of(source: Named) -> Estimator:
     return estimator
 
 
-def split_names(*texts: str) -> list[str]:
-    """Split texts at commas outside brackets."""
-    out = []
-    for text in texts:
-        depth, start = 0, 0
-        for k, c in enumerate(text):
-            depth += (c in "([{") - (c in ")]}")
-            if c == "," and depth == 0:
-                out.append(text[start:k])
-                start = k + 1
-        out.append(text[start:])
-    return out
+def split_names(text: str) -> list[str]:
+    """Split a text at commas outside brackets."""
+    out, depth, start = list[str](), 0, 0
+    for k, c in enumerate(text):
+        depth += (c in "([{") - (c in ")]}")
+        if c == "," and depth == 0:
+            out.append(text[start:k])
+            start = k + 1
+    return [*out, text[start:]]
 
 
 def names_of_entry_points(group: str) -> list[str]:

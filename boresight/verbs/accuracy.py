@@ -209,7 +209,6 @@ def _apart(difference: Difference) -> float:
 
 
 def _near(several: Sequence[Difference]) -> dict[str, Any]:
-    """An output of fixed point beside float64 over all logs."""
     first, apart = several[0], [_apart(d) for d in several]
     return {
         "output": first.output,

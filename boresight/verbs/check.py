@@ -174,7 +174,6 @@ def _of_folder(folder: str | Path, found: str) -> InputError:
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:
-    """Logs for all estimators, and those of one of several."""
     shared: list[Any] = []
     own: dict[str, Any] = {}
     for log in logs:

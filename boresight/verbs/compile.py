@@ -131,10 +131,9 @@ def compile(
     system = board_system() if board is not None and top == "sensors" else None
     front = () if system is None else system.programs
     chosen = options.params_of_each(names, params, front)
-    target = _target(target, board)
+    target = _target(target, board, top)
     make = partial(Build, *estimators, params=chosen[: len(names)])
     build, choice = build_for(partial(make, word=word), config, target)
-    _check_project(board, top)
     _check_route(target, board, route=route or bool(open_router(board)), seeds=seeds, clock=clock)
     expected = core_files(own, target)
     if board is not None:
@@ -242,12 +241,17 @@ def _result(
     return Result({}, {"outputs": rows}, "\n".join((*told, *lines)), notes, failures, JUDGED)
 
 
-def _target(target: str | None, board: str | None) -> str:
-    """The target: as said, or the board's part, or the default."""
+def _target(target: str | None, board: str | None, top: str) -> str:
+    """The target: as said, or the part of the board, which holds such a project, or the default."""
     part = TARGET_NAMES[0]
+    require_choice("top", top, TOPS)
     if board is not None:
         require_choice("board", board, BOARDS)
         part = BOARDS[board].target
+        wanted = "a part that holds the complete system with its sensors"
+        fix = "add --top records: a computer sends the records"
+        good = BOARDS[board].holds_system or top != "sensors"
+        require(good, "board", wanted, f"{part} of {board}", fix)
     if target is None:
         return part
     require_choice("target", target, TARGET_NAMES)
@@ -299,16 +303,6 @@ def _check_memory(build: Build, make: Callable[..., Build], target: Target) -> N
         word = next(filter(fits, range(build.word - 1, 17, -1)), None)
         fix = error.parts["fix"] + (f", or --word {word}" if word else "")
         raise InputError.at(**{**error.parts, "fix": fix}) from None
-
-
-def _check_project(board: str | None, top: str) -> None:
-    """Raise InputError unless such a project can be made."""
-    require_choice("top", top, TOPS)
-    if board is not None and top == "sensors":
-        wanted = "a part that holds the complete system with its sensors"
-        found = f"{BOARDS[board].target} of {board}"
-        fix = "add --top records: a computer sends the records"
-        require(BOARDS[board].holds_system, "board", wanted, found, fix)
 
 
 def check_routable(target: str) -> None:

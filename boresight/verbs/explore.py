@@ -28,30 +28,10 @@ from boresight.model.resolve import estimator_of
 from boresight.model.tools.files import OutputFile
 from boresight.model.units import conversion
 from boresight.model.words.fixed import check_word
+from boresight.sim import plotting
 from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.explore.measure import (
-    ANGLE_NAMES,
-    Case,
-    Exploration,
-    Plan,
-    arguments_of,
-    cases_of,
-    digest_of,
-    measured,
-    planned,
-)
-from boresight.sim.plotting import (
-    PALETTE,
-    Section,
-    Verdict,
-    figure_and_axes,
-    legend,
-    page_of,
-    section_of,
-    settings,
-    svg,
-)
+from boresight.sim.explore import measure
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import logs_of
 from boresight.sim.result import Result, Row
@@ -98,7 +78,7 @@ def quantities(estimator: Estimator) -> list[Quantity]:
     ``NAME.truth`` the root mean square from truth.
     """
     units = {o.name: "" if o.unit in EXACT_UNITS else o.unit for o in estimator.outputs}
-    angles = ANGLE_NAMES.values() if gives_attitude(estimator) else ()
+    angles = measure.ANGLE_NAMES.values() if gives_attitude(estimator) else ()
     floating = units | ({ATTITUDE: "deg"} if angles else {})
     true = units | dict.fromkeys(angles, "deg")
     return [
@@ -233,10 +213,10 @@ def explore(
         machine_named(config)
     for target in targets:
         require_choice("target", target, TARGETS)
-    sources, arguments = arguments_of(logs)
+    sources, arguments = measure.arguments_of(logs)
     worlds = tuple(s for s in sources if is_world(s))
     machines: Any = {"words": [*map(int, words)], "configs": configs, "targets": targets}
-    cases = cases_of(estimator, arguments, **machines)
+    cases = measure.cases_of(estimator, arguments, **machines)
     found = _first(cases)
     values = options.params_of(found, params)
     known = quantities(found)
@@ -259,17 +239,17 @@ def explore(
     journal = Journal(folder / f"{of}.jsonl", again=again)
     journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
     say(f"{found.name}: {len(cases)} combinations")
-    exploration = Exploration(
+    exploration = measure.Exploration(
         tuple(log.first if log.path is None else str(log.path.absolute()) for log in read),
         worlds,
         tuple(sorted((values or {}).items())),
         steps,
-        digest_of([log.first for log in read]),
+        measure.digest_of([log.first for log in read]),
     )
-    plans, tasks = planned(exploration, cases, area=synth)
+    plans, tasks = measure.planned(exploration, cases, area=synth)
     shared = all(isinstance(x, str) for x in (estimator, *worlds))
     where: Any = {"jobs": jobs, "scheduler": scheduler, "shared": shared}
-    complete(exploration, measured, tasks, journal, say=say, batch=1, **where)
+    complete(exploration, measure.measured, tasks, journal, say=say, batch=1, **where)
     rows = [_row(plan, journal.rows, exploration, clock) for plan in plans]
     result = _result(rows, known, demands, decides)
     page.write(_page(found.name, result))
@@ -277,7 +257,7 @@ def explore(
     return replace(result, summary=f"{result.summary}\n{place}".strip())
 
 
-def _first(cases: Sequence[Case]) -> Estimator:
+def _first(cases: Sequence[measure.Case]) -> Estimator:
     """The estimator of the first case that has one; raises the first refusal if none has."""
     refusals = []
     for case in cases:
@@ -289,7 +269,7 @@ def _first(cases: Sequence[Case]) -> Estimator:
 
 
 def _row(
-    plan: Plan, rows: Mapping[str, Row], exploration: Exploration, clock_mhz: float
+    plan: measure.Plan, rows: Mapping[str, Row], exploration: measure.Exploration, clock_mhz: float
 ) -> dict[str, Any]:
     """A combination and its figures; ``reason`` says why check would refuse it."""
     case, of, data = plan.case, plan.case.named, dict[str, Any]()
@@ -381,12 +361,12 @@ def _page(title: str, result: Result) -> str:
         (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
     ]
     summary = [text for text in result.summary.splitlines() if text != _ESTIMATED]
-    return page_of(
+    return plotting.page_of(
         f"Exploration of {title}",
-        [*summary, *(Verdict(text, good=False) for text in result.failures)],
+        [*summary, *(plotting.Verdict(text, good=False) for text in result.failures)],
         [
-            replace(section_of(name, shown), figures=figures),
-            Section(title="Commands", columns=("combination", "command"), rows=commands),
+            replace(plotting.section_of(name, shown), figures=figures),
+            plotting.Section(title="Commands", columns=("combination", "command"), rows=commands),
         ],
         note=_ESTIMATED if _ESTIMATED in result.summary else "",
     )
@@ -399,9 +379,9 @@ def _plot(rows: list[Row], error: str, cost: str) -> str:
         if row.get(cost) is not None and (row.get(error) or 0.0) > 0.0:
             head = row["combination"].replace(f"{row['word']} bits, ", "")
             series.setdefault(head, []).append(row)
-    with settings():
-        figure, axes = figure_and_axes(3.6)
-        for (head, of), colour in zip(series.items(), PALETTE * len(series), strict=False):
+    with plotting.settings():
+        figure, axes = plotting.figure_and_axes(3.6)
+        for (head, of), colour in zip(series.items(), plotting.PALETTE * len(series), strict=False):
             points = [(row[cost], row[error]) for row in of]
             axes.plot(*zip(*points, strict=True), color=colour, linewidth=0.6, label=head)
             for row, place in zip(of, points, strict=True):
@@ -413,5 +393,5 @@ def _plot(rows: list[Row], error: str, cost: str) -> str:
         axes.set_xlabel(cost)
         axes.set_ylabel(f"largest error: {error}")
         if series:
-            legend(axes, 4)
-        return svg(figure, "explore")
+            plotting.legend(axes, 4)
+        return plotting.svg(figure, "explore")

@@ -203,7 +203,6 @@ def _errors(before: Effect | str, after: Effect) -> list[dict[str, Any]]:
 
 
 def _text(fit_result: Fitted) -> str:
-    """The profile as JSON, a line for each value."""
     profile, expressions = fit_result.profile, fit_result.trace.tracer.expressions
     head = {
         "estimator": profile.estimator,

@@ -56,7 +56,6 @@ def info(what: Annotated[EstimatorName | None, _WHAT] = None, /) -> Result:
 
 
 def _declarations(name: Named) -> Result:
-    """What an estimator declares."""
     made = estimator_of(name)
 
     def table(head: str, declared: Iterable[Any], *names: str) -> list[Row]:
@@ -74,7 +73,6 @@ def _declarations(name: Named) -> Result:
 
 
 def _columns(path: Path) -> Result:
-    """The columns of a table, with their ranges."""
     seen: dict[str, dict[str, Any]] = {}
     count = 0
     for piece in read_pieces(path, 1 << 16):
@@ -92,7 +90,6 @@ def _columns(path: Path) -> Result:
 
 
 def _topics(path: Path, read: Callable[..., Any], ready: str) -> Result:
-    """The topics of a flight log or a bag."""
     held = read(path, None)
     start = min((int(t.stamps.min()) for t in held.topics if len(t.stamps)), default=0)
     rows, fields = list[dict[str, Any]](), list[dict[str, Any]]()
@@ -164,8 +161,6 @@ _USES = {
     "gowin": "routing of Gowin",
     "nexus": "routing of Nexus",
 }
-
-
 #: Extras for developers.
 _OURS = ("docs", "release", "test")
 

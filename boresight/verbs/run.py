@@ -40,16 +40,8 @@ from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level as Machine
 from boresight.sim.levels.registry import LEVELS, make_level
+from boresight.sim.records import files
 from boresight.sim.records.feed import Feed, feeds
-from boresight.sim.records.files import (
-    FORMATS,
-    Log,
-    blocks_of,
-    check_written,
-    content_of,
-    record_of,
-    write_pieces,
-)
 from boresight.sim.records.record import Column, Record
 from boresight.sim.result import Result
 from boresight.sim.rotations.accuracy import attitude_of
@@ -175,10 +167,10 @@ def _copied(log: Any, output: str | Path | None) -> Result:
     is_log = isinstance(log, str | Path) and ".py" not in str(log) and Path(log).exists()
     fix = "name both; a log alone is written as another file"
     require(is_log, "run", "an estimator and a log, a world or board", f"{log} alone", fix)
-    if output is None or not str(output).lower().endswith(tuple(FORMATS)):
+    if output is None or not str(output).lower().endswith(tuple(files.FORMATS)):
         raise InputError.at(
             "--output",
-            wanted=f"a file name that ends with {', '.join(FORMATS)}",
+            wanted=f"a file name that ends with {', '.join(files.FORMATS)}",
             found=str(output or "none"),
             fix="name it",
         )
@@ -186,13 +178,13 @@ def _copied(log: Any, output: str | Path | None) -> Result:
 
     def counted() -> Iterator[Record]:
         nonlocal count
-        for block in blocks_of(log):
+        for block in files.blocks_of(log):
             count += len(block)
             notes.update(dict.fromkeys(block.notes))
             yield block
 
     with OutputFile(output, inputs=[log]).opened() as file:
-        write_pieces(str(output), file, counted())
+        files.write_pieces(str(output), file, counted())
     data = {"log": str(output), "rows": count}
     return Result(data, summary=f"{count:,} rows to {output}", notes=[*notes])
 
@@ -205,7 +197,6 @@ def _on_board(
     output: str | Path | None,
     progress: options.Progress,
 ) -> Result:
-    """The complete system with its sensors."""
     _, unnamed, given = call_of(source, source)
     found = ", ".join(map(repr, unnamed))
     require(not unnamed, "board", "settings by name, as in board(seconds=1)", found)
@@ -268,13 +259,12 @@ def _in_loop(
     reference = make_level("float", build).run(judged.inputs)
     accuracy = judge(build, 0, judged.inputs, judged.run, reference, judged.clamped)
     if target is not None:
-        target.write(content_of(str(output), loop.record(estimator, world.name)))
+        target.write(files.content_of(str(output), loop.record(estimator, world.name)))
     lines = [
         f"{world.name} and {estimator.name} on {first}: {len(loop.inputs):,} records, "
-        f"{loop.records_per_s:,.0f} a second"
+        f"{loop.records_per_s:,.0f} a second",
+        *(p or f"the same records and outputs as on {n}, bit by bit" for n, p in partings.items()),
     ]
-    for name, parted in partings.items():
-        lines.append(parted or f"the same records and outputs as on {name}, bit by bit")
     failures = [
         f"{first} and {n} part" for n, p in partings.items() if p and not {first, n} & _FLOATS
     ]
@@ -288,15 +278,9 @@ def _in_loop(
     failures += [] if accuracy.good else accuracy.faults()
     truth = differences(estimator.outputs, loop.outputs, loop.truth, judged=False)
     compared = {"from float64 on the same records": accuracy.differences, "from truth": truth}
+    heads = ("output", "error", "max", "rms", "unit", "accepted")
     rows = [
-        {
-            "output": d.output,
-            "error": what,
-            "max": d.largest,
-            "rms": d.rms,
-            "unit": d.unit,
-            "accepted": d.tolerance,
-        }
+        dict(zip(heads, (d.output, what, d.largest, d.rms, d.unit, d.tolerance), strict=True))
         for what, several in compared.items()
         for d in several
         if math.isfinite(d.largest)
@@ -361,14 +345,12 @@ class _Summary:
             "saturated_updates": self.saturated,
             "saturated": saturated,
         }
-        text = f"{self.rows} rows" + (f" to {output}" if output is not None else "")
-        figures = [
-            f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in every if math.isfinite(d.rms)
-        ]
+        text, of = f"{self.rows} rows" + (f" to {output}" if output is not None else ""), "truth"
+        known = [d for d in every if math.isfinite(d.rms)]
+        figures = [f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in known]
         if rmse is not None:
-            figures = [f"{name} {value:.3f}" for name, value in rmse.items()]
+            figures, of = [f"{n} {value:.3f}" for n, value in rmse.items()], "reference, deg"
         if figures:
-            of = "truth" if rmse is None else "reference, deg"
             text += f", RMSE against the log's {of}: {', '.join(figures)}"
         notes = [*self.columns.warnings, *self.warnings]
         notes += [saturated_text(self.saturated, saturated)] if self.saturated else []
@@ -384,30 +366,22 @@ def _on_log(
     output: str | Path | None,
     rows: int | None,
 ) -> Result:
-    """The outputs of an estimator on a log."""
     (estimator,) = build.estimators
     is_file = isinstance(log, str | Path)
     target = None
     if output is not None:
-        good, wanted = (
-            all(o.name != "t" for o in estimator.outputs),
-            "another name for what is written",
-        )
-        where, found = f"{estimator.name}, output t", "t, the column of the times"
-        require(good, where, wanted, found, "rename the output, or leave -o out")
-        check_written(output)
+        where, wanted = f"{estimator.name}, output t", "another name for what is written"
+        found, fix = "t, the column of the times", "rename the output, or leave -o out"
+        require(all(o.name != "t" for o in estimator.outputs), where, wanted, found, fix)
+        files.check_written(output)
         target = OutputFile(output, inputs=[log] if is_file else [])
     summary = _Summary(build, whole=rows is None)
 
     def read() -> Iterator[Feed]:
         """The leading rows of the log, in pieces or as one."""
-        in_pieces = is_file and rows is not None
-        records = (
-            Log("", Path(log), steps).blocks(rows or 0)
-            if in_pieces
-            else [record_of(log).head(steps)]
-        )
-        return feeds(estimator, records)
+        if is_file and rows is not None:
+            return feeds(estimator, files.Log("", Path(log), steps).blocks(rows))
+        return feeds(estimator, [files.record_of(log).head(steps)])
 
     def written(machine: Machine) -> Iterator[Record]:
         """The level on the log, piece by piece: its rows, if a file takes them."""
@@ -423,7 +397,7 @@ def _on_log(
             deque(written(machine), maxlen=0)
         else:
             with target.opened() as file:
-                write_pieces(str(output), file, written(machine))
+                files.write_pieces(str(output), file, written(machine))
         saturated = dict[str, int]()
         is_pipe = is_file and Path(log).is_fifo()
         if summary.saturated and not is_pipe:  # which gives its rows once
@@ -450,7 +424,6 @@ def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start
 def _record(
     estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray]
 ) -> Record:
-    """Outputs as a log."""
     columns = {} if t is None else {"t": Column(t, "s")}
     for o in estimator.outputs:
         half_turns = o.unit == "ht"

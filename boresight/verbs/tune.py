@@ -21,16 +21,9 @@ from boresight.model.errors import require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
+from boresight.sim.accuracy import tuning
 from boresight.sim.accuracy.figures import means
 from boresight.sim.accuracy.runs import LogRuns, read_trials
-from boresight.sim.accuracy.tuning import (
-    Tuned,
-    axes_of,
-    figure_of,
-    folds_of,
-    pattern_search,
-    weights_of,
-)
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.records.files import log_files
 from boresight.sim.result import Result, Row
@@ -88,7 +81,7 @@ def tune(
     say = progress or (lambda text: None)
     made = find_estimator(estimator)
     start = made.param_values(options.params_of(estimator, params))
-    axes = axes_of(made, start, names)
+    axes = tuning.axes_of(made, start, names)
     check_word(word)
     require_whole("folds", folds, 1)
     require_whole("rounds", rounds, 1)
@@ -98,16 +91,16 @@ def tune(
     trials, notes = read_trials(logs, [made], comparisons=False)
     units = {name: unit for trial in trials for name, unit in trial.units.items()}
     given = options.numbers(weights, "--weight") if isinstance(weights, Sequence) else weights
-    counted = weights_of(units, given)
-    tests = folds_of(len(trials), folds)
+    counted = tuning.weights_of(units, given)
+    tests = tuning.folds_of(len(trials), folds)
     runs = LogRuns([trial.feeds[made.name] for trial in trials], word=word, jobs=jobs)
     say(f"{made.name}: {len(trials)} logs, {sum(map(len, runs.feeds)):,} samples; C")
 
     def scores(values: Mapping[str, float], indices: Sequence[int]) -> list[Mapping[str, float]]:
         return [fixed.errors for fixed, *_ in runs.run({**start, **values}, indices)]
 
-    def search(indices: Sequence[int], subject: str) -> Tuned:
-        tuned = pattern_search(
+    def search(indices: Sequence[int], subject: str) -> tuning.Tuned:
+        tuned = tuning.pattern_search(
             lambda values: figure(scores(values, indices)),
             axes,
             rounds,
@@ -118,7 +111,7 @@ def tune(
 
     every = range(len(trials))
     before = scores({}, every)
-    figure = figure_of(counted, means(before))
+    figure = tuning.figure_of(counted, means(before))
     best = search(every, "all logs")
     held_out, cross = list[Mapping[str, float]](), list[Row]()
     for k, test in enumerate(tests):

@@ -491,7 +491,6 @@ def _if_valid(valid: Condition | None, value: Any) -> Any:
 
 
 def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
-    """Sum of products, and of what comes first."""
     total = first
     for m in sorted(row):
         total = total + product(row[m], column[m])
@@ -506,7 +505,6 @@ def _claimed(
 
 
 def _largest(parts: Mapping[int, float]) -> list[int]:
-    """Errors whose parts of a sum are no small ones."""
     return [j for j, part in sorted(parts.items()) if part >= _NAMED * max(parts.values())]
 
 

@@ -364,7 +364,6 @@ class Groups:
         return self._coarse[number, frac]
 
     def _constant_of(self, p: Product) -> int | None:
-        """The constant factor of a product of two words."""
         factors = () if p.b is None else (p.b, p.a)
         return next((n for n in factors if self.values[n].kind is Kind.CONST), None)
 

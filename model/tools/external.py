@@ -61,7 +61,6 @@ def failure(subject: str, output: str) -> str:
 
 
 def _keep(subject: str, output: str) -> Path | None:
-    """Write a log; return None if it cannot be written."""
     digest = hashlib.sha256(output.encode(errors="replace")).hexdigest()[:8]
     name = re.sub(r"[^A-Za-z0-9]+", "-", subject).strip("-")[:60]
     try:

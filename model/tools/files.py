@@ -83,7 +83,6 @@ class OutputFile:
 
     @property
     def _direct(self) -> bool:
-        """Whether the path is that of a device or a pipe."""
         other = self._path.exists() and not self._path.is_file() and not self._path.is_dir()
         return other or os.path.abspath(self._path).startswith("/dev/")
 

@@ -37,7 +37,6 @@ def _succeeds(*command: str, text: str = "") -> bool:
 
 
 def _compiles(compiler: str, language: str, header: str) -> bool:
-    """Whether a compiler finds the headers of its library."""
     command = (compiler, "-x", language, "-fsyntax-only", "-")
     return _succeeds(*command, text=f"#include <{header}>\n")
 

@@ -134,7 +134,7 @@ def test_nothing_is_measured_twice_and_an_interrupted_run_continues(here, monkey
         kinds.extend(task.kind for task in tasks)
         return measured(exploration, tasks)
 
-    monkeypatch.setattr("boresight.verbs.explore.measured", some)
+    monkeypatch.setattr("boresight.sim.explore.measure.measured", some)
     with pytest.raises(KeyboardInterrupt):
         run()
     del kinds[:]
