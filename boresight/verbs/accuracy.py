@@ -21,16 +21,8 @@ from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
 from boresight.model.words.fixed import check_word
+from boresight.sim.accuracy import runs
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude, means
-from boresight.sim.accuracy.runs import (
-    PEERS,
-    LogRuns,
-    Scores,
-    Trial,
-    published,
-    read_trials,
-    require_peers,
-)
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.result import Figure, Result, Row
@@ -96,7 +88,7 @@ def accuracy(
     require_whole("jobs", jobs, 1)
     missing = peers if names == FIRST and not find_spec("vqf") else []
     peers = [] if missing else peers
-    require_peers(peers)
+    runs.require_peers(peers)
     wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
     require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
     values = dict(zip((e.name for e in ours), options.params_of_each(ours, params), strict=True))
@@ -107,15 +99,15 @@ def accuracy(
         require(gives_attitude(e), where, wanted, found, fix)
     if not logs:
         say("no log named: the bundled ones")
-    trials, notes = read_trials(logs, ours, load=bool(peers))
-    by_name: dict[str, list[list[Scores]]] = {}
+    trials, notes = runs.read_trials(logs, ours, load=bool(peers))
+    by_name: dict[str, list[list[runs.Scores]]] = {}
     for name, some in values.items():
         members = [trial.feeds[name] for trial in trials]
-        runs = LogRuns(members, floating=True, word=word, jobs=jobs, align=align)
-        by_name[name] = runs.run(some)
+        both = runs.LogRuns(members, floating=True, word=word, jobs=jobs, align=align)
+        by_name[name] = both.run(some)
         say(name)
     for name in peers:
-        by_name[name] = [[published(name, trial.log.first, align)] for trial in trials]
+        by_name[name] = [[runs.published(name, trial.log.first, align)] for trial in trials]
         say(name)
     rows = [
         _row(name, trials, of_level)
@@ -153,18 +145,19 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     """
     installed = offered(Estimator, "estimator", ESTIMATOR_GROUP)
     ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
-    words: dict[str, list[Any]] = {"ours": ours, "published": [*PEERS], "all": [*ours, *PEERS]}
+    peers = [*runs.PEERS]
+    words: dict[str, list[Any]] = {"ours": ours, "published": peers, "all": [*ours, *peers]}
     several = [names] if isinstance(names, str | Estimator | type) else names
     texts = [t for n in several for t in (split_names(n) if isinstance(n, str) else [n])]
     members = [m for t in texts for m in (words.get(t, [t]) if isinstance(t, str) else [t])]
     fix = f"name some, or one of {', '.join(words)}"
     require(bool(members), "estimators", "at least one", None, fix)
-    published = dict.fromkeys(n for n in members if isinstance(n, str) and n in PEERS)
+    published = dict.fromkeys(n for n in members if isinstance(n, str) and n in peers)
     own = [n for n in members if not (isinstance(n, str) and n in published)]
     return options.estimator_names(*own), [*published]
 
 
-def _log(trial: Trial) -> dict[str, Any]:
+def _log(trial: runs.Trial) -> dict[str, Any]:
     """A log; its rate is the median, of a long file over the first 65,536 rows."""
     first, timed = trial.log.first, {"t", "dt"} & {*trial.log.first.columns}
     return {
@@ -175,7 +168,7 @@ def _log(trial: Trial) -> dict[str, Any]:
     }
 
 
-def _row(name: str, trials: Sequence[Trial], every: Sequence[Scores]) -> dict[str, Any]:
+def _row(name: str, trials: Sequence[runs.Trial], every: Sequence[runs.Scores]) -> dict[str, Any]:
     """One estimator at one level: means over the logs with truth, and each log."""
     saturated = [of.saturated for of in every if of.saturated is not None]
     scores = [*zip(trials, every, strict=True)]
@@ -219,7 +212,7 @@ def _near(several: Sequence[Difference]) -> dict[str, Any]:
     }
 
 
-def _tables(rows: Sequence[Row], trials: Sequence[Trial]) -> dict[str, list[Row]]:
+def _tables(rows: Sequence[Row], trials: Sequence[runs.Trial]) -> dict[str, list[Row]]:
     """Means of each estimator, and the main error of each on every log."""
     summary: list[Row] = [
         {

@@ -36,14 +36,8 @@ from boresight.gateware.synthesis.family import Router, Target
 from boresight.gateware.synthesis.routed import Mapped, Routed, check_memory, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
 from boresight.gateware.synthesis.tools import find_router
-from boresight.gateware.texts.core import (
-    REGISTER_FILES,
-    Recorded,
-    integration_files,
-    integration_names,
-    register_files,
-    verilog_head,
-)
+from boresight.gateware.texts import core as templates
+from boresight.gateware.texts.core import Recorded
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
@@ -326,9 +320,9 @@ def has_primitives(target: str) -> bool:
 
 def core_files(names: Sequence[str], target: str) -> list[str]:
     """Names of the texts of these estimators' core (`core_texts`), and of the report."""
-    beside = integration_names(generic=not has_primitives(target))
+    beside = templates.integration_names(generic=not has_primitives(target))
     firmware = [f"firmware/{stem(name)}{end}" for name in names for end in (".c", ".h")]
-    return ["core.v", "report.json", *REGISTER_FILES, *beside, *firmware]
+    return ["core.v", "report.json", *templates.REGISTER_FILES, *beside, *firmware]
 
 
 def open_router(board: str | None) -> Router | None:
@@ -348,7 +342,7 @@ def project_files(board: str, *, system: bool) -> list[str]:
     else:
         names = ["README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"]
         names += ["top.prj", "top.ucf", "top.v", "top.xst"]
-    names += REGISTER_FILES if system else []
+    names += templates.REGISTER_FILES if system else []
     return [f"{project_folder(board)}/{name}" for name in names]
 
 
@@ -358,7 +352,7 @@ def write_system(
     """Write the project of a complete system, with its register map beside it."""
     system, description = board_system().design(core, clock_hz)
     routed = write_project(lambda _: system, board, folder, clock_hz=clock_hz, **settings)
-    for file, text in register_files(description).items():
+    for file, text in templates.register_files(description).items():
         write_text(folder / file, text)
     return system, routed
 
@@ -376,9 +370,9 @@ def core_texts(
     primitives = has_primitives(target)
     verilog = core.verilog(instances=primitives, identified=True)
     texts = {
-        "core.v": verilog_head(description, instances=primitives) + verilog,
-        **register_files(description),
-        **integration_files(description, records, generic=not primitives, area=area),
+        "core.v": templates.verilog_head(description, instances=primitives) + verilog,
+        **templates.register_files(description),
+        **templates.integration_files(description, records, generic=not primitives, area=area),
     }
     for part in core.parts:
         texts |= {f"firmware/{file}": text for file, text in emit_c(part.program).items()}

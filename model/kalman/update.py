@@ -17,24 +17,9 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest, place_of_function, placed, require
-from boresight.model.kalman.declared import (
-    NEXT,
-    Attitude,
-    Measurement,
-    axes_of,
-    check_units,
-    grouped,
-    spread,
-)
-from boresight.model.kalman.slopes import (
-    AttitudeView,
-    Slope,
-    Slopes,
-    chosen,
-    corrected,
-    is_const,
-    product,
-)
+from boresight.model.kalman import declared, slopes
+from boresight.model.kalman.declared import Attitude, Measurement
+from boresight.model.kalman.slopes import AttitudeView, Slope, Slopes
 from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Condition, Expression, Scalar
 from boresight.model.step import Values, check_number
@@ -72,7 +57,7 @@ class Update:
     """Records one update of ``kalman``: `results` has the next states and the outputs."""
 
     def __init__(self, kalman: Kalman, x: Any, u: Any, p: Any) -> None:
-        self.kalman, self.u, self.p = kalman, Values("input", grouped(kalman.inputs, u)), p
+        self.kalman, self.u, self.p = kalman, Values("input", declared.grouped(kalman.inputs, u)), p
         leaf = getattr(x, kalman.states[0].name)
         self.tracer = leaf.tracer
         self.slopes, self.intervals = Slopes(self.tracer), Intervals(self.tracer)
@@ -145,7 +130,7 @@ class Update:
             row: Slope = {first + a: self.tracer.const(1.0)}
             for b in range(3):
                 for j, d in slopes[b].items():
-                    part = product(d, self.tracer.lift(view.matrix[a][b]))
+                    part = slopes.product(d, self.tracer.lift(view.matrix[a][b]))
                     row[j] = row[j] + part if j in row else part
             rows.append(row)
         return rows
@@ -167,7 +152,7 @@ class Update:
             reach = self._reach(i, rows[i], noise.get((i, i), 0.0))
             self.bounds[i] = min(max(reach, self.bounds[i]), _REACH * self.bounds[i])
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
-            self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
+            self.diagonal.append(slopes.chosen(self.full[i], one, rows[i].pop(i, zero)))
             self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
             if self._is_grown(i):
                 k.remedies[PREDICTED + k.places[i]] = self._less_growth([i])
@@ -223,8 +208,8 @@ class Update:
     def _row_product(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
         """Row i of F times column j; terms of other states, and noise, only if it is not held."""
         coupling = _dot(self.rows[i], column, added)
-        result: Scalar = product(self.diagonal[i], column[i])
-        if not is_const(coupling, 0.0):
+        result: Scalar = slopes.product(self.diagonal[i], column[i])
+        if not slopes.is_const(coupling, 0.0):
             if self.random is not None:  # within half of the last bit of a word of 32
                 exponent = math.frexp(self.bounds[i] * self.bounds[j])[1]
                 coupling = coupling + math.ldexp(1.0, exponent - 18) * self.random
@@ -233,7 +218,7 @@ class Update:
 
     def _with_noise(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
-        if is_const(added, 0.0):
+        if slopes.is_const(added, 0.0):
             return value
         return value + cast(Scalar, ops.where(self.full[i] | self.full[j], 0.0, added))
 
@@ -276,9 +261,9 @@ class Update:
         for m in measurements_of(k, view, self.u, self.p):
             self.tracer.place = m.line
             self._update(m)
-        for declared in k.estimated:
-            self.tracer.place = declared.line
-            self._move(declared)
+        for s in k.estimated:
+            self.tracer.place = s.line
+            self._move(s)
 
     def _update(self, m: Measurement) -> None:
         row, where = self.slopes.of(self.tracer.lift(m.h) - m.z), placed(m.line, "measurement")
@@ -287,7 +272,7 @@ class Update:
         low, high = self.intervals(m.r)
         fix = "raise the least value of its parameters" if low < high else "give the noise's"
         require(low > 0.0, where, "a variance above 0", f"[{low:g}, {high:g}]", fix)
-        slope_max = spread(m.slope_max, self.kalman.groups, where, "slope_max")
+        slope_max = declared.spread(m.slope_max, self.kalman.groups, where, "slope_max")
         for i, limit in ((self.kalman.errors.index(name), v) for name, v in slope_max.items()):
             if i in row and self.intervals.size(row[i]) > limit:
                 row = {**row, i: ops.saturated(row[i], limit)}
@@ -428,7 +413,7 @@ class Update:
         if isinstance(s, Attitude):
             turn = [moved_by(i, 0.0) for i in range(at, at + 3)]
             q = [self.states[c] for c in s.components]
-            q = corrected(q, [ops.saturated(e, 1.0) for e in turn])
+            q = slopes.corrected(q, [ops.saturated(e, 1.0) for e in turn])
             self.states |= zip(s.components, q, strict=True)
         else:
             self.states[s.name] = in_range(moved_by(at, self.states[s.name]), s)
@@ -456,7 +441,7 @@ class Update:
         named = Values("state", {**self.before, **self.memory, **values})
         covariance = {name: self.cov[pair] for name, pair in k.covariance_states.items()}
         return Values(
-            "state", {**grouped([*k.scalars, *k.memory], named), **attitudes, **covariance}
+            "state", {**declared.grouped([*k.scalars, *k.memory], named), **attitudes, **covariance}
         )
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -483,7 +468,7 @@ class Update:
         classes = [vars(c).get("outputs", ()) for c in type(k).__mro__]
         names = dict.fromkeys(o.name for outputs in (k.outputs, *classes) for o in outputs)
         given = k.shown(view, self.u, self.p)
-        return spread(given, {name: (name,) for name in names}, where, "values", "output")
+        return declared.spread(given, {name: (name,) for name in names}, where, "values", "output")
 
 
 def _if_valid(valid: Condition | None, value: Any) -> Any:
@@ -493,7 +478,7 @@ def _if_valid(valid: Condition | None, value: Any) -> Any:
 def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
     total = first
     for m in sorted(row):
-        total = total + product(row[m], column[m])
+        total = total + slopes.product(row[m], column[m])
     return total
 
 
@@ -538,7 +523,7 @@ def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
 
 
 def _is_unit(row: Slope) -> bool:
-    return [is_const(h, 1.0) for h in row.values()] == [True]
+    return [slopes.is_const(h, 1.0) for h in row.values()] == [True]
 
 
 def moved(kalman: Kalman, after: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
@@ -547,9 +532,10 @@ def moved(kalman: Kalman, after: Mapping[str, Any], before: Mapping[str, Any]) -
     InputError: a name that is no state's.
     """
     memory_names = [s.name for s in kalman.memory if s.name != DITHER]
-    groups = {**kalman.groups, **{name: (name,) for name in memory_names}, **axes_of(memory_names)}
+    groups = kalman.groups | {name: (name,) for name in memory_names}
+    groups |= declared.axes_of(memory_names)
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
-    values = spread(after, groups, where, NEXT)
+    values = declared.spread(after, groups, where, declared.NEXT)
     if kalman.dither:
         values[DITHER] = ops.wrap_ht(_FACTOR * before[DITHER] + _ADDED)
     names = (*kalman.errors, *(s.name for s in kalman.memory))
@@ -567,7 +553,7 @@ def noise_of(
     pairs = [n for n in noise if isinstance(n, tuple)] if isinstance(noise, Mapping) else []
     single = {n: v for n, v in noise.items() if n not in pairs} if pairs else noise
     out: dict[tuple[int, int], Any] = {}
-    for name, value in spread(single, kalman.groups, where, "noise").items():
+    for name, value in declared.spread(single, kalman.groups, where, "noise").items():
         low = intervals(value)[0]
         fix = "raise the least value of its parameters, or take ops.maximum(v, 0.0)"
         require(low >= 0.0, f"{where}, {name}", "a variance of 0 or more", low, fix)
@@ -612,7 +598,7 @@ def checked_measurements(kalman: Kalman, result: Any) -> list[Measurement]:
         condition = m.valid is None or isinstance(m.valid, Condition | bool | np.bool_)
         where, fix = placed(m.line, "measurement, valid"), "compare it with something"
         require(condition, where, "a condition such as x > 0.5", m.valid, fix)
-        check_units(m)
+        declared.check_units(m)
     return [replace(m, wrap=m.wrap or _is_angle(m)) for m in map(_in_half_turns, result)]
 
 
@@ -711,7 +697,7 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
 
 def _seen(kalman: Kalman, x: Any, values: dict[str, Any]) -> Values:
     """The view ``x`` with other values of the scalar states."""
-    return Values("state", {**vars(x), **grouped(kalman.scalars, Values("state", values))})
+    return Values("state", {**vars(x), **declared.grouped(kalman.scalars, Values("state", values))})
 
 
 def _without(total: Any, term: Any) -> Any:
