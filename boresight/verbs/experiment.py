@@ -8,19 +8,13 @@ boresight experiment my_experiment.py:Mine  # your own
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.model.errors import InputError, require_whole
 from boresight.model.tools.files import output_folder
 from boresight.options import ExperimentName, OutputFolder, Progress
-from boresight.sim.experiments.experiment import (
-    Experiment,
-    ExperimentResult,
-    experiment_of,
-    result_of,
-)
+from boresight.sim.experiments.experiment import Experiment, experiment_of, result_of
 from boresight.sim.experiments.targets import target_rows
 from boresight.sim.result import Result, plain
 
@@ -63,7 +57,15 @@ def experiment(
             "targets": plain(result.targets),
             "files": [str(Path(output) / name) for name in files],
         }
-        (folder / files[0]).write_text(_json(instance, result, data) + "\n")
+        whole = {"good": result.good, **data, "details": result.details}
+        try:
+            text = json.dumps(whole, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            where = f"experiment {instance.name}, figures or details"
+            wanted = "plain data: finite numbers, texts, lists, dictionaries"
+            fix = "convert it, for example by float()"
+            raise InputError.at(where, wanted=wanted, found=str(error), fix=fix) from None
+        (folder / files[0]).write_text(text + "\n")
         for name in instance.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")
     targets = result.targets
@@ -77,16 +79,3 @@ def experiment(
     places = "\n".join(data["files"])
     summary = f"{places}\ntargets met: {met} of {len(judged)}{besides}"
     return Result(data, {"targets": rows}, summary, failures=missed)
-
-
-def _json(instance: Experiment, result: ExperimentResult, data: Mapping[str, Any]) -> str:
-    whole = {"good": result.good, **data, "details": result.details}
-    try:
-        return json.dumps(whole, allow_nan=False)
-    except (TypeError, ValueError) as error:
-        raise InputError.at(
-            f"experiment {instance.name}, figures or details",
-            wanted="plain data: finite numbers, texts, lists, dictionaries",
-            found=str(error),
-            fix="convert it, for example by float()",
-        ) from None
