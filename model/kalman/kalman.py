@@ -139,7 +139,6 @@ class Kalman(Estimator):
             self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in states)
 
     def unit_of(self, error: int) -> str:
-        """Unit of an error state, by its number."""
         name = self.errors[error]
         return next((s.unit for s in self.scalars if s.name == name), "rad")
 

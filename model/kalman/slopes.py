@@ -189,16 +189,6 @@ class AttitudeView:
         return x
 
 
-def corrected(q: Sequence[Any], e: Sequence[Any]) -> list[Any]:
-    """(1, e/2) q of norm one: q turned by e [rad, navigation axes], each component at most 1."""
-    half = [ops.saturated(0.5 * c, 0.5) for c in e]
-    moved = quaternion.vector_times(half, q)
-    raw = [ops.saturated(a + b, 2.0) for a, b in zip(q, moved, strict=True)]
-    norm_sq = ops.bounded(quaternion.dot(raw, raw), 0.25, 2.0, "a quaternion near norm one")
-    scale = ops.rsqrt(norm_sq)
-    return [ops.saturated(c * scale, 1.0) for c in raw]
-
-
 def _array(values: Any) -> Any:
     return np.array(list(values), dtype=object)
 

@@ -17,9 +17,9 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest, place_of_function, placed, require
-from boresight.model.kalman import declared, slopes
+from boresight.model.kalman import declared
 from boresight.model.kalman.declared import Attitude, Measurement
-from boresight.model.kalman.slopes import AttitudeView, Slope, Slopes
+from boresight.model.kalman.slopes import AttitudeView, Slope, Slopes, chosen, is_const, product
 from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Condition, Expression, Scalar
 from boresight.model.step import Values, check_number
@@ -130,7 +130,7 @@ class Update:
             row: Slope = {first + a: self.tracer.const(1.0)}
             for b in range(3):
                 for j, d in slopes[b].items():
-                    part = slopes.product(d, self.tracer.lift(view.matrix[a][b]))
+                    part = product(d, self.tracer.lift(view.matrix[a][b]))
                     row[j] = row[j] + part if j in row else part
             rows.append(row)
         return rows
@@ -152,7 +152,7 @@ class Update:
             reach = self._reach(i, rows[i], noise.get((i, i), 0.0))
             self.bounds[i] = min(max(reach, self.bounds[i]), _REACH * self.bounds[i])
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
-            self.diagonal.append(slopes.chosen(self.full[i], one, rows[i].pop(i, zero)))
+            self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
             self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
             if self._is_grown(i):
                 k.remedies[PREDICTED + k.places[i]] = self._less_growth([i])
@@ -208,8 +208,8 @@ class Update:
     def _row_product(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
         """Row i of F times column j; terms of other states, and noise, only if it is not held."""
         coupling = _dot(self.rows[i], column, added)
-        result: Scalar = slopes.product(self.diagonal[i], column[i])
-        if not slopes.is_const(coupling, 0.0):
+        result: Scalar = product(self.diagonal[i], column[i])
+        if not is_const(coupling, 0.0):
             if self.random is not None:  # within half of the last bit of a word of 32
                 exponent = math.frexp(self.bounds[i] * self.bounds[j])[1]
                 coupling = coupling + math.ldexp(1.0, exponent - 18) * self.random
@@ -218,7 +218,7 @@ class Update:
 
     def _with_noise(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
-        if slopes.is_const(added, 0.0):
+        if is_const(added, 0.0):
             return value
         return value + cast(Scalar, ops.where(self.full[i] | self.full[j], 0.0, added))
 
@@ -261,9 +261,9 @@ class Update:
         for m in measurements_of(k, view, self.u, self.p):
             self.tracer.place = m.line
             self._update(m)
-        for s in k.estimated:
-            self.tracer.place = s.line
-            self._move(s)
+        for estimated in k.estimated:
+            self.tracer.place = estimated.line
+            self._move(estimated)
 
     def _update(self, m: Measurement) -> None:
         row, where = self.slopes.of(self.tracer.lift(m.h) - m.z), placed(m.line, "measurement")
@@ -413,7 +413,7 @@ class Update:
         if isinstance(s, Attitude):
             turn = [moved_by(i, 0.0) for i in range(at, at + 3)]
             q = [self.states[c] for c in s.components]
-            q = slopes.corrected(q, [ops.saturated(e, 1.0) for e in turn])
+            q = corrected(q, [ops.saturated(e, 1.0) for e in turn])
             self.states |= zip(s.components, q, strict=True)
         else:
             self.states[s.name] = in_range(moved_by(at, self.states[s.name]), s)
@@ -478,7 +478,7 @@ def _if_valid(valid: Condition | None, value: Any) -> Any:
 def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
     total = first
     for m in sorted(row):
-        total = total + slopes.product(row[m], column[m])
+        total = total + product(row[m], column[m])
     return total
 
 
@@ -523,7 +523,7 @@ def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
 
 
 def _is_unit(row: Slope) -> bool:
-    return [slopes.is_const(h, 1.0) for h in row.values()] == [True]
+    return [is_const(h, 1.0) for h in row.values()] == [True]
 
 
 def moved(kalman: Kalman, after: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
@@ -633,6 +633,16 @@ def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:
     half = [ops.saturated(0.5 * t, 0.25) for t in turn]
     after = quaternion.multiply(list(q), quaternion.increment(half))
     return [ops.bounded(c, -1.0, 1.0, "unit quaternion") for c in after]
+
+
+def corrected(q: Sequence[Any], e: Sequence[Any]) -> list[Any]:
+    """(1, e/2) q of norm one: q turned by e [rad, navigation axes], each component at most 1."""
+    half = [ops.saturated(0.5 * c, 0.5) for c in e]
+    moved = quaternion.vector_times(half, q)
+    raw = [ops.saturated(a + b, 2.0) for a, b in zip(q, moved, strict=True)]
+    norm_sq = ops.bounded(quaternion.dot(raw, raw), 0.25, 2.0, "a quaternion near norm one")
+    scale = ops.rsqrt(norm_sq)
+    return [ops.saturated(c * scale, 1.0) for c in raw]
 
 
 def in_range(value: Any, s: Any) -> Any:

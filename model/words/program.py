@@ -204,7 +204,6 @@ class Program:
         return np.array([value.frac for value in self.values])
 
     def format(self, value: int) -> Format:
-        """Format of a value."""
         return Format(self.arithmetic.word, self.values[value].frac)
 
     def find(self, name: str) -> int:
@@ -228,7 +227,6 @@ class Program:
         return cast(BoolArray, ((words < low) | (words > high)).any(axis=-1))
 
     def of_kind(self, kind: Kind) -> list[int]:
-        """Numbers of all values of one kind, in order."""
         return [n for n, v in enumerate(self.values) if v.kind is kind]
 
     @cached_property

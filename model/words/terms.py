@@ -16,13 +16,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from boresight.model.words import program
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import ALWAYS, NEVER, Kind, Program, Scale, total_of
-
-__all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
-
-Condition = program.Condition[int]
+from boresight.model.words.program import ALWAYS, NEVER, Condition, Kind, Program, Scale, total_of
 
 
 class Refuted(Exception):
@@ -84,7 +79,9 @@ class Terms:
     def shifted(self, product: int, amount: int) -> int:
         return self._number("shifted", product, amount)
 
-    def total(self, total: int | None, shifted: int, negate: Condition, take: Condition) -> int:
+    def total(
+        self, total: int | None, shifted: int, negate: Condition[int], take: Condition[int]
+    ) -> int:
         before: tuple[Any, ...] = ()
         if total is not None:
             kind, *parts = self._terms[total]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Scale
-from boresight.model.words.terms import ALWAYS, NEVER, Condition, Terms
+from boresight.model.words.program import ALWAYS, NEVER, Condition, Scale
+from boresight.model.words.terms import Terms
 
 
 @pytest.fixture
@@ -21,8 +21,8 @@ def test_a_word_moved_up_and_down_again_is_its_copy(terms: Terms) -> None:
     def result(
         factor: int,
         shift: int,
-        negate: Condition = NEVER,
-        take: Condition = ALWAYS,
+        negate: Condition[int] = NEVER,
+        take: Condition[int] = ALWAYS,
         before: int | None = None,
     ) -> int:
         product = terms.product(x, terms.word(factor))
