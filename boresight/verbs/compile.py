@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -31,8 +30,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.machine import machine_named
 from boresight.gateware.microcode.image import check_memories, rom_pieces
-from boresight.gateware.schedule.slots import ScheduleError
-from boresight.gateware.synthesis.family import Router, Target
+from boresight.gateware.synthesis.family import Router
 from boresight.gateware.synthesis.routed import Mapped, Routed, check_memory, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
 from boresight.gateware.synthesis.tools import find_router
@@ -126,8 +124,8 @@ def compile(
     front = () if system is None else system.programs
     chosen = options.params_of_each(names, params, front)
     target = _target(target, board, top)
-    make = partial(Build, *estimators, params=chosen[: len(names)])
-    build, choice = build_for(partial(make, word=word), config, target)
+    make = partial(Build, *estimators, params=chosen[: len(names)], word=word)
+    build, choice = build_for(make, config, target)
     _check_route(target, board, route=route or bool(open_router(board)), seeds=seeds, clock=clock)
     expected = core_files(own, target)
     if board is not None:
@@ -138,7 +136,7 @@ def compile(
             say(str(choice))
         core = build.core
         if target in TARGETS:
-            _check_memory(build, partial(make, config=build.config), TARGETS[target])
+            check_memory(core.machine, core.image, TARGETS[target])
         part = TARGETS.get(target, TARGETS[TARGET_NAMES[0]])
         area: Mapped | Routed | None = None
         if route or synth:
@@ -272,31 +270,6 @@ def _check_route(
     fix = "add --route and a target such as ecp5-25k, or --board ulx3s"
     where = "seeds" if seeds > 1 else "clock"
     require(good, where, "a design that is routed", "no --route", fix)
-
-
-def _check_memory(build: Build, make: Callable[..., Build], target: Target) -> None:
-    """Raise InputError if a part has too little memory, with the widest word that does fit.
-
-    The programs are sound at that word.
-    """
-
-    def check(core: Core) -> None:
-        check_memory(core.machine, core.image, target)
-
-    def fits(word: int) -> bool:
-        with suppress(InputError, ScheduleError):
-            narrower = make(word=word)
-            check(narrower.core)
-            check_sound(narrower)
-            return True
-        return False
-
-    try:
-        check(build.core)
-    except InputError as error:
-        word = next(filter(fits, range(build.word - 1, 17, -1)), None)
-        fix = error.parts["fix"] + (f", or --word {word}" if word else "")
-        raise InputError.at(**{**error.parts, "fix": fix}) from None
 
 
 def check_routable(target: str) -> None:

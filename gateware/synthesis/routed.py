@@ -136,13 +136,7 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
     )
 
 
-def _check_room(
-    used: Mapping[str, float],
-    target: Target,
-    *,
-    why: str = "",
-    otherwise: str = "another family or a narrower --word, or compile less",
-) -> None:
+def _check_room(used: Mapping[str, float], target: Target, *, why: str = "") -> None:
     """Raise InputError if a part has too little of something."""
     device = target.device
     over = [key for key, n in used.items() if n > device.capacity(key)]
@@ -150,6 +144,7 @@ def _check_room(
         return
     family = (t for t in TARGETS.values() if t.family.name == target.family.name)
     fits = (t.name for t in family if all(n <= t.device.capacity(k) for k, n in used.items()))
+    otherwise = "another family or a narrower --word, or compile less"
     raise InputError.at(
         f"target {target.name}",
         wanted=", ".join(f"{device.capacity(k):,} {device.unit(k)}" for k in over),
@@ -283,4 +278,4 @@ def check_memory(machine: Machine, image: Image, target: Target) -> None:
         f"{machine.register_words:,} registers and the tables {data:g}: "
     )
     used = {target.device.memory: microcode + data}
-    _check_room(used, target, why=take, otherwise="another family, or compile less")
+    _check_room(used, target, why=take)

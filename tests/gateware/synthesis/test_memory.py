@@ -57,5 +57,5 @@ def test_a_part_with_too_little_memory_and_the_one_that_would_do():
         "target xc6slx9: wanted 32 RAMB16, block RAM of 18 Kbit, found 53 (21 too many); "
         "16,384 microwords of 54 bits take 48, 512 registers and the tables 5: choose xc6slx45"
     )
-    with pytest.raises(InputError, match="another family, or compile less$"):
+    with pytest.raises(InputError, match="another family or a narrower --word, or compile less$"):
         check_memory(machine, image(machine, 16384), TARGETS["ice40-up5k"])
