@@ -22,7 +22,8 @@ from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.model.tools.typed import Malformed, typed
 from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.records.selection import Selection
-from boresight.sim.result import Result, baseline
+from boresight.sim.result import EARLIER, Result
+from boresight.sim.result import baseline as compared
 
 
 def _plain(converter: Callable[..., Any], **settings: Any) -> Parameter:
@@ -177,6 +178,8 @@ def judged(
     ] = None,
 ) -> dict[str, Any]:
     """With which earlier result the result is compared."""
+    if baseline is not None:
+        read_json(baseline, EARLIER)  # a damaged file is told before the work
     return {"baseline": baseline}
 
 
@@ -184,7 +187,7 @@ def with_baseline(result: Result, file: str | None) -> Result:
     """A result, and what has changed since an earlier one."""
     if file is None:
         return result
-    found = baseline(result, file)
+    found = compared(result, file)
     return replace(
         result,
         data={**result.data, "baseline": found.to_json()},

@@ -35,6 +35,8 @@ NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "s
 SHARES = {"cycles": 0.0, "area": 0.01, "clock": 0.05, "truth": 0.1, "count": 0.0}
 #: Kinds that are judged against the tolerance beside them.
 LIMITED = ("rounding", "textbook")
+#: What a baseline is, for messages.
+EARLIER = "an earlier result, which --json prints"
 #: Characters of a digest that are shown.
 _SHOWN = 12
 #: Width of a text that is not printed in a terminal, characters.
@@ -196,11 +198,11 @@ def baseline(result: Result, file: str | Path) -> Result:
     """
     wanted, fix = "a result of check, compile or accuracy", "compare one of these"
     require(bool(result.judged), "baseline", wanted, "one of another verb", fix)
-    wanted = "an earlier result, which --json prints"
-    earlier = read_json(file, wanted)
-    found = f"one of {', '.join(earlier)}"[:80] if isinstance(earlier, dict) else kind_of(earlier)
+    earlier = read_json(file, EARLIER)
+    names = ", ".join(earlier) if isinstance(earlier, dict) else ""
+    found = f"one of {names}"[:80] if names else kind_of(earlier)
     good = bool(_figures(earlier, result.judged))
-    require(good, str(file), f"{wanted} for the same verb", found, "write it with --json > FILE")
+    require(good, str(file), f"{EARLIER} for the same verb", found, "write it with --json > FILE")
     return compared(result.to_json(), earlier, result.judged, file=file)
 
 

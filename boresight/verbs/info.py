@@ -29,7 +29,7 @@ from boresight.model.tools.files import Cache
 from boresight.options import EstimatorName
 from boresight.sim.experiments.experiment import EXPERIMENT_GROUP
 from boresight.sim.records.assembly import NS, clock_of
-from boresight.sim.records.files import read_pieces, recording_of
+from boresight.sim.records.files import FORMATS, read_pieces, recording_of
 from boresight.sim.records.recordings import READY, Source, Topic
 from boresight.sim.result import Result, Row
 from boresight.sim.rtl.simulators import available, version
@@ -49,7 +49,8 @@ def info(what: Annotated[EstimatorName | None, _WHAT] = None, /) -> Result:
     if what is None:
         return _installed()
     path = Path(what) if isinstance(what, str) else None
-    if path is not None and path.exists() and path.suffix != ".py":
+    is_log = path is not None and (path.exists() or path.suffix.lower() in FORMATS)
+    if path is not None and is_log and path.suffix != ".py":
         recording = recording_of(path)
         return _columns(path) if recording is None else _topics(path, *recording)
     return _declarations(what)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from boresight.model.errors import InputError, require
+from boresight.model.tools.typed import parse_json
 
 if TYPE_CHECKING:
     from boresight.model.declarations import Input
@@ -118,14 +119,14 @@ def read_profile(path: str | Path) -> Profile:
     """
     found = "another kind of file"
     try:
-        data = json.loads(Path(path).read_bytes())
+        data = parse_json(Path(path).read_bytes())
         rows = (data["values"], data["limits"])
         values, limits = ({int(r["number"]): _range(*r["chosen"]) for r in each} for each in rows)
         logs = [str(log["log"]) for log in data["made_from"]]
         return Profile(str(data["estimator"]), str(data["record"]), logs, values, limits, str(path))
     except OSError as error:
         found = (error.strerror or type(error).__name__).lower()
-    except (KeyError, TypeError, ValueError, RecursionError):
+    except (ArithmeticError, KeyError, TypeError, ValueError):
         pass
     fix = "write it with boresight fit"
     raise InputError.at(str(path), wanted="a profile", found=found, fix=fix)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
@@ -23,6 +24,41 @@ class Malformed(ValueError):
     def __init__(self, location: str, value: object) -> None:
         super().__init__(f"{location.removeprefix(', ') or 'the whole'} is {value!r}")
         self.location, self.value = location, value
+
+
+def parse_json(content: bytes) -> Any:
+    """Content of a JSON file as plain data; ValueError, with the reason, for another text.
+
+    Stricter than Python's: NaN, infinity, numbers beyond float64 and repeated names are errors.
+    """
+    if not content.strip(b" \t\r\n\0"):
+        raise ValueError("the file is empty" if not content.strip() else "zeros")
+    try:
+        text = content.decode("utf-8-sig")
+        return json.loads(
+            text, parse_int=_integer, parse_constant=_constant, object_pairs_hook=_unique
+        )
+    except RecursionError:
+        raise ValueError("lists or objects nested too deeply") from None
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > 100:
+        raise ValueError(f"a number of {len(digits)} digits")
+    return int(digits)
+
+
+def _constant(name: str) -> float:
+    raise ValueError(f"{name}, which JSON does not have")
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in values:
+            raise ValueError(f"{name[:40]!r} twice")
+        values[name] = value
+    return values
 
 
 def typed(hint: Any, data: Any, location: str = "") -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import json
 import os
 import stat
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any, BinaryIO
 
 from boresight.model.errors import InputError
+from boresight.model.tools.typed import parse_json
 
 
 def reason(error: OSError) -> str:
@@ -46,20 +46,13 @@ def opened(path: str | os.PathLike[str], wanted: str) -> Iterator[BinaryIO]:
 
 
 def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
-    """Content of a JSON file, as plain data; ``wanted`` is the expected one.
-
-    Stricter than Python's: NaN and infinity are errors.
-    """
+    """Content of a JSON file, as `parse_json` reads it; ``wanted`` is the expected one."""
     content = read_bytes(path, f"{wanted} that can be read")
     try:
-        return json.loads(content.decode("utf-8-sig"), parse_constant=_constant)
-    except (ValueError, RecursionError) as error:
+        return parse_json(content)
+    except ValueError as error:
         found, fix = f"no JSON ({str(error)[:80]})", "correct the file"
         raise InputError.at(str(path), wanted=wanted, found=found, fix=fix) from None
-
-
-def _constant(name: str) -> float:
-    raise ValueError(f"{name}, which JSON does not have")
 
 
 def kind_of(value: Any) -> str:

@@ -68,6 +68,9 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
     top, offset, text, comparison = 0, 0, "#", False
     while text.strip().strip('"') in ("", "sep=,") or text.startswith(("#", "%", "//")):
         line, fix = file.readline(), "write the header and one line per sample"
+        if b"\r" in line.rstrip(b"\r\n"):  # line ends of old: all of the file is one line
+            file = io.BytesIO(line.replace(b"\r", b"\n") + file.read().replace(b"\r", b"\n"))
+            line = file.readline()
         found = "only blank lines and comments" if offset else "an empty file"
         require(bool(line), str(path), "a header of column names", found, fix)
         text = _text(path, top + 1, offset, line).rstrip("\n")
@@ -116,7 +119,7 @@ def _text(path: Path, first: int, offset: int, content: bytes) -> str:
         fix = f"iconv -f latin1 -t utf-8 {quote(str(path))} > {_beside(path, 'utf8')}"
         wanted = "a CSV log in UTF-8 text"
         raise InputError.at(f"{path}, line {line}", wanted=wanted, found=found, fix=fix) from None
-    return text.replace("\r\n", "\n")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:

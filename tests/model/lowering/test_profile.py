@@ -67,6 +67,10 @@ def test_what_is_read_is_what_was_written(track: Profile, tmp_path: Path) -> Non
         '"values": [{"number": 1, "chosen": [2.0, 1.0]}]}',
         '{"estimator": "e", "record": "", "made_from": [], "limits": [], '
         '"values": [{"number": 1, "chosen": [0.0, Infinity]}]}',
+        '{"estimator": "e", "record": "", "made_from": [], "limits": [], '
+        f'"values": [{{"number": 1, "chosen": [-1{"0" * 400}, 1]}}]}}',
+        '{"estimator": "e", "estimator": "f", "record": "", "made_from": [], "limits": [], '
+        '"values": []}',
     ],
 )
 def test_another_file_is_refused(text: str, tmp_path: Path) -> None:

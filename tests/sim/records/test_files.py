@@ -193,12 +193,15 @@ def test_bytes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (b"  \n", "Expecting value: line 2 column 1"),
+        (b"  \n", "the file is empty"),
+        (b"\0\0\0", "zeros"),
         (b"\xff\xfe", "'utf-8' codec can't decode byte 0xff"),
         (b'{"a": 1\n b}', "Expecting ',' delimiter: line 2 column 2"),
         (b"[NaN]", "NaN, which JSON does not have"),
         (b"[-Infinity]", "-Infinity, which JSON does not have"),
-        (b"[" * 100_000, "maximum recursion depth exceeded"),
+        (b'{"a": 1, "a": 2}', "'a' twice"),
+        (b"1" * 101, "a number of 101 digits"),
+        (b"[" * 100_000, "lists or objects nested too deeply"),
     ],
 )
 def test_json(tmp_path: Path, content: bytes, reason: str) -> None:
@@ -264,6 +267,9 @@ def test_text_as_written() -> None:
         ("a,b\n1,2\n3,4\n", {"a": [1.0, 3.0], "b": [2.0, 4.0]}),
         ("a,b\n1,2", {"a": [1.0], "b": [2.0]}),
         ("\ufeffa,b\r\n1,2\r\n\r\n \n", {"a": [1.0], "b": [2.0]}),
+        ("a,b\r1,2\r", {"a": [1.0], "b": [2.0]}),
+        ("# one\ra,b\r1,2\r", {"a": [1.0], "b": [2.0]}),
+        ("a,b\n1,2\r3,4\r", {"a": [1.0, 3.0], "b": [2.0, 4.0]}),
         ("# one\n\n#two\na , b\n 1 ,\t2\n", {"a": [1.0], "b": [2.0]}),
         ("a,2\n+1.5e2,.5\n", {"a": [150.0], "2": [0.5]}),
         ("a\n1e-999\n", {"a": [0.0]}),
