@@ -7,19 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from boresight.firmware.layout import (
-    banner,
-    block,
-    definitions,
-    head,
-    header,
-    helpers,
-    identifier,
-    literal,
-    source,
-    stem,
-    unique,
-)
+from boresight.firmware import layout
 from boresight.model.tools.c_names import comment
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
@@ -52,17 +40,19 @@ class Body:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.name = stem(program.name)
+        self.name = layout.stem(program.name)
         groups = {
             "in": program.inputs,
             "params": program.of_kind(Kind.PARAM),
             "state": [state for state, _ in program.states],
         }
         self.members = {
-            group: list(zip(numbers, unique(program.values[n].name for n in numbers), strict=True))
+            group: list(
+                zip(numbers, layout.unique(program.values[n].name for n in numbers), strict=True)
+            )
             for group, numbers in groups.items()
         }
-        results = unique(program.output_names, reserved=["saturated", "beyond"])
+        results = layout.unique(program.output_names, reserved=["saturated", "beyond"])
         self.members["out"] = list(zip(program.outputs, results, strict=True))
         ports = zip(program.outputs, program.ports, strict=False)  # made by hand: no ports
         self._units = {number: port.unit for number, port in ports}
@@ -70,14 +60,14 @@ class Body:
     def head(self, suffix: str, brief: str) -> str:
         origin = f'Generated from the program "{comment(self.program.name)}"; do not edit.'
         digest = f"Program digest: {self.program.digest}"
-        return head(f"{self.name}{suffix}", brief, origin, digest)
+        return layout.head(f"{self.name}{suffix}", brief, origin, digest)
 
     def word(self, number: int) -> str:
         """Expression of a value: its local variable, or a literal for a constant."""
         value = self.program.values[number]
         if value.kind is Kind.CONST:
-            return literal(value.initial)
-        return f"v{number}_{identifier(value.name)}"
+            return layout.literal(value.initial)
+        return f"v{number}_{layout.identifier(value.name)}"
 
     def describe(self, number: int, *, name: bool = False) -> str:
         """Format, unit and range of a value, for a comment."""
@@ -134,7 +124,7 @@ class Body:
     def _read(self) -> set[int | None]:
         """Values that operations, outputs or states read."""
         read: set[int | None] = {*self.program.outputs}
-        read |= {source for state, source in self.program.states if state != source}
+        read |= {after for state, after in self.program.states if state != after}
         for op in self.program.ops:
             read |= {*_captured(op), *(n for term in op.terms for n in (term.a, term.b))}
         return read - {None}
@@ -176,9 +166,9 @@ class Body:
                 lines.append(f"(void) {self.word(op.dest)};")
         lines += ["", *after]
         lines += [
-            f"self->state.{member} = {self.word(source)};"
-            for (_, member), (state, source) in zip(self.members["state"], p.states, strict=True)
-            if state != source
+            f"self->state.{member} = {self.word(after)};"
+            for (_, member), (state, after) in zip(self.members["state"], p.states, strict=True)
+            if state != after
         ]
         return lines
 
@@ -202,7 +192,7 @@ def _constants(body: Body) -> str:
         members = body.members[group]
         if members:
             lines.append(f"// {title}: fraction bits")
-        names = unique((prefix + name for _, name in members), reserved=reserved, fold=True)
+        names = layout.unique((prefix + name for _, name in members), reserved=reserved, fold=True)
         reserved += names
         for (n, _), name in zip(members, names, strict=True):
             frac = p.values[n].frac
@@ -214,27 +204,27 @@ def _constants(body: Body) -> str:
 def _table(body: Body) -> str:
     if not body.uses_table:
         return ""
-    memory = [f"{literal(word)}," for word in body.program.table_memory]
+    memory = [f"{layout.literal(word)}," for word in body.program.table_memory]
     rows = [" ".join(memory[k : k + 4]) for k in range(0, len(memory), 4)]
     title = "// Function tables: 128 segments of 4 coefficients each"
-    return f"{title}\n{block(f'static const int32_t TABLE[{len(memory)}] =', rows)};"
+    return f"{title}\n{layout.block(f'static const int32_t TABLE[{len(memory)}] =', rows)};"
 
 
 def preamble(body: Body, text: str) -> list[str]:
     """Definitions between the includes and functions with the statements ``text``."""
     return [
-        banner("Definitions"),
-        definitions(body.program.arithmetic),
-        banner("Variables") if body.uses_table else "",
+        layout.banner("Definitions"),
+        layout.definitions(body.program.arithmetic),
+        layout.banner("Variables") if body.uses_table else "",
         _table(body),
-        banner("Functions"),
-        helpers(text),
+        layout.banner("Functions"),
+        layout.helpers(text),
     ]
 
 
 def _assign(body: Body, group: str) -> list[str]:
     return [
-        f"self->{group}.{member} = {literal(body.program.values[n].initial)};"
+        f"self->{group}.{member} = {layout.literal(body.program.values[n].initial)};"
         f" // {body.program.format(n)}"
         for n, member in body.members[group]
     ]
@@ -255,7 +245,7 @@ def emit_c(program: Program) -> dict[str, str]:
         "bool beyond; // an input of this update was beyond its declared range",
     ]
     return {
-        f"{name}.h": header(
+        f"{name}.h": layout.header(
             name,
             body.head(
                 ".h", f"{brief}: a word w stands for w * 2^-FRAC, x for floor(x * 2^FRAC + 0.5)."
@@ -266,7 +256,7 @@ def emit_c(program: Program) -> dict[str, str]:
             words=f": words of {p.arithmetic.word} bits, sign-extended",
             start="reset words",
         ),
-        f"{name}.c": source(
+        f"{name}.c": layout.source(
             name,
             body.head(".c", f"{brief}, {p.arithmetic.word}-bit words, {len(p.ops)} operations."),
             before=preamble(body, "\n".join(update)),

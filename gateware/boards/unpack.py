@@ -9,17 +9,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.boards.frames import (
-    CRC,
-    CRC_BYTES,
-    END,
-    END_ESCAPED,
-    ESC,
-    ESC_ESCAPED,
-    Kind,
-    reply_layout,
-    word_bytes,
-)
+from boresight.gateware.boards import frames
 from boresight.gateware.boards.uart import Receiver
 from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.engine.engine import word_layout
@@ -35,7 +25,7 @@ class Unpacker(wiring.Component):
     latency of one cycle. ``lengths`` are the words of a frame, for each accepted kind below 4.
     """
 
-    def __init__(self, *, word: int, lengths: Mapping[Kind, int]) -> None:
+    def __init__(self, *, word: int, lengths: Mapping[frames.Kind, int]) -> None:
         self.word = word
         self.lengths = dict(lengths)
         super().__init__(
@@ -63,13 +53,13 @@ class Unpacker(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Remove escapes, assemble words, check at END; ``half`` of the buffer is being filled."""
         m = Module()
-        size, depth = word_bytes(self.word), self.depth
+        size, depth = frames.word_bytes(self.word), self.depth
         m.submodules.buffer = buffer = memory.Memory(
             shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "block"}
         )
         writer = buffer.write_port()
         reader = buffer.read_port()
-        m.submodules.crc = crc = CRC.create()
+        m.submodules.crc = crc = frames.CRC.create()
 
         bad, escaped, headed, half = (Signal(name=n) for n in ("bad", "escaped", "headed", "half"))
         kind = Signal.like(self.data)
@@ -91,7 +81,9 @@ class Unpacker(wiring.Component):
         ]
 
         # Any error is stored until the next END.
-        behind_esc = Cat(self.data == byte for byte in (END, END_ESCAPED, ESC_ESCAPED)).any()
+        behind_esc = Cat(
+            self.data == byte for byte in (frames.END, frames.END_ESCAPED, frames.ESC_ESCAPED)
+        ).any()
         with m.If(self.error | self.valid & escaped & ~behind_esc):
             m.d.sync += bad.eq(1)
         with m.If(take):
@@ -111,7 +103,9 @@ class Unpacker(wiring.Component):
                 with m.Case(kind_of_frame):
                     m.d.comb += [known.eq(1), expected.eq(words)]
         good = headed & known & ~bad & ~escaped & ~self.error & crc.match_detected
-        good = good & (place == CRC_BYTES) & (count == expected) & (~self.pending | self.done)
+        good = (
+            good & (place == frames.CRC_BYTES) & (count == expected) & (~self.pending | self.done)
+        )
         with m.If(self.done):
             m.d.sync += self.pending.eq(0)
         m.d.sync += self.dropped.eq(0)
@@ -130,12 +124,12 @@ class Unpacker(wiring.Component):
         byte = Signal.like(self.data)
         take, end = Signal(name="take"), Signal(name="end")
         m.d.comb += [
-            end.eq(self.valid & (self.data == END)),
-            take.eq(self.valid & ~end & (escaped | (self.data != ESC))),
+            end.eq(self.valid & (self.data == frames.END)),
+            take.eq(self.valid & ~end & (escaped | (self.data != frames.ESC))),
             byte.eq(self.data),
         ]
         with m.If(escaped):
-            m.d.comb += byte.eq(Mux(self.data == END_ESCAPED, END, ESC))
+            m.d.comb += byte.eq(Mux(self.data == frames.END_ESCAPED, frames.END, frames.ESC))
         with m.If(self.valid):
             m.d.sync += escaped.eq(~take & ~end)
         return byte, take, end
@@ -178,7 +172,7 @@ class Dispatcher(wiring.Component):
                 "done": Out(1),
                 "bus": Out(BusSignature(word=word, address=address)),
                 "reads": Out(1),  # The bus has the address of a word to read.
-                "o_reply": Out(stream.Signature(reply_layout(word))),  # To WRITE and READ.
+                "o_reply": Out(stream.Signature(frames.reply_layout(word))),  # To WRITE and READ.
                 **(records if inputs else {}),
             }
         )
@@ -199,12 +193,12 @@ class Dispatcher(wiring.Component):
         record, busy = Signal(name="record"), Signal(name="busy")  # requested; in the core
         m.d.comb += [
             self.bus.w_data.eq(self.word_data),
-            reply.payload.data.eq(Mux(self.kind == Kind.WRITE, self.bus.addr, answer)),
+            reply.payload.data.eq(Mux(self.kind == frames.Kind.WRITE, self.bus.addr, answer)),
             reply.payload.kind.eq(self.kind),
         ]
         if self.inputs:
             m.d.comb += self.o.payload.data.eq(self.word_data)
-            m.d.comb += record.eq(self.kind == Kind.RECORD)
+            m.d.comb += record.eq(self.kind == frames.Kind.RECORD)
             with m.If(self.answered):
                 m.d.sync += busy.eq(0)
         with m.FSM():
@@ -250,7 +244,7 @@ class Dispatcher(wiring.Component):
         with m.State("ADDRESS"):
             m.d.sync += [bus.addr.eq(self.word_data), self.index.eq(1)]
             m.next = "FETCH"
-            with m.If(self.kind == Kind.READ):
+            with m.If(self.kind == frames.Kind.READ):
                 m.next = "READ"
         with m.State("READ"):
             m.d.comb += self.reads.eq(1)

@@ -5,18 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any
 
-from amaranth.hdl import (
-    Cat,
-    ClockDomain,
-    ClockSignal,
-    Instance,
-    Module,
-    Mux,
-    ResetSignal,
-    Shape,
-    Signal,
-    Value,
-)
+from amaranth import hdl
 from amaranth.lib import stream, wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Member, Out, Signature
@@ -44,12 +33,12 @@ class StreamFromAxi(wiring.Component):
         self.word = word
         super().__init__({"axi": In(AXI_STREAM), "o": Out(stream.Signature(word + 1))})
 
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
+    def elaborate(self, platform: Any) -> hdl.Module:
+        m = hdl.Module()
         axi = self.axi
         m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
         m.d.comb += [
-            fifo.w_data.eq(Cat(axi.tdata[: self.word], axi.tlast)),
+            fifo.w_data.eq(hdl.Cat(axi.tdata[: self.word], axi.tlast)),
             fifo.w_en.eq(axi.tvalid),
             axi.tready.eq(fifo.w_rdy),
         ]
@@ -67,8 +56,8 @@ class StreamToAxi(wiring.Component):
         self.word = word
         super().__init__({"i": In(stream.Signature(word + 1)), "axi": Out(AXI_STREAM)})
 
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
+    def elaborate(self, platform: Any) -> hdl.Module:
+        m = hdl.Module()
         axi = self.axi
         m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
         wiring.connect(m, wiring.flipped(self.i), fifo.w_stream)
@@ -127,16 +116,16 @@ class AxiLiteSlave(wiring.Component):
             }
         )
 
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
+    def elaborate(self, platform: Any) -> hdl.Module:
+        m = hdl.Module()
         axi, bus = self.axi, self.bus
-        asked, writes, fetch = (Signal(name=name) for name in ("asked", "writes", "fetch"))
+        asked, writes, fetch = (hdl.Signal(name=name) for name in ("asked", "writes", "fetch"))
         aw, aw_full = _stored(m, "aw", axi.awvalid, axi.awready, axi.awaddr)
-        data, w_full = _stored(m, "w", axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb))
+        data, w_full = _stored(m, "w", axi.wvalid, axi.wready, hdl.Cat(axi.wdata, axi.wstrb))
         ar, ar_full = _stored(m, "ar", axi.arvalid, axi.arready, axi.araddr)
         w, strobes = data[:32], data[32:]
         m.d.comb += [
-            bus.addr.eq(Mux(writes, aw, ar)[2:]),
+            bus.addr.eq(hdl.Mux(writes, aw, ar)[2:]),
             bus.w_data.eq(w),
             bus.w_stb.eq(asked & writes),
         ]
@@ -145,7 +134,7 @@ class AxiLiteSlave(wiring.Component):
         with m.If(axi.rready):
             m.d.sync += axi.rvalid.eq(0)
 
-        write, read, written = (Signal(name=name) for name in ("write", "read", "written"))
+        write, read, written = (hdl.Signal(name=name) for name in ("write", "read", "written"))
         m.d.comb += [
             write.eq(aw_full & w_full & ~axi.bvalid),
             read.eq(ar_full & ~axi.rvalid),
@@ -160,7 +149,7 @@ class AxiLiteSlave(wiring.Component):
                 m.d.sync += [asked.eq(read), writes.eq(0)]
         with m.If(written):
             m.d.sync += [asked.eq(0), aw_full.eq(0), w_full.eq(0)]
-            answer = Mux(strobes.any() & ~strobes.all(), Response.SLVERR, Response.OKAY)
+            answer = hdl.Mux(strobes.any() & ~strobes.all(), Response.SLVERR, Response.OKAY)
             m.d.sync += [axi.bvalid.eq(1), axi.bresp.eq(answer)]
         with m.If(asked & ~writes):
             m.d.sync += [asked.eq(0), fetch.eq(1)]
@@ -171,10 +160,10 @@ class AxiLiteSlave(wiring.Component):
 
 
 def _stored(
-    m: Module, name: str, valid: Value, ready: Value, payload: Value
-) -> tuple[Signal, Signal]:
+    m: hdl.Module, name: str, valid: hdl.Value, ready: hdl.Value, payload: hdl.Value
+) -> tuple[hdl.Signal, hdl.Signal]:
     """Last payload of a channel, and whether it is still needed; until then no other is taken."""
-    payload_stored, full = Signal(payload.shape(), name=name), Signal(name=f"{name}_full")
+    payload_stored, full = hdl.Signal(payload.shape(), name=name), hdl.Signal(name=f"{name}_full")
     m.d.comb += ready.eq(~full)
     with m.If(valid & ~full):
         m.d.sync += [payload_stored.eq(payload), full.eq(1)]
@@ -207,20 +196,20 @@ class AxiCore(wiring.Component):
         self.word = word
         super().__init__(_MEMBERS)
 
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.domains.sync = ClockDomain()
-        m.d.comb += [ClockSignal().eq(self.aclk), ResetSignal().eq(~self.aresetn)]
+    def elaborate(self, platform: Any) -> hdl.Module:
+        m = hdl.Module()
+        m.domains.sync = hdl.ClockDomain()
+        m.d.comb += [hdl.ClockSignal().eq(self.aclk), hdl.ResetSignal().eq(~self.aresetn)]
         m.submodules.records_in = records_in = StreamFromAxi(word=self.word)
         m.submodules.records_out = records_out = StreamToAxi(word=self.word)
         m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=ADDRESS_BITS)
         self._outside(m, "s_axis", records_in.axi)
         self._outside(m, "m_axis", records_out.axi)
         self._outside(m, "s_axi", slave.axi)
-        m.submodules.core = Instance(
+        m.submodules.core = hdl.Instance(
             "core",
-            i_clk=ClockSignal(),
-            i_rst=ResetSignal(),
+            i_clk=hdl.ClockSignal(),
+            i_rst=hdl.ResetSignal(),
             i_i__payload=records_in.o.payload,
             i_i__valid=records_in.o.valid,
             o_i__ready=records_in.o.ready,
@@ -235,7 +224,7 @@ class AxiCore(wiring.Component):
         )
         return m
 
-    def _outside(self, m: Module, prefix: str, inner: Any) -> None:
+    def _outside(self, m: hdl.Module, prefix: str, inner: Any) -> None:
         for name in inner.signature.members:
             outer = f"{prefix}_{name}"
             port, inside = getattr(self, outer), getattr(inner, name)
@@ -246,6 +235,6 @@ class AxiCore(wiring.Component):
 def axi_ports() -> tuple[tuple[str, str, int], ...]:
     """Direction, name and bits of every port of `AxiCore`, which is the module ``core_axi``."""
     return tuple(
-        ("input" if member.flow == In else "output", name, Shape.cast(member.shape).width)
+        ("input" if member.flow == In else "output", name, hdl.Shape.cast(member.shape).width)
         for name, member in _MEMBERS.items()
     )

@@ -11,17 +11,8 @@ from amaranth.hdl import Const, Module, Signal, Value
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware import registers
 from boresight.gateware.machine import Machine
-from boresight.gateware.registers import (
-    BUILD_HIGH,
-    BUILD_LOW,
-    FIRST,
-    PROGRAM,
-    RESTART,
-    STATUS,
-    UPDATES,
-    BitField,
-)
 
 
 class BusSignature(wiring.Signature):
@@ -40,10 +31,10 @@ class BusSignature(wiring.Signature):
 
 
 #: Bits of an address above the first fixed register's.
-_OFFSET = (RESTART.address - FIRST).bit_length()
+_OFFSET = (registers.RESTART.address - registers.FIRST).bit_length()
 
 
-def layout_of(fields: Sequence[BitField], *, width: int | None = None) -> data.Layout:
+def layout_of(fields: Sequence[registers.BitField], *, width: int | None = None) -> data.Layout:
     """The layout of a register with these fields, ``width`` bits or up to the last of them."""
     size = width or max(field.bit + field.width for field in fields)
     members = {f.name: data.Field(f.width, f.bit) for f in fields}
@@ -108,10 +99,10 @@ class Registers(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         bus, word = self.bus, self.machine.arithmetic.word
-        fixed, offset = bus.addr[FIRST.bit_length() - 1], bus.addr[:_OFFSET]
+        fixed, offset = bus.addr[registers.FIRST.bit_length() - 1], bus.addr[:_OFFSET]
         waits, inner = Signal(name="waits"), Signal(name="inner")
         other = self.choice != self.program if self.selector else Const(0)
-        written = bus.w_stb & fixed & (offset == RESTART.address - FIRST)
+        written = bus.w_stb & fixed & (offset == registers.RESTART.address - registers.FIRST)
         soon = self._restarts(m, self.restart | written)
         m.d.comb += [
             waits.eq(~fixed & ~self._of_state()),
@@ -129,7 +120,7 @@ class Registers(wiring.Component):
                 m.d.sync += self.program.eq(self.choice)
         elif self.programs > 1:
             # Bit 8 of the address must be 0, or another lane's bank would be written.
-            with m.If(fixed & ~bus.addr[8] & (offset == PROGRAM - FIRST)):
+            with m.If(fixed & ~bus.addr[8] & (offset == registers.PROGRAM - registers.FIRST)):
                 m.d.comb += waits.eq(bus.w_data < self.programs)
             m.d.sync += self.switch.eq(fixed | soon)
             with m.If(self.grant & self.switch & ~inner):
@@ -138,15 +129,15 @@ class Registers(wiring.Component):
         flags, updates = self._flags(m, bus.w_stb & fixed & ~offset.any())
         flags |= {"idle": self.idle, "parity": self.parity}
         # A shift by 0 would be a separate cell.
-        bits = (flags[f.name] << f.bit if f.bit else flags[f.name] for f in STATUS.fields)
+        bits = (flags[f.name] << f.bit if f.bit else flags[f.name] for f in registers.STATUS.fields)
         with m.Switch(offset):
             for register, value in (
-                (STATUS, reduce(or_, bits)),
-                (UPDATES, updates),
-                (BUILD_LOW, self.digest),
-                (BUILD_HIGH, self.digest >> word),
+                (registers.STATUS, reduce(or_, bits)),
+                (registers.UPDATES, updates),
+                (registers.BUILD_LOW, self.digest),
+                (registers.BUILD_HIGH, self.digest >> word),
             ):
-                with m.Case(register.address - FIRST):
+                with m.Case(register.address - registers.FIRST):
                     m.d.sync += bus.r_data.eq(value)
             with m.Default():
                 m.d.sync += bus.r_data.eq(self.program)
@@ -173,7 +164,7 @@ class Registers(wiring.Component):
         flags: dict[str, Value] = {}
         updates = Signal(self.machine.arithmetic.word)
         w_data = self.bus.w_data
-        written: Any = data.View(layout_of(STATUS.fields, width=len(w_data)), w_data)
+        written: Any = data.View(layout_of(registers.STATUS.fields, width=len(w_data)), w_data)
         for name, event in (
             ("saturated", self.saturated & self.en),
             ("beyond", self.beyond & self.en),

@@ -10,15 +10,8 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.engine import parts
 from boresight.gateware.engine.multiplier import Multiplier
-from boresight.gateware.engine.parts import (
-    Bitwise,
-    LeadingSignCount,
-    Shifter,
-    choose,
-    delayed,
-    next_value,
-)
 from boresight.gateware.machine import Machine
 
 #: Fields of the microword for the lane itself.
@@ -92,8 +85,8 @@ class Lane(wiring.Component):
         with m.If(self.en):
             if self.machine.has("memory"):
                 m.d.sync += [
-                    flag.eq(next_value(flag, sign, when=self.cap_flag)),
-                    held.eq(next_value(held, index, when=self.cap_index)),
+                    flag.eq(parts.next_value(flag, sign, when=self.cap_flag)),
+                    held.eq(parts.next_value(held, index, when=self.cap_index)),
                 ]
             else:
                 with m.If(self.cap_flag):
@@ -134,7 +127,7 @@ class Lane(wiring.Component):
 
     def _amount(self, m: Module) -> Value:
         """Amount: the shift, not below 0; delayed to shift."""
-        m.submodules.leading = leading = LeadingSignCount(
+        m.submodules.leading = leading = parts.LeadingSignCount(
             arithmetic=self.machine.arithmetic, free=self.machine.has("memory")
         )
         m.d.comb += [
@@ -154,14 +147,14 @@ class Lane(wiring.Component):
         with m.If(self.en):
             m.d.sync += amount.eq(Mux(difference < 0, 0, difference))
         later = range(self.stages.amount + 2, self.stages.shift + 1)
-        return delayed(m, amount, en=self.en, names=[f"amount{k}" for k in later])
+        return parts.delayed(m, amount, en=self.en, names=[f"amount{k}" for k in later])
 
     def _shift(
         self, m: Module, product: Signal, amount: Value, invert: Signal, skip: Signal
     ) -> tuple[Signal, Signal]:
         """Shift: the term, ones' complement when negated, and its carry, there at accumulate."""
         arith = self.machine.arithmetic
-        m.submodules.shifter = shifter = Shifter(
+        m.submodules.shifter = shifter = parts.Shifter(
             width_in=2 * arith.word,
             width_out=arith.acc_width,
             registered=self.machine.has("shifter"),
@@ -203,14 +196,16 @@ class Lane(wiring.Component):
         groups = [over[k : k + 5] for k in range(0, len(over), 5)]
         differs = []
         for k, bits in enumerate(groups):
-            m.submodules[f"differs{k}"] = unit = Bitwise(function=_differs, inputs=1 + len(bits))
+            m.submodules[f"differs{k}"] = unit = parts.Bitwise(
+                function=_differs, inputs=1 + len(bits)
+            )
             differs.append(unit.connect(m, negative, *bits))
-        m.submodules.clamp = unit = Bitwise(function=_clamps, inputs=1 + len(differs))
+        m.submodules.clamp = unit = parts.Bitwise(function=_clamps, inputs=1 + len(differs))
         clamp: Value = unit.connect(m, self.wrap, *differs)
         beyond: Value = self.wrap & Cat(differs).any()
         if self.machine.has("limit"):
             clamp, beyond, negative, q = (
-                delayed(m, value, en=self.en, names=[f"{name}7"])
+                parts.delayed(m, value, en=self.en, names=[f"{name}7"])
                 for value, name in (
                     (clamp, "clamp"),
                     (beyond, "beyond"),
@@ -225,7 +220,7 @@ class Lane(wiring.Component):
         # Two more lines: equal, they give the sign of acc; unequal, they select an outside word.
         line = []
         for k, decide in enumerate((_line0, _line1)):
-            m.submodules[f"line{k}"] = unit = Bitwise(function=decide, inputs=3)
+            m.submodules[f"line{k}"] = unit = parts.Bitwise(function=decide, inputs=3)
             line.append(unit.connect(m, self.outside, self.which, negative))
         words = [self.words[k] for k in range(self.sources)]
         # Of the limit only the sign bit equals the sign.
@@ -233,7 +228,7 @@ class Lane(wiring.Component):
             ("low", slice(0, word - 1), _result_low),
             ("sign", slice(word - 1, word), _result_sign),
         ):
-            m.submodules[f"result_{name}"] = result = Bitwise(
+            m.submodules[f"result_{name}"] = result = parts.Bitwise(
                 function=function, inputs=4 + len(words), width=len(self.result[part])
             )
             output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
@@ -245,7 +240,7 @@ def _differs(sign: Any, *bits: Any) -> Any:
     every, some = bits[0], bits[0]
     for bit in bits[1:]:
         every, some = every & bit, some | bit
-    return choose(sign, ~every, some)
+    return parts.choose(sign, ~every, some)
 
 
 def _clamps(wrap: Any, *differs: Any) -> Any:
@@ -254,23 +249,23 @@ def _clamps(wrap: Any, *differs: Any) -> Any:
 
 
 def _line0(outside: Any, which: Any, negative: Any) -> Any:
-    return choose(outside, ~which, negative)
+    return parts.choose(outside, ~which, negative)
 
 
 def _line1(outside: Any, which: Any, negative: Any) -> Any:
-    return choose(outside, which, negative)
+    return parts.choose(outside, which, negative)
 
 
 def _result_low(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
     """A bit of the result: of the limit, of the accumulator, or of an outside word."""
-    return _outside(choose(clamp, ~line0, q), line0, line1, words)
+    return _outside(parts.choose(clamp, ~line0, q), line0, line1, words)
 
 
 def _result_sign(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
-    return _outside(choose(clamp, line0, q), line0, line1, words)
+    return _outside(parts.choose(clamp, line0, q), line0, line1, words)
 
 
 def _outside(result: Any, line0: Any, line1: Any, words: tuple[Any, ...]) -> Any:
     """A bit of the lane's result, or of the outside word that the lines select."""
-    out = choose(line0 & ~line1, words[0], result)
-    return choose(line1 & ~line0, words[1], out) if len(words) > 1 else out
+    out = parts.choose(line0 & ~line1, words[0], result)
+    return parts.choose(line1 & ~line0, words[1], out) if len(words) > 1 else out

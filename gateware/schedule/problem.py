@@ -10,17 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.schedule.arrange import (
-    Arrangement,
-    Key,
-    Need,
-    arrangements,
-    gifts,
-    keys,
-    needs,
-    reads,
-    uses,
-)
+from boresight.gateware.schedule import arrange
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Op, Program
 
@@ -49,7 +39,7 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
     between a capture of the segment index and its first use.
     """
     late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
-    users = [{k for k in range(len(op.terms)) if uses(op, k)[kind]} for kind in range(3)]
+    users = [{k for k in range(len(op.terms)) if arrange.uses(op, k)[kind]} for kind in range(3)]
     extra = False
     for captured, user in zip((op.index, op.flag, op.norm), users, strict=True):
         if value == captured:
@@ -68,7 +58,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     producer = {op.dest: k for k, op in enumerate(program.ops)}
     edges: dict[int, list[tuple[int, int]]] = {k: [] for k in range(n_ops)}
     for k, op in enumerate(program.ops):
-        for value in sorted(reads(op)):
+        for value in sorted(arrange.reads(op)):
             if value in producer:
                 cost = latency + slots_after(op, value, machine.stages.read) - 1
                 edges[producer[value]].append((k, cost))
@@ -81,7 +71,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
             if (tail_cost := tail[consumer]) is not None:
                 tail[k] = max(tail[k] or 0, tail_cost + cost)
     slots = [
-        min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
+        min(len(x.slots) for x in arrange.arrangements(op, k, (False, False, False)))
         for k, op in enumerate(program.ops)
     ]
     # An emit can share a slot that reads its value.
@@ -139,14 +129,14 @@ class ListProblem:
         self.urgent, self.far = urgent, far
         self.n_ops = len(program.ops)
         self.nodes = self.n_ops + len(program.outputs)
-        self.needs: list[Need] = [needs(op) for op in program.ops]
-        self.keys = [keys(op) for op in program.ops]
+        self.needs: list[arrange.Need] = [arrange.needs(op) for op in program.ops]
+        self.keys = [arrange.keys(op) for op in program.ops]
         self.terms = [len(op.terms) for op in program.ops]
-        self.reads = [reads(op) for op in program.ops]
+        self.reads = [arrange.reads(op) for op in program.ops]
         #: Cycles from a slot that captures the segment index to the first slot that it serves.
         self.index_delay = machine.stages.read
-        self.gifts = gifts(program)
-        self.givers: dict[tuple[int, Key], list[int]] = defaultdict(list)
+        self.gifts = arrange.gifts(program)
+        self.givers: dict[tuple[int, arrange.Key], list[int]] = defaultdict(list)
         for k, offers in enumerate(self.gifts):
             for kind_and_key in dict.fromkeys((g.kind, g.key) for g in offers):
                 self.givers[kind_and_key].append(k)
@@ -168,7 +158,7 @@ class ListProblem:
         #: Whether the next emit shares a slot with an op that reads its value and can start: where
         #: outputs are a large part of all nodes.
         self.emits_with_ops = 2 * len(program.outputs) >= self.n_ops
-        self._arranged: dict[tuple[int, Need], list[Arrangement]] = {}
+        self._arranged: dict[tuple[int, arrange.Need], list[arrange.Arrangement]] = {}
 
     def priorities(self, variant: Variant) -> list[int]:
         """Priority of every node: cycles that follow it, plus `_LEAD` for urgent nodes."""
@@ -179,14 +169,14 @@ class ListProblem:
             )
         ]
 
-    def arranged(self, node: int, need: Need) -> list[Arrangement]:
+    def arranged(self, node: int, need: arrange.Need) -> list[arrange.Arrangement]:
         """Arrangements of a node that makes the captures ``need``."""
         if (node, need) not in self._arranged:
             if node < self.n_ops:
-                ways = arrangements(self.program.ops[node], node, need)
+                ways = arrange.arrangements(self.program.ops[node], node, need)
             else:
                 j = node - self.n_ops
-                ways = [Arrangement((Slot(0, 0, self.program.outputs[j], emit=j),), ())]
+                ways = [arrange.Arrangement((Slot(0, 0, self.program.outputs[j], emit=j),), ())]
             self._arranged[node, need] = ways
         return self._arranged[node, need]
 

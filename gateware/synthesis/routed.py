@@ -13,16 +13,9 @@ from typing import Any, Final
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image, data_memories
+from boresight.gateware.synthesis import tools
 from boresight.gateware.synthesis.family import ClockEstimate, Family, Target
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.tools import (
-    Run,
-    SynthesisError,
-    find_router,
-    find_tool,
-    place_and_route,
-    synthesise,
-)
 from boresight.model.errors import InputError
 
 #: Default clock that the router works towards: higher than any core reaches, MHz.
@@ -64,7 +57,7 @@ class Routed:
 
     mapped: Mapped
     #: One for each seed.
-    runs: tuple[Run, ...]
+    runs: tuple[tools.Run, ...]
     #: Of the router.
     version: str
 
@@ -115,7 +108,7 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
     small.
     """
     family = target.family
-    netlist = synthesise(verilog, top=top, command=family.synthesis)
+    netlist = tools.synthesise(verilog, top=top, command=family.synthesis)
     family.absorb(netlist, top)
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
@@ -123,7 +116,7 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
         if kind.startswith("$"):
             continue
         if kind not in family.cells:
-            raise SynthesisError(f"cell type must be one of {family.title}, not {kind!r}")
+            raise tools.SynthesisError(f"cell type must be one of {family.title}, not {kind!r}")
         for key, each in family.cells[kind].items():
             used[key] = used.get(key, 0.0) + each * number
     _check_room(used, target)
@@ -131,7 +124,7 @@ def netlist_for(verilog: str, top: str, target: Target) -> Mapped:
         target=target,
         netlist=netlist,
         used=used,
-        version=find_tool().version,
+        version=tools.find_tool().version,
         clock=family.estimate(netlist, top, target.grade),
     )
 
@@ -167,7 +160,7 @@ def implement(
     ``top`` is its module with the clock ``clk``; the family of ``target`` has a router, which works
     towards ``clock_mhz``. Raises as `netlist_for`, and RouteError if it rejected the design.
     """
-    find_router(target.router)  # before the work
+    tools.find_router(target.router)  # before the work
     mapped = netlist_for(verilog, top, target)
     inner = enclosed(mapped.netlist, top, target.family)
     return route(mapped, inner, clock_mhz or _CLOCK_MHZ, seeds, progress=progress)
@@ -184,10 +177,10 @@ def route(
 ) -> Routed:
     """Place and route a netlist with seeds 1, 2, ...; ``options`` as of `place_and_route`."""
     target, runs = mapped.target, []
-    tool = find_router(target.router)
+    tool = tools.find_router(target.router)
     for seed in range(1, seeds + 1):
         progress(f"{tool.version}, {target.title}, seed {seed}")
-        run = place_and_route(netlist, target, seed=seed, clock_mhz=clock_mhz, **options)
+        run = tools.place_and_route(netlist, target, seed=seed, clock_mhz=clock_mhz, **options)
         runs.append(run)
     return Routed(mapped=mapped, runs=tuple(runs), version=tool.version)
 

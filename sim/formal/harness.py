@@ -22,20 +22,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from amaranth import hdl
 from amaranth.asserts import AnySeq
 from amaranth.back import rtlil
-from amaranth.hdl import (
-    Assert,
-    Assume,
-    Cat,
-    ClockDomain,
-    Cover,
-    Elaboratable,
-    Fragment,
-    Module,
-    Signal,
-    Value,
-)
 
 from boresight.gateware.synthesis.tools import find_tool
 from boresight.model.errors import ToolMissing
@@ -51,7 +40,7 @@ class Inside:
     """
 
     def __init__(self, component: Any, platform: Any) -> None:
-        self.module = Fragment.get(component, platform)
+        self.module = hdl.Fragment.get(component, platform)
         self.component = (self.module.origins or (component,))[0]
         self.parts = {name: Inside(part, platform) for part, name, _ in self.module.subfragments}
         ports = {id(port) for inside in (self, *self.parts.values()) for port in inside._ports()}
@@ -63,12 +52,12 @@ class Inside:
             if id(signal) not in ports
         }
 
-    def _ports(self) -> list[Value]:
+    def _ports(self) -> list[hdl.Value]:
         signature = getattr(self.component, "signature", None)
         ports = signature.flatten(self.component) if signature is not None else ()
-        return [Value.cast(port) for _, _, port in ports]
+        return [hdl.Value.cast(port) for _, _, port in ports]
 
-    def __getitem__(self, name: str) -> Signal:
+    def __getitem__(self, name: str) -> hdl.Signal:
         """The only signal with a name, other than a port."""
         matches = [signal for signal in self._signals.values() if signal.name == name]
         if len(matches) != 1:
@@ -77,7 +66,7 @@ class Inside:
         return matches[0]
 
 
-class Harness(Elaboratable):
+class Harness(hdl.Elaboratable):
     """A component with the inputs, assumptions and claims of a proof."""
 
     #: The component's registers, for claims that relate them to those of a model.
@@ -86,45 +75,45 @@ class Harness(Elaboratable):
     def __init__(self, dut: Any) -> None:
         self.dut = dut
 
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
+    def elaborate(self, platform: Any) -> hdl.Module:
+        m = hdl.Module()
         self.inside = Inside(self.dut, platform)
         m.submodules.dut = self.inside.module
         self.surround(m, self.dut)
         return m
 
-    def surround(self, m: Module, dut: Any) -> None:
+    def surround(self, m: hdl.Module, dut: Any) -> None:
         raise NotImplementedError
 
 
-def unknown(m: Module, shape: Any, name: str) -> Signal:
+def unknown(m: hdl.Module, shape: Any, name: str) -> hdl.Signal:
     """A signal that the solver chooses anew in every cycle."""
-    signal = Signal(shape, name=name)
+    signal = hdl.Signal(shape, name=name)
     m.d.comb += signal.eq(AnySeq(signal.shape()))
     return signal
 
 
-def drive(m: Module, component: Any, *names: str) -> tuple[Signal, ...]:
+def drive(m: hdl.Module, component: Any, *names: str) -> tuple[hdl.Signal, ...]:
     """Connect an `unknown` signal to each named input, and return the signals."""
-    ports = [Value.cast(getattr(component, name)) for name in names]
+    ports = [hdl.Value.cast(getattr(component, name)) for name in names]
     signals = [unknown(m, port.shape(), name) for port, name in zip(ports, names, strict=True)]
     m.d.comb += [port.eq(signal) for port, signal in zip(ports, signals, strict=True)]
     return tuple(signals)
 
 
-def before(m: Module, value: Any, name: str) -> Signal:
+def before(m: hdl.Module, value: Any, name: str) -> hdl.Signal:
     """The value of the cycle before; after a reset 0."""
-    signal = Signal(value.shape(), name=name)
+    signal = hdl.Signal(value.shape(), name=name)
     m.d.sync += signal.eq(value)
     return signal
 
 
-def reached(m: Module, condition: Any, name: str) -> Cover:
+def reached(m: hdl.Module, condition: Any, name: str) -> hdl.Cover:
     """A ``Cover`` that stays reached until a reset, once the condition has been true."""
-    latched = Signal(name=name)
+    latched = hdl.Signal(name=name)
     with m.If(condition):
         m.d.sync += latched.eq(1)
-    return Cover(latched)
+    return hdl.Cover(latched)
 
 
 class Stream:
@@ -133,30 +122,30 @@ class Stream:
     def __init__(self, valid: Any, ready: Any, *payload: Any, name: str) -> None:
         self.valid = valid
         self.ready = ready
-        self.payload = Cat(*(Value.cast(part) for part in payload))
+        self.payload = hdl.Cat(*(hdl.Value.cast(part) for part in payload))
         self.name = name
 
     @property
-    def transfer(self) -> Value:
+    def transfer(self) -> hdl.Value:
         """1 in a cycle in which a word is transferred."""
         return self.valid & self.ready
 
-    def source(self, m: Module) -> None:
+    def source(self, m: hdl.Module) -> None:
         """Offer words at any pace; an offered word stays until it is taken."""
         valid = unknown(m, 1, f"{self.name}_valid")
         payload = unknown(m, len(self.payload), f"{self.name}_payload")
         m.d.comb += [self.valid.eq(valid), self.payload.eq(payload)]
-        m.d.comb += Assume(self._held(m, valid, payload))
+        m.d.comb += hdl.Assume(self._held(m, valid, payload))
 
-    def sink(self, m: Module) -> None:
+    def sink(self, m: hdl.Module) -> None:
         """Take words at any pace, and claim that an offered word stays until it is taken."""
         m.d.comb += self.ready.eq(unknown(m, 1, f"{self.name}_ready"))
-        m.d.comb += Assert(self._held(m, self.valid, self.payload))
+        m.d.comb += hdl.Assert(self._held(m, self.valid, self.payload))
 
-    def _held(self, m: Module, valid: Any, payload: Any) -> Value:
+    def _held(self, m: hdl.Module, valid: Any, payload: Any) -> hdl.Value:
         waited = before(m, valid & ~self.ready, f"{self.name}_waited")
         same = payload == before(m, payload, f"{self.name}_before")
-        held: Value = ~waited | (valid & same)
+        held: hdl.Value = ~waited | (valid & same)
         return held
 
 
@@ -273,11 +262,11 @@ def prove(proof: Proof, *, folder: Path | None = None) -> Result:
 
 def _rtlil(proof: Proof, *, reset: bool) -> str:
     """The harness for yosys; an undriven clock or reset is an input, so resets come at any time."""
-    m = Module()
+    m = hdl.Module()
     m.submodules.harness = proof.harness(proof.dut())
     ports = []
     if not reset:
-        m.domains.sync = domain = ClockDomain("sync", reset_less=True)
+        m.domains.sync = domain = hdl.ClockDomain("sync", reset_less=True)
         ports.append(domain.clk)
     text: str = rtlil.convert(m, name="top", ports=ports, platform=None)
     return text
