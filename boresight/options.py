@@ -237,12 +237,10 @@ def params_of_each(
     values: dict[str, dict[str, float]] = {}
     for where, owner, some in _given(params, only, estimators):
         if owner not in estimators or not isinstance(some, Mapping):
-            raise InputError.at(
-                where,
-                wanted=f"values of {', '.join(estimators)}",
-                found="no estimator's name" if owner is None else str(owner),
-                fix=f"write for example --param {only or next(iter(estimators))}.NAME=NUMBER",
-            )
+            found = "no estimator's name" if owner is None else str(owner)
+            wanted = f"values of {', '.join(estimators)}"
+            fix = f"write for example --param {only or next(iter(estimators))}.NAME=NUMBER"
+            raise InputError.at(where, wanted=wanted, found=found, fix=fix)
         values[owner] = {**values.get(owner, {}), **some}
         estimators[owner].param_values(values[owner])
     return [values.get(name) for name in estimators]
@@ -287,12 +285,9 @@ def _read(path: str, names: Iterable[str]) -> Iterator[tuple[str | None, dict[st
         try:
             described = typed(Description, data)
         except Malformed as error:
-            raise InputError.at(
-                f"{path}{error.location}",
-                wanted="a registers.json of `boresight compile`",
-                found=kind_of(error.value),
-                fix="compile again",
-            ) from None
+            where, found = f"{path}{error.location}", kind_of(error.value)
+            wanted, fix = "a registers.json of `boresight compile`", "compile again"
+            raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
         programs = [p.program for p in described.programs]
         owners = [n for n in names if n in programs] or programs
         yield from ((n, described.parameters_of(n)) for n in owners)
@@ -304,12 +299,9 @@ def _read(path: str, names: Iterable[str]) -> Iterator[tuple[str | None, dict[st
         groups = {n: v for n, v in values.items() if n in names} or values
     for owner, some in groups.items():
         if not isinstance(some, dict) or not (owner is None or isinstance(owner, str)):
-            raise InputError.at(
-                path,
-                wanted="a JSON object with parameter values",
-                found=kind_of(some),
-                fix='write for example {"kp_pitch_per_s": 0.5}',
-            )
+            wanted = "a JSON object with parameter values"
+            fix = 'write for example {"kp_pitch_per_s": 0.5}'
+            raise InputError.at(path, wanted=wanted, found=kind_of(some), fix=fix)
         for key, value in some.items():
             if isinstance(value, bool) or not isinstance(value, int | float):
                 where, found = f"{path}, {key}", kind_of(value)

@@ -11,15 +11,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from boresight.model.errors import (
-    InputError,
-    author_line,
-    listed,
-    place_of,
-    place_of_function,
-    placed,
-    require,
-)
+from boresight.model import errors
+from boresight.model.errors import InputError, place_of_function, placed, require
 from boresight.model.lowering.trace import Condition, Scalar
 
 T = TypeVar("T")
@@ -81,9 +74,9 @@ class Values(SimpleNamespace):
         if name.startswith("_"):
             raise AttributeError(name)
         kind, names = self._names
-        near = listed(name, names)
+        near = errors.listed(name, names)
         raise _Undeclared.at(
-            author_line(),
+            errors.author_line(),
             wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
             found=repr(name),
             fix=f"correct the name, or declare the {kind}",
@@ -102,7 +95,7 @@ def checked(
     try:
         result: Any = estimator.step(*arguments)
     except InputError as error:
-        line = "" if re.match(r"[^:]*, line \d", str(error)) else place_of(error)
+        line = "" if re.match(r"[^:]*, line \d", str(error)) else errors.place_of(error)
         raise (InputError(f"{line}, {error}") if line else error) from error
     except (Exception, SystemExit) as error:
         raise _explained(estimator, where, error) from error
@@ -127,7 +120,7 @@ def _explained(estimator: Any, where: str, error: BaseException) -> InputError:
     remedies = (remedy for pattern, remedy in _REMEDIES if re.search(pattern, text))
     matches = ((re.search(pattern, text), template) for pattern, template in _NUMPY_ERRORS)
     return InputError.at(
-        place_of(error) or where,
+        errors.place_of(error) or where,
         wanted=f"a step of {estimator.name} without an error",
         found=next((template.format(match[1]) for match, template in matches if match), text),
         fix=next(remedies, "use + - * /, comparisons and boresight.ops"),
@@ -213,7 +206,7 @@ def called(
         from_boresight = type(error).__module__.startswith("boresight.")
         if from_boresight or isinstance(error, MemoryError | BrokenPipeError):
             raise
-        line = place_of(error, users=True)
+        line = errors.place_of(error, users=True)
         if not line:
             if _accepts(call, *args, **options):
                 raise

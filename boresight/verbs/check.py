@@ -165,12 +165,8 @@ def typed(words: Sequence[Any], given: Mapping[str, Any], shown: Any) -> dict[st
 
 
 def _of_folder(folder: str | Path, found: str) -> InputError:
-    return InputError.at(
-        str(folder),
-        wanted="no --config, --word, --target or --param: the folder has them",
-        found=found,
-        fix="leave it out",
-    )
+    wanted = "no --config, --word, --target or --param: the folder has them"
+    return InputError.at(str(folder), wanted=wanted, found=found, fix="leave it out")
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:

@@ -277,12 +277,9 @@ def check_routable(target: str) -> None:
     router = TARGETS[target].family.router if target in TARGETS else None
     if router is None:
         routed = dict.fromkeys(t.device.name for t in TARGETS.values() if t.family.router)
-        raise InputError.at(
-            "route",
-            wanted="a target that an open tool routes",
-            found=f"--target {target}",
-            fix=f"choose {', '.join(routed)}, or --synth for area alone",
-        )
+        wanted, found = "a target that an open tool routes", f"--target {target}"
+        fix = f"choose {', '.join(routed)}, or --synth for area alone"
+        raise InputError.at("route", wanted=wanted, found=found, fix=fix)
     find_router(router)
 
 

@@ -131,12 +131,9 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
     for part in filter(None, map(str.strip, text.split(","))):
         match = _DEMAND.fullmatch(part)
         if match is None:
-            raise InputError.at(
-                "want",
-                wanted=f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1",
-                found=repr(part),
-                fix="write NAME, one of < <= > >=, and a number",
-            )
+            wanted = f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1"
+            fix = "write NAME, one of < <= > >=, and a number"
+            raise InputError.at("want", wanted=wanted, found=repr(part), fix=fix)
         quantity, limit = quantity_of(match[1], known, "want"), float(match[3])
         if match[4]:
             factor, offset = conversion(f"want, {part}", quantity.name, match[4], quantity.unit)

@@ -104,12 +104,9 @@ def montecarlo(
     rows = complete(campaign, draws, seeds, journal, say=say, **where)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)
-        raise InputError.at(
-            f"world {plant.name}, draw",
-            wanted="another run for each seed",
-            found=f"{runs} equal runs",
-            fix="let draw(self, seed) store the seed, and start(self) make the noise of it",
-        )
+        where, wanted = f"world {plant.name}, draw", "another run for each seed"
+        fix = "let draw(self, seed) store the seed, and start(self) make the noise of it"
+        raise InputError.at(where, wanted=wanted, found=f"{runs} equal runs", fix=fix)
     longest = max(rows, key=lambda row: row["records"])
     marks = campaign.marks(longest["records"])
     drawn(plant, longest["seed"])

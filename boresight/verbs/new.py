@@ -91,9 +91,6 @@ def _check_name(stem: str, typed: str) -> None:
         objections["the name of an installed module"] = taken
     for objection, holds in objections.items():
         if holds:
-            raise InputError.at(
-                typed or "''",
-                wanted="a name for a module of your own: letters, digits and _",
-                found=objection,
-                fix="choose another, such as my_filter",
-            )
+            wanted = "a name for a module of your own: letters, digits and _"
+            fix = "choose another, such as my_filter"
+            raise InputError.at(typed or "''", wanted=wanted, found=objection, fix=fix)

@@ -168,12 +168,8 @@ def _copied(log: Any, output: str | Path | None) -> Result:
     fix = "name both; a log alone is written as another file"
     require(is_log, "run", "an estimator and a log, a world or board", f"{log} alone", fix)
     if output is None or not str(output).lower().endswith(tuple(files.FORMATS)):
-        raise InputError.at(
-            "--output",
-            wanted=f"a file name that ends with {', '.join(files.FORMATS)}",
-            found=str(output or "none"),
-            fix="name it",
-        )
+        wanted = f"a file name that ends with {', '.join(files.FORMATS)}"
+        raise InputError.at("--output", wanted=wanted, found=str(output or "none"), fix="name it")
     count, notes = 0, dict[str, None]()
 
     def counted() -> Iterator[Record]:
@@ -413,12 +409,10 @@ def _check_finite(estimator: Estimator, outputs: Mapping[str, FloatArray], start
     if infinite:
         output = min(infinite, key=infinite.__getitem__)
         step = start + infinite[output]
-        raise InputError.at(
-            f"{estimator.name}, output {output}, step {step}",
-            wanted="a finite value",
-            found="an infinite one: the estimator diverges",
-            fix=f"--steps {step} gives the rows before it" if step else "correct the estimator",
-        )
+        where = f"{estimator.name}, output {output}, step {step}"
+        found = "an infinite one: the estimator diverges"
+        fix = f"--steps {step} gives the rows before it" if step else "correct the estimator"
+        require(False, where, "a finite value", found, fix)
 
 
 def _record(

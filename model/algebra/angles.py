@@ -102,10 +102,7 @@ def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
         w - x = s cos((psi - gamma)/2)    z - y = s sin((psi - gamma)/2)    s = sqrt(1 - sin theta)
         theta = +-(pi/2 - 2 asin(min(r, s) / sqrt(2)))      plus where s < r
 
-    Parameters
-    ----------
-    q
-        Quaternion of norm 1/``norm_rsqrt``, between 1/16 and 2.
+    The norm of ``q`` is 1/``norm_rsqrt``, between 1/16 and 2.
     """
     w, x, y, z = q
     pairs = [(y + z, w + x), (z - y, w - x)]

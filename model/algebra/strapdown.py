@@ -22,18 +22,11 @@ from itertools import permutations, product
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import quaternion
 from boresight.model.algebra.angles import steep_angle_ht, unit_angle_ht
 from boresight.model.algebra.carried import BELOW, carried
 from boresight.model.algebra.ellipsoid import Site
-from boresight.model.algebra.quaternion import (
-    Matrix,
-    Vector,
-    cross,
-    dot,
-    small_turn,
-    turn,
-    vector_times,
-)
+from boresight.model.algebra.quaternion import Vector, cross, dot, vector_times
 from boresight.model.declarations import Input, Output, Param, State
 
 AXES, NAVIGATION = "xyz", "enu"
@@ -141,7 +134,7 @@ def sampled(x: Any, u: Any, p: Any) -> Sample:
     turned = [ops.saturated(dot(row, a), STEP_TURN) for row in rows]
     q = [getattr(x, f"q{k}") for k in "wxyz"]
     # coning changes the square of the angle by 1e-9 of the angle at most
-    after, step = small_turn(q, turned, STEP_TURN, nearly=a)
+    after, step = quaternion.small_turn(q, turned, STEP_TURN, nearly=a)
     bent = [0.5 * c + (1.0 / 6.0) * e for c, e in zip(d, cross(turned, d), strict=True)]
     force = [
         ops.saturated(c + e + f + g, 2.0 * STEP_FORCE)
@@ -187,7 +180,9 @@ def angles(q: Vector) -> Angles:
     return Angles(outputs, (-west, c22, c32), (-x_down, c33), cosine, secant)
 
 
-def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], list[Any]]:
+def velocity(
+    x: Any, c: quaternion.Matrix, force: Vector, site: Site
+) -> tuple[list[Any], list[Any]]:
     """Velocity after the sample, and turn of the axes meanwhile [rad].
 
     v += C force - (0, 0, g) dt - (2 w_ie + w_en) x v dt    w_en = (-vn/R_M, ve/R_N, ve tan(L)/R_N)
@@ -200,7 +195,9 @@ def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], l
     rate = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in rate]
     # C is that of the end of the sample, half a sample of the Earth's turn too late.
     early = 0.5 * site.gravity * north
-    parts = zip(v, turn(c, force), cross(rate, v), (-early, 0.0, site.gravity), strict=True)
+    parts = zip(
+        v, quaternion.turn(c, force), cross(rate, v), (-early, 0.0, site.gravity), strict=True
+    )
     moved = [ops.saturated(s + f - w - o, VELOCITY) for s, f, w, o in parts]
     slow = [carry[0], north + carry[1], up + carry[2]]
     return moved, slow

@@ -186,9 +186,8 @@ def _numbers(where: str, name: str, given: Any) -> FloatArray:
     try:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InputError.at(
-            f"{where}, {name}", wanted="numbers", found=repr(given), fix="correct it"
-        ) from None
+        place, found = f"{where}, {name}", repr(given)
+        raise InputError.at(place, wanted="numbers", found=found, fix="correct it") from None
 
 
 def _covariance(where: str, name: str, given: Any, n: int) -> FloatArray:
