@@ -178,8 +178,7 @@ class MovingSum:
     def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
         """Next states by name, and the sum with this sample; see `Cascade.step`."""
         window = [sample, *(getattr(x, f"{name}_{k}") for k in range(1, self.length))]
-        after = {f"{name}_{k}": window[k - 1] for k in range(1, self.length)}
-        return after, sum_of(window)
+        return {f"{name}_{k}": window[k - 1] for k in range(1, self.length)}, sum_of(window)
 
 
 def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> Any:

@@ -222,10 +222,8 @@ def called(
 def _accepts(call: Callable[..., Any], *args: Any, **options: Any) -> bool:
     try:
         inspect.signature(call).bind(*args, **options)
-    except TypeError:
-        return False
-    except ValueError:  # of a function written in C
-        return True
+    except (TypeError, ValueError) as error:
+        return isinstance(error, ValueError)  # of a function written in C
     return True
 
 

@@ -85,13 +85,10 @@ def montecarlo(
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world
     freedom, names = filter.nis_freedom, [o.name for o in filter.outputs]
-    require(
-        freedom == 0 or (freedom > 0 and "nis" in names),
-        f"estimator {filter.name}, nis_freedom",
-        "a number of measurements, 0 without an output nis",
-        f"{freedom}, outputs {', '.join(names)}",
-        'write for example nis_freedom = 1, and Output("nis") among the outputs',
-    )
+    good = freedom == 0 or (freedom > 0 and "nis" in names)
+    place, found = f"estimator {filter.name}, nis_freedom", f"{freedom}, outputs {', '.join(names)}"
+    fix = 'write for example nis_freedom = 1, and Output("nis") among the outputs'
+    require(good, place, "a number of measurements, 0 without an output nis", found, fix)
     drawn(plant, seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
@@ -104,15 +101,15 @@ def montecarlo(
     rows = complete(campaign, draws, seeds, journal, say=say, **where)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)
-        where, wanted = f"world {plant.name}, draw", "another run for each seed"
+        place, wanted = f"world {plant.name}, draw", "another run for each seed"
         fix = "let draw(self, seed) store the seed, and start(self) make the noise of it"
-        raise InputError.at(where, wanted=wanted, found=f"{runs} equal runs", fix=fix)
+        raise InputError.at(place, wanted=wanted, found=f"{runs} equal runs", fix=fix)
     longest = max(rows, key=lambda row: row["records"])
     marks = campaign.marks(longest["records"])
     drawn(plant, longest["seed"])
-    found = figures(rows, marks, bound_of(plant, 1 + int(marks[-1])), filter.nis_freedom)
-    found["worst"]["command"] = _command(campaign, found["worst"])
-    data = {**campaign.identity, "seed": seed, "runs": runs, **found}
+    data = {**campaign.identity, "seed": seed, "runs": runs}
+    data |= figures(rows, marks, bound_of(plant, 1 + int(marks[-1])), filter.nis_freedom)
+    data["worst"]["command"] = _command(campaign, data["worst"])
     result = result_of(data, filter.outputs)
     file.write(json.dumps(result.to_json(), allow_nan=False) + "\n")
     return result

@@ -79,7 +79,17 @@ class Kalman(Estimator):
         check_attributes(self, Kalman)
         #: States as declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
-        self._check_estimated()
+        where = placed(self._line, f"estimator {self.name}")
+        fix = "give it one, boresight.kalman.State(..., sd=0.5), or move it to memory"
+        for s in self.estimated:
+            place = placed(getattr(s, "line", self._line), f"state {getattr(s, 'name', s)}")
+            found = f"{type(s).__module__.split('.')[0]} {type(s).__name__}"
+            wanted = "a state with a standard deviation"
+            require(isinstance(s, State | Attitude), place, wanted, found, fix)
+        fix = 'declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)'
+        require(bool(self.estimated), where, "states to be estimated", self.estimated, fix)
+        fix = "leave it out: the default is one LSB of a 32-bit word"
+        require(0.0 <= self.floor < 1.0, f"{where}, floor", "a share from 0 to 1", self.floor, fix)
         if self.dither:
             self.memory += (declarations.State(DITHER, -1.0, 1.0, "ht", line=self._line),)
         #: Of each error state: its name, place and largest standard deviation.
@@ -141,20 +151,6 @@ class Kalman(Estimator):
     def unit_of(self, error: int) -> str:
         name = self.errors[error]
         return next((s.unit for s in self.scalars if s.name == name), "rad")
-
-    def _check_estimated(self) -> None:
-        """Refuse states without standard deviations, and options of another kind."""
-        where = placed(self._line, f"estimator {self.name}")
-        fix = "give it one, boresight.kalman.State(..., sd=0.5), or move it to memory"
-        for s in self.estimated:
-            place = placed(getattr(s, "line", self._line), f"state {getattr(s, 'name', s)}")
-            found = f"{type(s).__module__.split('.')[0]} {type(s).__name__}"
-            wanted = "a state with a standard deviation"
-            require(isinstance(s, State | Attitude), place, wanted, found, fix)
-        fix = 'declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)'
-        require(bool(self.estimated), where, "states to be estimated", self.estimated, fix)
-        fix = "leave it out: the default is one LSB of a 32-bit word"
-        require(0.0 <= self.floor < 1.0, f"{where}, floor", "a share from 0 to 1", self.floor, fix)
 
     # -- what the author writes -----------------------------------------------------------------
 

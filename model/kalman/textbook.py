@@ -127,8 +127,7 @@ class Textbook:
     def _variances(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         k = self.kalman
         intervals = Intervals(getattr(x, k.states[-1].name).tracer)
-        noise = noise_of(k, k.noise(x, u, p), intervals)
-        return {f"{i} {j}": v for (i, j), v in noise.items()}
+        return {f"{i} {j}": v for (i, j), v in noise_of(k, k.noise(x, u, p), intervals).items()}
 
     def _measured(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         self.measurements = measurements_of(self.kalman, x, u, p)

@@ -58,8 +58,7 @@ class Update:
 
     def __init__(self, kalman: Kalman, x: Any, u: Any, p: Any) -> None:
         self.kalman, self.u, self.p = kalman, Values("input", declared.grouped(kalman.inputs, u)), p
-        leaf = getattr(x, kalman.states[0].name)
-        self.tracer = leaf.tracer
+        self.tracer = getattr(x, kalman.states[0].name).tracer
         self.slopes, self.intervals = Slopes(self.tracer), Intervals(self.tracer)
         self.before = {s.name: getattr(x, s.name) for s in kalman.states}
         self.range = range(len(kalman.errors))
@@ -440,9 +439,8 @@ class Update:
         self.tracer.place = ""
         named = Values("state", {**self.before, **self.memory, **values})
         covariance = {name: self.cov[pair] for name, pair in k.covariance_states.items()}
-        return Values(
-            "state", {**declared.grouped([*k.scalars, *k.memory], named), **attitudes, **covariance}
-        )
+        grouped = declared.grouped([*k.scalars, *k.memory], named)
+        return Values("state", {**grouped, **attitudes, **covariance})
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         k = self.kalman
@@ -476,10 +474,7 @@ def _if_valid(valid: Condition | None, value: Any) -> Any:
 
 
 def _dot(row: Mapping[int, Scalar], column: Sequence[Any], first: Any = 0.0) -> Any:
-    total = first
-    for m in sorted(row):
-        total = total + product(row[m], column[m])
-    return total
+    return sum((product(row[m], column[m]) for m in sorted(row)), start=first)
 
 
 def _claimed(
@@ -575,8 +570,8 @@ def noise_of(
 def errors_of(kalman: Kalman, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
     """Two names of error states; InputError of anything else."""
     two = isinstance(pair, tuple) and len(pair) == 2 == len({*pair} & {*kalman.errors})
-    fix = "name two different states"
-    require(two, where, f"pairs of {', '.join(kalman.errors)}", pair, fix)
+    wanted = f"pairs of {', '.join(kalman.errors)}"
+    require(two, where, wanted, pair, "name two different states")
     return pair
 
 
@@ -680,8 +675,8 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
     now = {s.name: getattr(x, s.name) for s in scalars}
 
     def moved_by(values: dict[str, Any], inputs: Any) -> dict[str, Any]:
-        before = {**vars(x), **values}
-        return moved(kalman, kalman.f(_seen(kalman, x, values), inputs, p), before)
+        after = kalman.f(_seen(kalman, x, values), inputs, p)
+        return moved(kalman, after, {**vars(x), **values})
 
     def ago(values: dict[str, Any], seconds: float) -> dict[str, Any]:
         after, steps = moved_by(values, u), seconds * rate
@@ -695,8 +690,7 @@ def _earlier(kalman: Kalman, x: Any, u: Any, p: Any, delay: float, line: str) ->
 
     if dt := next((i for i in kalman.inputs if i.name == "dt"), None):
         steps = delay * linear("s", dt.unit)[0] if dt.unit else delay
-        back = Values("input", {**vars(u), "dt": -steps})
-        after = moved_by(now, back)
+        after = moved_by(now, Values("input", {**vars(u), "dt": -steps}))
         return _seen(kalman, x, {s.name: in_range(after[s.name], s) for s in scalars})
     rate = kalman.rates_hz.get("dt", 0.0)
     fix = 'declare rates_hz = {"dt": 1.0 / DT} in the class, or an input dt'

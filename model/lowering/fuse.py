@@ -52,9 +52,8 @@ class Fusion:
         if frac is not None:
             fmt = Format(word, frac)
         span = node.low, node.high, node.source, node.unit
-        value = Value(
-            node.label, Kind(node.kind), fmt.frac, *span, int(fmt.quantise(default)), meaning
-        )
+        kind, initial = Kind(node.kind), int(fmt.quantise(default))
+        value = Value(node.label, kind, fmt.frac, *span, initial, meaning)
         self._of_node[node.number] = self.groups.value(value)
         return self._of_node[node.number]
 
@@ -304,8 +303,7 @@ class Fusion:
         groups, arith = self.groups, self.groups.arith
         label = f"{'cos' if quarter else table.name}_{groups.values[x].name}"
         if x not in self._squares:
-            square = Product(x, x, fraction_a=True, fraction_b=True)
-            form = Form([square], index=(x, quarter))
+            form = Form([Product(x, x, fraction_a=True, fraction_b=True)], index=(x, quarter))
             target = Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP)
             self._squares[x] = groups.group(form, target, frac=arith.word - 1)
         c = table.coefficients

@@ -498,8 +498,7 @@ class Graph:
         up = self.flip(self.less(y, zero), self.const(0.5))
         base = self.select(swap, up, self.select(self.less(x, zero), self.const(-1.0), zero))
         base = self.bounded(base, -1.0, 0.5, "quadrant")  # known early: a group of its own
-        turned = self.flip(self.less(sign, zero), self.asin(sine))
-        return self.wrap(self.add(base, turned))
+        return self.wrap(self.add(base, self.flip(self.less(sign, zero), self.asin(sine))))
 
     def _normalised(self, a: Node, size: Node) -> Node:
         """``a`` times the power of two that brings ``size``, at least |a|, into [1/2, 1)."""

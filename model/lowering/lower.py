@@ -200,8 +200,7 @@ def lower(
     ports = inputs, outputs, tuple(trace.outputs), replaced
     memory = tables.table_memory(arithmetic)
     program, new = _pruned(Program(graph.name, arithmetic, values, ops, *ports, memory))
-    nodes = {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
-    return program, nodes
+    return program, {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
 
 
 def share(groups: Groups) -> None:

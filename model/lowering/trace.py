@@ -203,8 +203,7 @@ class Condition(Refuses, Expression, refused=NO_CONDITION):
         """An operator between numpy's bools or arrays and this: element by element."""
         if method != "__call__" or ufunc not in _OF_CONDITIONS:
             return self.__float__()  # type: ignore[attr-defined]  # refused
-        each = np.frompyfunc(_OF_CONDITIONS[ufunc], ufunc.nin, 1)
-        return each(*_objects(inputs))
+        return np.frompyfunc(_OF_CONDITIONS[ufunc], ufunc.nin, 1)(*_objects(inputs))
 
     def __invert__(self) -> Condition:
         if self.kind == "invert":

@@ -240,8 +240,7 @@ class Program:
         content = {**_record(self), "values": [_identity(v) for v in self.values]}
         for documentation in ("in_ports", "ports", "urgent"):
             del content[documentation]
-        text = json.dumps(content, default=_record)
-        return hashlib.sha256(text.encode()).hexdigest()
+        return hashlib.sha256(json.dumps(content, default=_record).encode()).hexdigest()
 
 
 @cache
