@@ -289,9 +289,8 @@ class Estimator:
         p = {d.name: tracer.leaf("param", d.name, d.low, d.high, d.unit) for d in self.params}
         x = {s.name: tracer.leaf("state", s.name, s.low, s.high, s.unit) for s in self.states}
         clipped = u | {i.name: ops.clip(u[i.name], i.low, i.high) for i in self.inputs if i.beyond}
-        after, out = self.checked_step(
-            Values("state", x), Values("input", clipped), Values("parameter", p)
-        )
+        arguments = Values("state", x), Values("input", clipped), Values("parameter", p)
+        after, out = self.checked_step(*arguments)
         check_constants(self, after, out)
         return Trace(
             tracer,

@@ -354,9 +354,8 @@ def _page(title: str, result: Result) -> str:
     error = list(shown[0])[1]
     cost = next((c for c in ("lut", "cycles") if any(row.get(c) for row in rows)), None)
     figures = [] if cost is None or not error else [("", _plot(rows, error, cost))]
-    commands = [
-        (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
-    ]
+    good = [row for row in rows if row["good"]]
+    commands = [(row["combination"], command) for row in good for command in row["commands"]]
     summary = [text for text in result.summary.splitlines() if text != _ESTIMATED]
     return plotting.page_of(
         f"Exploration of {title}",

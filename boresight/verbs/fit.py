@@ -104,9 +104,8 @@ def fit(
         while name in records:
             name += f" {len(records) + 1}"
         records[name] = partial(_inputs, found, log)
-    fit_result = fitted(
-        found, records, params=values, starts=initial_covariances(found), progress=say
-    )
+    starts = initial_covariances(found)
+    fit_result = fitted(found, records, params=values, starts=starts, progress=say)
     say("fixed point, by intervals and with the profile")
     choice = select_ranges(fit_result, records, params=values, word=word)
     before, after, profile = choice.before, choice.after, choice.profile

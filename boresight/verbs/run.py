@@ -261,9 +261,8 @@ def _in_loop(
         f"{loop.records_per_s:,.0f} a second",
         *(p or f"the same records and outputs as on {n}, bit by bit" for n, p in partings.items()),
     ]
-    failures = [
-        f"{first} and {n} part" for n, p in partings.items() if p and not {first, n} & _FLOATS
-    ]
+    parted = [n for n, p in partings.items() if p and not {first, n} & _FLOATS]
+    failures = [f"{first} and {n} part" for n in parted]
     if loop.unused:
         lines.append(
             f"not used: {', '.join(loop.unused)} of {world.name}, neither inputs nor "
@@ -397,9 +396,8 @@ def _on_log(
         saturated = dict[str, int]()
         is_pipe = is_file and Path(log).is_fifo()
         if summary.saturated and not is_pipe:  # which gives its rows once
-            saturated = saturations(
-                machine, (s for columns in read() for s in columns.spans(False))
-            )
+            spans = (s for columns in read() for s in columns.spans(False))
+            saturated = saturations(machine, spans)
     return summary.result(level, saturated, output)
 
 

@@ -11,15 +11,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import covariance
 from boresight.model.algebra.angles import euler_ht
-from boresight.model.algebra.covariance import (
-    NO_COVARIANCE,
-    Symmetric,
-    bounded_element,
-    congruence,
-    part,
-    symmetric,
-)
+from boresight.model.algebra.covariance import Symmetric, bounded_element, part, symmetric
 from boresight.model.algebra.quaternion import dot, increment, left_matrix, matrix, multiply
 from boresight.model.errors import require
 from boresight.model.estimator import Param, State
@@ -123,16 +117,15 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any, full: Any) -> S
     """
     c = matrix(dq)
     step = u.dt * p.scale
-    deviations = [
-        ops.saturated(0.5 * sd * step, STEP_LIMIT) for sd in (p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z)
-    ]
+    gyro_sds = p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z
+    deviations = [ops.saturated(0.5 * sd * step, STEP_LIMIT) for sd in gyro_sds]
 
     def element(i: int, j: int, value: Any) -> Any:
         if i == j:
             value = value + ops.where(full, 0.0, deviations[i] * deviations[i])
         return bounded_element(value, i, j)
 
-    turned = congruence(c, [row[1:] for row in a[1:]], element)
+    turned = covariance.congruence(c, [row[1:] for row in a[1:]], element)
     norm = [part(dot([row[k] for row in c], a[0][1:]), "covariance") for k in range(3)]
     return symmetric(
         4, lambda i, j: a[0][0] if j == 0 else norm[j - 1] if i == 0 else turned[i - 1][j - 1]
@@ -154,7 +147,7 @@ def update(
 
     ``column`` is P H; P decreases by L L^T, the state grows by L times the move. ``largest``: of S.
     """
-    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=NO_COVARIANCE))
+    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=covariance.NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
     gains.append([part(c * weight, "root of a variance") for c in column])
 
@@ -231,7 +224,7 @@ def body_turned(
         return bounded_element(ops.where(fresh, first if i == j else 0.0, grown), i, j)
 
     c, _ = normalised(correction)
-    return congruence(left_matrix(c), a, element)
+    return covariance.congruence(left_matrix(c), a, element)
 
 
 # -- outputs --------------------------------------------------------------------------------------

@@ -195,9 +195,8 @@ def velocity(
     rate = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in rate]
     # C is that of the end of the sample, half a sample of the Earth's turn too late.
     early = 0.5 * site.gravity * north
-    parts = zip(
-        v, quaternion.turn(c, force), cross(rate, v), (-early, 0.0, site.gravity), strict=True
-    )
+    gained = quaternion.turn(c, force)
+    parts = zip(v, gained, cross(rate, v), (-early, 0.0, site.gravity), strict=True)
     moved = [ops.saturated(s + f - w - o, VELOCITY) for s, f, w, o in parts]
     slow = [carry[0], north + carry[1], up + carry[2]]
     return moved, slow

@@ -43,9 +43,8 @@ def _times(slope: Mapping[int, Scalar], factor: Scalar | float) -> Slope:
 
 def chosen(condition: Any, yes: Any, no: Any) -> Any:
     """`ops.where`, without a selection between two that are the same."""
-    equal = yes is no or (
-        isinstance(yes, Scalar) and yes.kind == "const" and is_const(no, yes.data[0])
-    )
+    constant = isinstance(yes, Scalar) and yes.kind == "const"
+    equal = yes is no or (constant and is_const(no, yes.data[0]))
     return yes if equal else ops.where(condition, yes, no)
 
 

@@ -91,9 +91,8 @@ class Form:
         self.flag = self.flag or other.flag
         self.norm = other.norm if self.norm is None else self.norm
         self.constant += sign * other.constant
-        self.products += [
-            p if sign > 0 else replace(p, negate=OPPOSITE[p.negate]) for p in other.products
-        ]
+        for p in other.products:
+            self.products.append(p if sign > 0 else replace(p, negate=OPPOSITE[p.negate]))
 
 
 @dataclass(frozen=True)
