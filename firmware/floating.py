@@ -159,12 +159,11 @@ def emit_float_c(estimator: Estimator, *, single: bool = False) -> dict[str, str
             update=_statements(e.record(), single),
         ),
     }
-    return files if single else {file: _of_double(text) for file, text in files.items()}
-
-
-def _of_double(text: str) -> str:
-    """C for ``float`` with the functions of double precision; what has an f is exact in both."""
-    return re.sub(r"(\w)f\(", r"\1(", re.sub(r"\bfloat\b", "double", text))
+    if single:
+        return files
+    # The functions of double precision; what has an f is exact in both.
+    texts = {file: re.sub(r"\bfloat\b", "double", text) for file, text in files.items()}
+    return {file: re.sub(r"(\w)f\(", r"\1(", text) for file, text in texts.items()}
 
 
 class FloatCModel(HostModel):

@@ -22,18 +22,9 @@ _REMOVED = " ".join(
 #: `proc` turns every process into multiplexers and registers. `opt_dff` makes clock enables and
 #: resets of the multiplexers before registers, so that an unknown enable keeps the word in a
 #: simulation; `opt_clean` first removes unused wires, which would hide them.
-_SCRIPT = "; ".join(
-    (
-        "read_rtlil design.il",
-        "proc -norom",
-        "opt_clean",
-        "opt_dff",
-        "opt_clean",
-        "memory_collect",
-        f"attrmap {_REMOVED}",
-        f"attrmap -modattr {_REMOVED}",
-        "write_verilog design.v",
-    )
+_SCRIPT = (
+    "read_rtlil design.il; proc -norom; opt_clean; opt_dff; opt_clean; memory_collect; "
+    f"attrmap {_REMOVED}; attrmap -modattr {_REMOVED}; write_verilog design.v"
 )
 
 

@@ -170,7 +170,6 @@ def _is_number(value: Any) -> bool:
 
 
 def _cell(value: Any) -> str:
-    """Text of a value."""
     if value is None:
         return ""
     if isinstance(value, float | np.floating):

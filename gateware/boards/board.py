@@ -125,7 +125,6 @@ def _in_rtlil(platform: type[Any]) -> type[Any]:
 
 
 def _row(names: str, first: int) -> dict[str, str]:
-    """Positions of the connector in a row."""
     return {name: str(k) for k, name in enumerate(names.split(), first)}
 
 

@@ -253,7 +253,6 @@ class _Allocator:
 
 
 def _last_reads(schedule: Schedule) -> dict[int, int]:
-    """Cycle of the last read of every value."""
     last: dict[int, int] = {}
     for s in schedule.slots:  # in the order of their cycles
         last |= {v: s.cycle for v in (s.a, s.b) if v is not None}

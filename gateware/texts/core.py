@@ -11,17 +11,9 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from boresight.gateware import registers
 from boresight.gateware.bus.axi import AxiCore, axi_ports
 from boresight.gateware.description import Description, Pin, Word
-from boresight.gateware.registers import (
-    BUILD_HIGH,
-    BUILD_LOW,
-    PROGRAM,
-    RESTART,
-    STATUS,
-    UPDATES,
-    Register,
-)
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.verilog import to_verilog
 from boresight.model.arrays import BoolArray, IntArray
@@ -74,7 +66,7 @@ def _environment() -> Environment:
     return environment
 
 
-def _default_value(parameter: Register) -> float:
+def _default_value(parameter: registers.Register) -> float:
     """The default of a parameter in its unit, after rounding to its word."""
     assert parameter.frac is not None and parameter.reset is not None
     return float(Format(32, parameter.frac).real(parameter.reset))
@@ -179,8 +171,8 @@ def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]
         "again": {"inputs": runs[0].inputs.shape[1], "outputs": runs[0].outputs.shape[1]},
         **{"inputs": inputs[-1], "outputs": outputs[-1], "digits": -(-core.word // 4)},
         "patience": 4 * max(program.interval for program in core.programs) + 200,
-        "build": list(zip((BUILD_LOW.address, BUILD_HIGH.address), core.build, strict=True)),
-        **{r.name: r.address for r in (STATUS, UPDATES, RESTART)},
+        "build": [*enumerate(core.build, registers.BUILD_LOW.address)],
+        **{r.name: r.address for r in (registers.STATUS, registers.UPDATES, registers.RESTART)},
     }
 
 
@@ -231,7 +223,7 @@ def integration_files(
     programs = ", ".join(program.program for program in core.programs)
     context = {
         **{"core": core, "word": core.word, "generic": generic},
-        **{"several": len(core.programs) > 1, "program": PROGRAM},
+        **{"several": len(core.programs) > 1, "program": registers.PROGRAM},
         "title": f"{programs}; configuration {core.configuration}, {core.word}-bit words.",
         "vlnv": f"{core.identifier}-{core.configuration}",
         "simulated": ["core.v"] if generic else ["core.v", PRIMITIVES],

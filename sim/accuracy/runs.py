@@ -109,7 +109,6 @@ def read_trials(
 
 
 def _has_attitude(log: Log) -> bool:
-    """Whether a log of nine axes has a reference attitude."""
     nine = NineAxis.of(log.first)
     return nine.q is not None and bool((np.isfinite(nine.q).all(axis=1) & nine.counts).any())
 

@@ -277,9 +277,7 @@ def wasted_bits(of: Traced, reached: Mapping[int, Range]) -> list[Wasted]:
         own = declared_name(program, nodes, n)
         name, line = f"{value.kind.value} {own}", declared.get(own, "")
         if value.kind is Kind.OP:
-            if n not in nodes or of.becomes(n) is not None:
-                continue
-            if not _is_source(of, reached, n):
+            if n not in nodes or of.becomes(n) is not None or not _is_source(of, reached, n):
                 continue
             name, line = of.name(n), nodes[n].line
         if cure := _cure(of, nodes.get(n), n, reached, low, high):

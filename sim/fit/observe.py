@@ -21,13 +21,7 @@ from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Trace
 from boresight.model.recorded import evaluate
 from boresight.sim.records.nine_axis import TRIADS
-from boresight.sim.rotations.rotation import (
-    quaternion_conjugate,
-    quaternion_normalise,
-    quaternion_running_product,
-    rotate,
-    rotation_vector_to_quaternion,
-)
+from boresight.sim.rotations import rotation
 
 #: Smallest and largest value by the number of an expression; for a comparison, of the difference.
 Reached = dict[int, Range]
@@ -192,10 +186,11 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     gyr = rate * np.sin(rng.uniform(0.2, 4.0, 3) * t + rng.uniform(0, 6.28, 3))
     if name == "spin":
         gyr[:] = rate * np.sign(gyr[:1])
-    start = quaternion_normalise(rng.normal(size=4))
-    q = quaternion_running_product(start, rotation_vector_to_quaternion(dt * gyr))
-    to_body = quaternion_conjugate(q)
-    acc, mag = GRAVITY * rotate(to_body, np.array([0.0, 0.0, 1.0])), rotate(to_body, _FIELD)
+    start = rotation.quaternion_normalise(rng.normal(size=4))
+    q = rotation.quaternion_running_product(start, rotation.rotation_vector_to_quaternion(dt * gyr))
+    to_body = rotation.quaternion_conjugate(q)
+    acc = GRAVITY * rotation.rotate(to_body, np.array([0.0, 0.0, 1.0]))
+    mag = rotation.rotate(to_body, _FIELD)
     blow = rng.random((steps, 1)) < 0.05
     if name == "blows":
         acc = acc + blow * rng.uniform(-150.0, 150.0, (steps, 3))

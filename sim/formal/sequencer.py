@@ -71,7 +71,6 @@ class SequencerHarness(Harness):
         self._back_to_idle(m)
 
     def _field(self, field: str) -> Any:
-        """A field of the executed word."""
         rows = Array(
             Array(Const(field in text.split(), 1) for text in (*words, *[""] * (8 - len(words))))
             for words in _PARTS

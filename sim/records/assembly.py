@@ -23,11 +23,7 @@ from boresight.model.tools.external import optional
 from boresight.sim.records.record import Column, Place, Record, name_of
 from boresight.sim.records.recordings import TIME_UNITS, Recording, Source, Topic
 from boresight.sim.records.selection import GAP_STEPS, Clock
-from boresight.sim.rotations.rotation import (
-    matrix_to_quaternion,
-    quaternion_multiply,
-    quaternion_normalise,
-)
+from boresight.sim.rotations import rotation
 
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
@@ -159,7 +155,6 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
 def _first_match(
     path: Path, recording: Recording, sources: Sequence[Source], notes: list[str]
 ) -> tuple[Source, Topic] | None:
-    """The first source that the recording has."""
     for source in sources:
         topics = [t for t in recording.topics if source.label in (t.name, t.kind) and len(t.stamps)]
         if len(topics) > 1:
@@ -253,7 +248,6 @@ def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
 
 
 def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArray:
-    """Values in the frames of records."""
     if source.frame in ("", "none"):
         return values
     if source.frame == "geodetic":
@@ -265,9 +259,9 @@ def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArr
         axis = np.abs(matrix).argmax(axis=1)  # no sum of products: a missing component stays alone
         return np.asarray(values[:, axis] * matrix.sum(axis=1))
     # v_enu = N v_n, v_b = B^T v_flu: q_enu_flu = q_N q q_B*.
-    left = matrix_to_quaternion(_matrix(where, navigation, _NAVIGATION))
-    right = matrix_to_quaternion(_matrix(where, body, _BODY).T)
-    return quaternion_multiply(quaternion_multiply(left, values), right)
+    left = rotation.matrix_to_quaternion(_matrix(where, navigation, _NAVIGATION))
+    right = rotation.matrix_to_quaternion(_matrix(where, body, _BODY).T)
+    return rotation.quaternion_multiply(rotation.quaternion_multiply(left, values), right)
 
 
 def _matrix(where: str, name: str, *letters: tuple[str, str]) -> FloatArray:
@@ -330,6 +324,6 @@ def _interpolated(s: _Series, rows: IntArray, out: FloatArray) -> FloatArray:
     interpolated = (1.0 - share) * values[upper - 1] + share * values[upper]
     if attitude:
         valid &= np.abs(np.linalg.norm(interpolated, axis=1) - 1.0) < 0.1
-        interpolated[valid] = quaternion_normalise(interpolated[valid])
+        interpolated[valid] = rotation.quaternion_normalise(interpolated[valid])
     out[valid] = interpolated[valid]
     return out

@@ -58,7 +58,6 @@ class Feed:
     warnings: tuple[str, ...]  #: about times and implausible values, up to here.
 
     def __len__(self) -> int:
-        """Count the samples."""
         return len(self.inputs)
 
     @property

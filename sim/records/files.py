@@ -51,7 +51,6 @@ class Format(NamedTuple):
 
 
 def _packed(kind: str, unpack: Callable[[BinaryIO], Any], pack: Callable[[Any], Any]) -> Format:
-    """CSV through a packer."""
 
     def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
         with pack(file) as packed:

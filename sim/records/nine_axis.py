@@ -79,7 +79,6 @@ class NineAxis:
         return Record(self.name, {n: Column(v.copy()) for n, v in columns.items()}, location)
 
     def __len__(self) -> int:
-        """Count the samples."""
         return len(self.t)
 
     @property

@@ -140,7 +140,6 @@ class Record:
         return self.source or f"log {self.name!r}"
 
     def __len__(self) -> int:
-        """Count the samples."""
         return len(next(iter(self.columns.values())).values)
 
     def numbers(self, name: str) -> FloatArray:

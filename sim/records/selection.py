@@ -20,16 +20,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.errors import require, require_choice, require_whole
 from boresight.model.settings import CURRENT
 from boresight.model.units import linear
-from boresight.sim.records.record import (
-    MEDIAN_OF,
-    RESTART_S,
-    ROWS,
-    Column,
-    Record,
-    resized,
-    rows_of,
-    timed,
-)
+from boresight.sim.records import record
 
 #: Median steps from which on a step is a gap; an error, or a restart of an attitude filter.
 GAP_STEPS, GAPS = 3.0, ("refuse", "restart")
@@ -87,17 +78,17 @@ class Selection:
         """The rows begin or end within the log."""
         return self.start_s > 0.0 or math.isfinite(self.end_s)
 
-    def pieces(self, blocks: Iterable[Record]) -> Iterator[Record]:
+    def pieces(self, blocks: Iterable[record.Record]) -> Iterator[record.Record]:
         """The selected rows of blocks that have their time steps and follow each other."""
         blocks, is_empty = iter(blocks), True
         first = next(blocks)
-        rows: Iterator[Record] = chain([first], blocks)
+        rows: Iterator[record.Record] = chain([first], blocks)
         if self.sliced:
-            rows = timed(self._slice(rows))
+            rows = record.timed(self._slice(rows))
         if self.gaps:
             rows = _marked(rows, self.gaps)
         if self.every > 1:
-            whole = resized(rows, -(-ROWS // self.every) * self.every)
+            whole = record.resized(rows, -(-record.ROWS // self.every) * self.every)
             rows = (_thinned(block, self.every) for block in whole)
         for block in rows:
             if len(block):
@@ -107,7 +98,7 @@ class Selection:
         fix = "choose another slice" + ", or --every" * few
         require(not is_empty, first.where, wanted, "too few" if few else None, fix)
 
-    def _slice(self, blocks: Iterable[Record]) -> Iterator[Record]:
+    def _slice(self, blocks: Iterable[record.Record]) -> Iterator[record.Record]:
         """The rows of the times that are selected, without steps: the first has none behind it."""
         first: float | None = None
         for block in blocks:
@@ -117,7 +108,7 @@ class Selection:
             first = float(t[0]) if first is None else first
             ends = np.array([first + self.start_s, first + self.end_s])
             low, high = np.searchsorted(t, ends - 2.0 * np.spacing(t[-1])).tolist()
-            rows = rows_of(block, low, high)
+            rows = record.rows_of(block, low, high)
             if block.place.by_time:
                 rows = rows.derived({n: c for n, c in rows.columns.items() if n != "dt"})
             if len(rows):
@@ -126,11 +117,11 @@ class Selection:
                 break
 
 
-def _thinned(record: Record, every: int) -> Record:
+def _thinned(log: record.Record, every: int) -> record.Record:
     """Every n-th row, with the sum of the time steps up to it."""
-    end = len(record) - len(record) % every
+    end = len(log) - len(log) % every
     columns = {}
-    for name, column in record.columns.items():
+    for name, column in log.columns.items():
         values = column.values[:end].reshape(-1, every)
         if name == "dt":
             dt = values.sum(axis=1)
@@ -139,11 +130,11 @@ def _thinned(record: Record, every: int) -> Record:
             thin = values[:, -1].copy()
             for k in range(every - 2, -1, -1):  # the latest sample of a slower sensor
                 thin = np.where(np.isnan(thin), values[:, k], thin)
-        columns[name] = Column(thin, column.unit)
-    return record.derived(columns, record.place.rows(every - 1, every))
+        columns[name] = record.Column(thin, column.unit)
+    return log.derived(columns, log.place.rows(every - 1, every))
 
 
-def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
+def _marked(blocks: Iterable[record.Record], rule: str) -> Iterator[record.Record]:
     """Blocks with their gaps treated; the last has a note with their number."""
     limit = previous = None
     count, longest, pending = 0, 0.0, None
@@ -161,7 +152,9 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
             steps = block.steps()
         if limit is None:
             inner = steps[steps > 0.0]
-            limit = GAP_STEPS * float(np.median(inner[:MEDIAN_OF])) if len(inner) else math.inf
+            limit = (
+                GAP_STEPS * float(np.median(inner[: record.MEDIAN_OF])) if len(inner) else math.inf
+            )
         gaps = steps > limit
         if gaps.any():
             row = int(np.argmax(gaps))
@@ -170,8 +163,8 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
             fix = "without --gaps it is one step; --gaps restart restarts the filter"
             require(rule != "refuse", block.place(row, column), wanted, found, fix)
             count, longest = count + int(gaps.sum()), max(longest, float(steps.max()))
-            dt = np.where(gaps, RESTART_S, block.steps())
-            block = replace(block, columns={**block.columns, "dt": Column(dt, "s")})
+            dt = np.where(gaps, record.RESTART_S, block.steps())
+            block = replace(block, columns={**block.columns, "dt": record.Column(dt, "s")})
         pending = block
     if pending is not None:
         text = "gaps in the times, where the filter restarts"

@@ -23,15 +23,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require
-from boresight.sim.records.record import (
-    SECONDS,
-    Column,
-    Place,
-    Record,
-    is_unit,
-    name_of,
-    split_headers,
-)
+from boresight.sim.records import record
 
 #: Values from which on pyarrow is worth its import.
 _FAST_FROM = 100_000
@@ -50,20 +42,20 @@ _SEPARATORS = (
 )
 
 
-def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
+def write_csv(file: BinaryIO, blocks: Iterable[record.Record]) -> None:
     """Write blocks of a log: the shortest digits that read back exactly, NaN as an empty field."""
-    for k, record in enumerate(blocks):
+    for k, block in enumerate(blocks):
         if not k:
             header = io.StringIO()
-            heads = (column.head(name) for name, column in record.columns.items())
+            heads = (column.head(name) for name, column in block.columns.items())
             csv.writer(header, lineterminator="\n").writerow(heads)
             file.write(header.getvalue().encode())
-        rows = np.column_stack([c.values for c in record.columns.values()]).tolist()
+        rows = np.column_stack([c.values for c in block.columns.values()]).tolist()
         body = "\n".join(",".join(map(repr, row)) for row in rows)
         file.write(f"{body}\n".replace("nan", "").encode())
 
 
-def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
+def read_csv(path: Path, file: BinaryIO) -> Iterator[record.Record]:
     """Read a CSV log in blocks; ``path`` is for its name and messages."""
     top, offset, text, comparison = 0, 0, "#", False
     while text.strip().strip('"') in ("", "sep=,") or text.startswith(("#", "%", "//")):
@@ -91,9 +83,9 @@ def read_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         if table is None:
             rows = _text(path, first, offset, lines).removesuffix("\n").split("\n")
             table, faults = _table(path, first, names, rows)
-        columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-        place = Place(str(path), first)
-        yield Record(name_of(path), columns, place, str(path), (), comparison, faults)
+        columns = {name: record.Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
+        place = record.Place(str(path), first)
+        yield record.Record(record.name_of(path), columns, place, str(path), (), comparison, faults)
         first, offset = first + len(table), offset + len(lines)
     wanted, fix = "rows of samples below the header", "write one line per sample"
     require(first > top + 1, f"{path}, line {top}", wanted, None, fix)
@@ -145,7 +137,7 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
     is_header = not all(math.isfinite(_number(field)) for field in fields)
     fix = "write the names of the columns above the first sample"
     require(is_header, where, "a header of column names", "numbers only", fix)
-    return split_headers(where, fields)
+    return record.split_headers(where, fields)
 
 
 def _beside(path: Path, what: str) -> str:
@@ -191,10 +183,10 @@ def _table(
         if _is_header(split[row], names):
             wanted, found = "a sample", "the header again"
             fix = "remove the line; if a logger started again there, make two files"
-        elif not np.isfinite(table[row]).any() and unit[:1].isalpha() and is_unit(unit):
+        elif not np.isfinite(table[row]).any() and unit[:1].isalpha() and record.is_unit(unit):
             fix = f"a line of units? write them in the header, {name}[{unit}], and remove the line"
         elif re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", field):
-            fix = SECONDS
+            fix = record.SECONDS
         elif field.lower() in _MISSING:
             fix = "leave a missing value empty"
         where += f", column {name}" * (wanted != "a sample")
@@ -206,7 +198,7 @@ def _table(
 def _is_header(fields: Sequence[str], names: Sequence[str]) -> bool:
     """Whether the fields of a line are the header of columns with these names."""
     with suppress(InputError):
-        return [name for name, _ in split_headers("", fields)] == names
+        return [name for name, _ in record.split_headers("", fields)] == names
     return False
 
 

@@ -18,11 +18,7 @@ import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.sim.rotations.rotation import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_normalise,
-)
+from boresight.sim.rotations import rotation
 
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
@@ -45,8 +41,8 @@ def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
     ``2 acos sqrt(w^2 + z^2)``; they are computed as arc tangents, which keep their digits near
     zero. Attitudes (..., 4) are b to n (ENU), of either sign; `InputError` if one has norm zero.
     """
-    reference = quaternion_conjugate(quaternion_normalise(q_ref))
-    error = quaternion_multiply(quaternion_normalise(q_est), reference)
+    reference = rotation.quaternion_conjugate(rotation.quaternion_normalise(q_ref))
+    error = rotation.quaternion_multiply(rotation.quaternion_normalise(q_est), reference)
     w, x, y, z = np.moveaxis(np.abs(error), -1, 0)
     tilt, turn = x * x + y * y, z * z
     return AttitudeError(

