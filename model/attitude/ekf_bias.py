@@ -33,19 +33,8 @@ import dataclasses
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import covariance
 from boresight.model.algebra import quaternion_filter as parts
-from boresight.model.algebra.covariance import (
-    BELOW_ONE,
-    Symmetric,
-    bounded_element,
-    covariance_of,
-    covariance_states,
-    downdated,
-    element_names,
-    partly_turned,
-    symmetric,
-    updated_column,
-)
 from boresight.model.algebra.quaternion import NOT_UNIT, dot, matrix, multiply, right_matrix, turn
 from boresight.model.attitude.table import params_of
 from boresight.model.declarations import GRAVITY
@@ -117,7 +106,7 @@ class EkfBias(Estimator):
         State("heading_unknown", -1.0, 0.0, "", -1.0),  # -1/2: but the reference field is learnt
         State("field_h", 0.0, 127.9, "uT", 20.0),
         State("field_v", -127.9, 127.9, "uT", -40.0),
-        *covariance_states(7, lambda i: parts.ALIGN_P if i < 4 else BIAS_P0),
+        *covariance.covariance_states(7, lambda i: parts.ALIGN_P if i < 4 else BIAS_P0),
     )
     outputs = OUTPUTS
     restarts = True
@@ -139,7 +128,7 @@ class EkfBias(Estimator):
             ],
         )
         c_nb = matrix(q)
-        before = covariance_of(x, 7)
+        before = covariance.covariance_of(x, 7)
         full = parts.is_full(before)
         bias_full = before[4][4] + before[5][5] + before[6][6] >= parts.TRACE_LIMIT
         a = self._predicted(before, c_nb, u, p, full, bias_full)
@@ -192,7 +181,7 @@ class EkfBias(Estimator):
         gains: list[list[Any]] = []
         moves: list[Any] = []
         for k, variance in ((0, both_r), (1, both_r), (2, acc_r)):
-            column = updated_column(a, k, gains)
+            column = covariance.updated_column(a, k, gains)
             s = a[k][k] + variance - parts.sum_of(g[k] * g[k] for g in gains)
             parts.update(gains, moves, column, s, measured[k] - parts.moved(gains, moves, k))
         # Without a field a heading variance at its limit is cut by an update without innovation.
@@ -225,7 +214,9 @@ class EkfBias(Estimator):
         bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, parts.P0_LIMIT)
         attitude = ops.where(unfinished, parts.ALIGN_P, parts.initial_variance(p))
         start = [*[attitude] * 4, *[bias_p0 * bias_p0] * 3]  # of an alignment, or after it
-        after = self._turned(downdated(a, gains, aligning), turned, (full, bias_full), fresh, start)
+        after = self._turned(
+            covariance.downdated(a, gains, aligning), turned, (full, bias_full), fresh, start
+        )
 
         # The reference follows strength and dip, which need no heading.
         level_sq = ops.saturated(field[0] * field[0] + field[1] * field[1], 2.0**16)
@@ -248,15 +239,15 @@ class EkfBias(Estimator):
                 ),
                 "field_h": ops.saturated(field_h, 128.0),
                 "field_v": ops.saturated(field_v, 128.0),
-                **{name: after[i][j] for name, i, j in element_names(7)},
+                **{name: after[i][j] for name, i, j in covariance.element_names(7)},
             },
             parts.attitude_outputs(raw, q_new, shrink, status),
         )
 
     @staticmethod
     def _predicted(
-        p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any, bias_full: Any
-    ) -> Symmetric:
+        p0: covariance.Symmetric, c_nb: Any, u: Any, p: Any, full: Any, bias_full: Any
+    ) -> covariance.Symmetric:
         """Phi P Phi^T + Q with Phi = [1, -G; 0, 1], G = dt/2 C, on (rotation, bias)."""
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * u.dt), 2.0**-7)
         g = [
@@ -271,7 +262,7 @@ class EkfBias(Estimator):
         def part(i: int, j: int, row: Any, meaning: str) -> Any:
             """P_ij less a row of G times a row of P."""
             value = p0[i][j] - dot(*row)
-            return ops.bounded(value, -BELOW_ONE, BELOW_ONE, meaning)
+            return ops.bounded(value, -covariance.BELOW_ONE, covariance.BELOW_ONE, meaning)
 
         # U = A - B G^T,  B' = B - G D,  A' = U - G B'^T
         a = {
@@ -304,14 +295,18 @@ class EkfBias(Estimator):
                 value = p0[i][j] + ops.where(bias_full, 0.0, walk * walk_noise)
             else:
                 return p0[i][j]
-            return bounded_element(value, i, j)
+            return covariance.bounded_element(value, i, j)
 
-        return symmetric(7, element)
+        return covariance.symmetric(7, element)
 
     @staticmethod
     def _turned(
-        a: Symmetric, correction: list[Any], full: tuple[Any, Any], fresh: Any, first: list[Any]
-    ) -> Symmetric:
+        a: covariance.Symmetric,
+        correction: list[Any],
+        full: tuple[Any, Any],
+        fresh: Any,
+        first: list[Any],
+    ) -> covariance.Symmetric:
         """The attitude's part in the basis of the corrected quaternion; ``first`` after aligning.
 
         ``full``: whether the traces of attitude and bias are at their limits.
@@ -320,6 +315,8 @@ class EkfBias(Estimator):
 
         def element(i: int, j: int, value: Any) -> Any:
             grown = parts.above_rounding(value, full[i >= 4]) if i == j else value
-            return bounded_element(ops.where(fresh, first[i] if i == j else 0.0, grown), i, j)
+            return covariance.bounded_element(
+                ops.where(fresh, first[i] if i == j else 0.0, grown), i, j
+            )
 
-        return partly_turned(right_matrix(c), a, element)
+        return covariance.partly_turned(right_matrix(c), a, element)

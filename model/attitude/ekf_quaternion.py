@@ -22,14 +22,8 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import covariance
 from boresight.model.algebra import quaternion_filter as parts
-from boresight.model.algebra.covariance import (
-    covariance_of,
-    covariance_states,
-    downdated,
-    element_names,
-    updated_column,
-)
 from boresight.model.algebra.quaternion import cross, dot, matrix, multiply
 from boresight.model.attitude.table import params_of
 from boresight.model.estimator import Estimator, State
@@ -74,7 +68,7 @@ class EkfQuaternion(Estimator):
     states = (
         *parts.attitude_states(),
         State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
-        *covariance_states(4, lambda i: parts.ALIGN_P),
+        *covariance.covariance_states(4, lambda i: parts.ALIGN_P),
     )
     outputs = OUTPUTS
     restarts = True
@@ -85,7 +79,7 @@ class EkfQuaternion(Estimator):
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         aligning = u.dt + x.unaligned < 0.0
         q, dq = parts.predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
-        before = covariance_of(x, 4)
+        before = covariance.covariance_of(x, 4)
         full = parts.is_full(before)
         a = parts.body_covariance(before, dq, u, p, full)
 
@@ -122,7 +116,7 @@ class EkfQuaternion(Estimator):
             parts.update(
                 gains,
                 moves,
-                updated_column(a, k, gains),
+                covariance.updated_column(a, k, gains),
                 s,
                 e[k - 1] - parts.moved(gains, moves, k),
             )
@@ -137,14 +131,18 @@ class EkfQuaternion(Estimator):
         q_new, shrink = parts.normalised(raw)
 
         after = parts.body_turned(
-            downdated(a, gains, bad), correction, full, aligning, parts.initial_variance(p)
+            covariance.downdated(a, gains, bad),
+            correction,
+            full,
+            aligning,
+            parts.initial_variance(p),
         )
         unaligned = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
             {
                 **parts.restarted(q_new, u),
                 "unaligned": ops.where(unaligned, -1.0, 0.0),
-                **{name: after[i][j] for name, i, j in element_names(4)},
+                **{name: after[i][j] for name, i, j in covariance.element_names(4)},
             },
             parts.attitude_outputs(
                 raw, q_new, shrink, parts.status_word({0: aligning, 2: acc_bad, 3: mag_bad})

@@ -183,8 +183,7 @@ def main(arguments: Sequence[str]) -> int:
         for row in rows
         if not row["good"]
     ]
-    tables = {"Median cycles of an update": rows}
-    result = Result({"software": rows}, tables, failures=failures)
+    result = Result({"software": rows}, {"Median cycles of an update": rows}, failures=failures)
     print(result)
     return int(not result.good)
 

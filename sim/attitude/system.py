@@ -105,7 +105,10 @@ class AttitudeBoard(BoardSystem):
         good = feed is None or isinstance(feed, Mapping)
         require(good, "feed", "values by input, for example {'allowed': 50}", feed)
         updates = round(seconds * REAL.rate_hz)
-        record = _synthetic(updates) if log is None else record_of(log)
+        if log is None:
+            length_s = max(updates + 64, 128) / REAL.rate_hz
+            log = synthetic_log(seconds=length_s, rate_hz=REAL.rate_hz, seed=1, acceleration=0.3)
+        record = record_of(log)
         rows, fix = max(updates, _SHORT), "give a longer log, or fewer seconds"
         where = f"log {record.name!r}"
         require(len(record) >= rows, where, f"{rows} rows or more", len(record), fix)
@@ -145,11 +148,6 @@ class AttitudeBoard(BoardSystem):
 
     calibrate = staticmethod(calibrate)
     monitor = staticmethod(monitor)
-
-
-def _synthetic(updates: int) -> Record:
-    seconds = max(updates + 64, 128) / REAL.rate_hz
-    return synthetic_log(seconds=seconds, rate_hz=REAL.rate_hz, seed=1, acceleration=0.3)
 
 
 def write_board(
@@ -200,8 +198,7 @@ def write_board(
     }
     failures = [f"{row['filter']}: {row['first_mismatch'] or 'samples lost'}" for row in wrong]
     result = Result(data, {"filters": table}, notes=notes, failures=failures)
-    text = json.dumps(result.to_json(), allow_nan=False)
-    (folder / "board.json").write_text(text + "\n")
+    (folder / "board.json").write_text(json.dumps(result.to_json(), allow_nan=False) + "\n")
     page = page_of("Board", [_INTRO.format(**data, **TIME_US)], [section_of("Filters", table)])
     (folder / "board.html").write_text(page, encoding="utf-8")
     return result

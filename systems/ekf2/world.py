@@ -10,11 +10,7 @@ import numpy.typing as npt
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import require_choice
-from boresight.sim.rotations.rotation import (
-    quaternion_multiply,
-    rotate,
-    rotation_vector_to_quaternion,
-)
+from boresight.sim.rotations import rotation
 from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
@@ -100,9 +96,11 @@ class Flight(BatchedWorld):
             axis=1,
         )
         # not where the filter begins: the whole flight is turned a little
-        start = rotation_vector_to_quaternion(draw.normal(0.0, START_RAD))
-        q = quaternion_multiply(start, quaternions_of(np.stack([roll, climb, heading], axis=1)))
-        air = rotate(start, air)
+        start = rotation.rotation_vector_to_quaternion(draw.normal(0.0, START_RAD))
+        q = rotation.quaternion_multiply(
+            start, quaternions_of(np.stack([roll, climb, heading], axis=1))
+        )
+        air = rotation.rotate(start, air)
         v = air + wind
         rate, force = rates_and_forces(q, v, GRAVITY_NED, DT)
         truth = {
@@ -151,7 +149,7 @@ def measured(
     """Measurements of a kind without noise (n,), and when there is one."""
     q, air = truth["q"], truth["air"]
     always = np.ones(len(q), dtype=bool)
-    nose, wing, along = (rotate(q, a) for a in (_X, _Y, axis))
+    nose, wing, along = (rotation.rotate(q, a) for a in (_X, _Y, axis))
     speed = np.linalg.norm(air, axis=1)
     if kind in ("velocity", "position"):
         return truth[kind[0]] @ axis, always
@@ -173,7 +171,7 @@ def measured(
     if kind == "range":
         return above, always
     if kind == "flow":
-        upright = rotate(q, _Z)[:, 2]
+        upright = rotation.rotate(q, _Z)[:, 2]
         rate = np.sum(along * truth["v"], axis=1) * upright / np.maximum(above, LOWEST)
         return rate, above > LOWEST + 2.0
     return 0.0 * speed, ~always

@@ -36,18 +36,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight import Estimator, Input, Output, Param, State, ops
+from boresight.model.algebra import covariance
 from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.angles import roll_pitch_heading_ht, unit_angle_ht
-from boresight.model.algebra.covariance import (
-    Symmetric,
-    bounded_element,
-    covariance_of,
-    covariance_states,
-    downdated,
-    drifted,
-    element_names,
-    partly_turned,
-)
 from boresight.model.algebra.quaternion import dot, increment, matrix, multiply, right_matrix, turn
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require_choice
@@ -118,7 +109,7 @@ class Satcom(Estimator):
         State("qw", -1.0, BELOW, "", BELOW),
         *(State(f"q{axis}", -1.0, BELOW) for axis in "xyz"),
         *(State(f"bias_{axis}", -0.125, 0.125 * BELOW, "rad/s") for axis in "xyz"),
-        *covariance_states(6, lambda i: 0.063504 if i < 3 else 0.2304),
+        *covariance.covariance_states(6, lambda i: 0.063504 if i < 3 else 0.2304),
         State("finer", 1.0, FINEST, "", 1.0),
         State("coarser", 1.0 / FINEST, 1.0, "", 1.0),
         State("heading_pi", -1.0, BELOW, "ht"),
@@ -198,7 +189,7 @@ class Satcom(Estimator):
 
         # External acceleration, unless the tilt is not known itself.
         half_scale = 0.5 * p.scale
-        held = covariance_of(x, 6)
+        held = covariance.covariance_of(x, 6)
         traces = [parts.sum_of(held[k][k] for k in block) for block in (range(3), range(3, 6))]
         full, bias_full = (trace >= parts.TRACE_LIMIT for trace in traces)
         fine_scale = half_scale * x.finer
@@ -275,7 +266,7 @@ class Satcom(Estimator):
         factor, scale = self._rescaled(x, traces, roots, restart)
         inverse = factor * inverse
         correction = [inverse, *(ops.bounded(v * inverse, -1.0, 1.0, "part") for v in half)]
-        a = downdated(a, gains, far)
+        a = covariance.downdated(a, gains, far)
         after = self._turned(a, correction, factor, restart, p, half_scale)
         start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
         first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)
@@ -283,7 +274,7 @@ class Satcom(Estimator):
         states = {
             **{f"q{axis}": ops.where(restart, s, c) for axis, s, c in first},
             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
-            **{name: after[i][j] for name, i, j in element_names(6)},
+            **{name: after[i][j] for name, i, j in covariance.element_names(6)},
             **scale,
             "heading_pi": ops.where(restart, p.start_heading, loop["heading_pi"]),
             "drift": ops.where(restart, 0.0, loop["drift"]),
@@ -327,8 +318,13 @@ class Satcom(Estimator):
 
     @staticmethod
     def _predicted(
-        p0: Symmetric, c_nb: Any, dt: Any, roots: tuple[Any, Any], full: Any, bias_full: Any
-    ) -> Symmetric:
+        p0: covariance.Symmetric,
+        c_nb: Any,
+        dt: Any,
+        roots: tuple[Any, Any],
+        full: Any,
+        bias_full: Any,
+    ) -> covariance.Symmetric:
         """P a step later; where its trace is at the limit it does not grow."""
         dt_p = ops.where(full, 0.0, dt)
         step = ops.saturated((0.5 / BIAS_UNIT) * dt_p, 2.0**-4)
@@ -339,7 +335,7 @@ class Satcom(Estimator):
         walk = ops.saturated(roots[1], STEP_LIMIT)
         white_noise = ops.maximum(white * white, LEAST_NOISE)
         walk_noise = ops.where(bias_full, 0.0, ops.maximum(walk * walk * dt, LEAST_NOISE))
-        return drifted(p0, g, white_noise, walk_noise)
+        return covariance.drifted(p0, g, white_noise, walk_noise)
 
     @staticmethod
     def _rescaled(
@@ -364,8 +360,8 @@ class Satcom(Estimator):
 
     @staticmethod
     def _turned(
-        a: Symmetric, c: list[Any], factor: Any, restart: Any, p: Any, half_scale: Any
-    ) -> Symmetric:
+        a: covariance.Symmetric, c: list[Any], factor: Any, restart: Any, p: Any, half_scale: Any
+    ) -> covariance.Symmetric:
         """P in the basis of the corrected quaternion, its norm taken off; P0 at a restart.
 
         ``c`` is multiplied by ``factor`` already.
@@ -375,9 +371,11 @@ class Satcom(Estimator):
 
         def element(i: int, j: int, value: Any) -> Any:
             if j >= 3:
-                value = (factor if i < 3 else factor * factor) * bounded_element(value, i, j)
+                value = (factor if i < 3 else factor * factor) * covariance.bounded_element(
+                    value, i, j
+                )
             if i == j:
                 value = ops.where(restart, roots[i // 3] * roots[i // 3], value)
-            return bounded_element(value, i, j)
+            return covariance.bounded_element(value, i, j)
 
-        return partly_turned([row[1:] for row in right_matrix(c)[1:]], a, element)
+        return covariance.partly_turned([row[1:] for row in right_matrix(c)[1:]], a, element)

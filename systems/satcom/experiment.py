@@ -78,10 +78,8 @@ class Satcom(CasesExperiment):
     def run_case(self, name: str, seeds: range) -> Runs:
         """Fly a case; figures after half a minute, in degrees and degrees per second."""
         case = self.cases[name]
-        vehicles, build = (
-            OnTheMove(seeds=seeds, **case.world),
-            Build(Filter(**case.options), params=[case.params]),
-        )
+        vehicles = OnTheMove(seeds=seeds, **case.world)
+        build = Build(Filter(**case.options), params=[case.params])
         keep = (*ANGLES, "heading_pi", *BIASES, "status")
         loops = close_loop(vehicles, make_level("c", build, runs=vehicles.runs), keep=keep)
         assert loops.run.saturated is not None

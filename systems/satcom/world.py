@@ -109,16 +109,6 @@ DRIVES: dict[str, Callable[[float], Drive]] = {
 }
 
 
-def drive(name: str, rate_hz: float = 50.0) -> Drive:
-    """One of `DRIVES`, at 10 to 1000 records a second.
-
-    `InputError`: no such drive, another rate.
-    """
-    require_choice("drive", name, DRIVES)
-    require(10.0 <= rate_hz <= 1000.0, "drive, rate_hz", "10 to 1000 Hz", rate_hz)
-    return DRIVES[name](rate_hz)
-
-
 def _wave(t: FloatArray, period: float) -> FloatArray:
     return np.sin(2.0 * np.pi * t / period)
 
@@ -238,7 +228,9 @@ class OnTheMove(BatchedWorld):
         place: tuple[float, float, float] = (34.2, 108.9, 110.5),
     ) -> None:
         super().__init__(seeds)
-        self.drive, self.tracking_hz, self.beam = drive(on, rate_hz), tracking_hz, beam
+        require_choice("drive", on, DRIVES)
+        require(10.0 <= rate_hz <= 1000.0, "drive, rate_hz", "10 to 1000 Hz", rate_hz)
+        self.drive, self.tracking_hz, self.beam = DRIVES[on](rate_hz), tracking_hz, beam
         self.start_deg, self.errors = start_deg, errors
         latitude, longitude, satellite = (angle / 180.0 for angle in place)
         toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])

@@ -79,8 +79,8 @@ class Turning:
         self.begins = np.cumsum([0, *(turn.samples for turn in turns)])
         self.starts = [start]
         for turn in turns:
-            vector = np.array(turn.rate) * (turn.samples * dt)
-            self.starts.append(_rotation(vector) @ self.starts[-1])
+            q = rotation_vector_to_quaternion(np.array(turn.rate) * (turn.samples * dt))
+            self.starts.append(quaternion_to_matrix(q) @ self.starts[-1])
 
     @property
     def samples(self) -> int:
@@ -137,8 +137,3 @@ class Turning:
             ]
             pieces.append(np.concatenate(parts, axis=1))
         return np.concatenate(pieces)
-
-
-def _rotation(vector: FloatArray) -> FloatArray:
-    """R of rotation vectors (..., 3) [rad]."""
-    return quaternion_to_matrix(rotation_vector_to_quaternion(vector))

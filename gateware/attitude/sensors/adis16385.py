@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Final
 
-from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
@@ -368,9 +368,20 @@ class Adis16385(wiring.Component):
             ]
 
     def _wait(self, m: Module, r: _Registers) -> None:
-        """The timer, which begins in the cycle after `_Registers.wait`; the count of edges."""
+        """The timer, which begins in the cycle after `_Registers.wait`; the count of edges.
+
+        A tick is a change of a bit of ``time``, of a higher one for rarer samples.
+        """
         tick = Signal()
-        self._tick(m, tick, r.running, r.used["smpl_prd"][8:12])
+        bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
+        bit, fast_before, slow_before = (Signal(name=f"tick_bit{k}") for k in range(3))
+        slow = Array(bits)[r.used["smpl_prd"][8:12]]
+        m.d.comb += bit.eq(Mux(r.running, slow, bits[0]))
+        m.d.sync += [
+            fast_before.eq(bits[0]),
+            slow_before.eq(slow),
+            tick.eq(bit ^ Mux(r.running, slow_before, fast_before)),
+        ]
         m.d.comb += r.expired.eq(tick & r.done)
         m.d.sync += r.begin.eq(0)
         with m.If(r.begin):
@@ -430,7 +441,7 @@ class Adis16385(wiring.Component):
             m.next = "RESET"
 
     def _judge(self, m: Module, r: _Registers) -> None:
-        """Judge sample and device by the checked reply."""
+        """Judge sample and device by the checked reply; counts and flags of samples."""
         flags, event = self.flags, r.event
         judging, whole = r.judging, r.whole
         doubtful = Signal()
@@ -457,11 +468,6 @@ class Adis16385(wiring.Component):
             bad.eq(event["no_data_ready"] | (judging & whole & (~r.equal | r.invalid))),
             event["restart"].eq(self.restart | (bad & r.final) | (judging & ~whole & ~r.equal)),
         ]
-        self._count(m, r, bad)
-
-    def _count(self, m: Module, r: _Registers, bad: Value) -> None:
-        """Counts and flags of good and bad samples."""
-        flags, event = self.flags, r.event
         with m.If(event["sample"]):
             m.d.comb += [event["alarm"].eq(r.alarm), event["over_range"].eq(r.over)]
             m.d.sync += [
@@ -512,18 +518,6 @@ class Adis16385(wiring.Component):
                 Mux(r.extra[0], self.command.payload[8:], r.command),
             )
         )
-
-    def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
-        """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
-        bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
-        bit, fast_before, slow_before = (Signal(name=f"tick_bit{k}") for k in range(3))
-        slow = Array(bits)[exponent]
-        m.d.comb += bit.eq(Mux(running, slow, bits[0]))
-        m.d.sync += [
-            fast_before.eq(bits[0]),
-            slow_before.eq(slow),
-            tick.eq(bit ^ Mux(running, slow_before, fast_before)),
-        ]
 
 
 def _bits(*names: str) -> list[Signal]:

@@ -97,11 +97,8 @@ class SentenceParser(wiring.Component):
         error = Signal()
         m.d.sync += [valid.eq(self.valid), error.eq(self.error)]
         nibble = Signal(4)
-        digit = (self.data[4:] == 3) & (self.data[:4] < 10)
-        classes = {
-            "digit": digit,
-            **{name: self.data == ord(sign) for name, sign in _SIGNS.items()},
-        }
+        classes = {"digit": (self.data[4:] == 3) & (self.data[:4] < 10)}
+        classes |= {name: self.data == ord(sign) for name, sign in _SIGNS.items()}
         byte = {name: Signal(name=name) for name in classes}
         m.d.sync += nibble.eq(self.data[:4])
         m.d.sync += [byte[name].eq(condition) for name, condition in classes.items()]

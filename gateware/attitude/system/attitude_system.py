@@ -12,16 +12,10 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.sensors.adis16385 import SETTINGS, TEST_BITS, Adis16385, Timing
 from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
+from boresight.gateware.attitude.system import interface
 from boresight.gateware.attitude.system.attitude_output import AttitudeOutput, Bridge
 from boresight.gateware.attitude.system.conductor import Conductor
 from boresight.gateware.attitude.system.csr import packed
-from boresight.gateware.attitude.system.interface import (
-    FRAME_FLAGS,
-    ORDERS,
-    TAKE_FEED,
-    system_map,
-    system_registers,
-)
 from boresight.gateware.attitude.system.system_bus import SystemBus
 from boresight.gateware.boards.board import Line
 from boresight.gateware.bus.core_registers import layout_of
@@ -78,11 +72,15 @@ class AttitudeSystem(wiring.Component):
             ("host", self._bridge),
             ("output", self._output),
         )
-        self._orders = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
+        self._orders = (
+            (*interface.ORDERS, interface.TAKE_FEED)
+            if self.plan.feed.registers
+            else interface.ORDERS
+        )
         self.events = tuple(
             f"{source}_{name}" for source, part in self._sources for name in part.EVENTS
         )
-        self.registers = system_registers(
+        self.registers = interface.system_registers(
             filters=self.plan.names[: self.plan.filters],
             clock_hz=clock_hz,
             build=self.build,
@@ -107,7 +105,7 @@ class AttitudeSystem(wiring.Component):
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
     def map(self) -> Description:
-        return system_map(
+        return interface.system_map(
             self.core, registers=self.registers, events=self.events, feed=self.plan.feed.registers
         )
 
@@ -161,8 +159,15 @@ class AttitudeSystem(wiring.Component):
             self.host_tx.eq(bridge.tx),
             bus.read.eq(bridge.reads),
         ]
-        self._lights(m)
         inertial, compass = self._inertial, self._compass
+        m.d.sync += self.led_running.eq(attitude.number[_BLINK_BIT])
+        m.d.sync += self.led_fault.eq(
+            ~inertial.flags.running
+            | inertial.flags.link_error
+            | inertial.flags.alarm
+            | compass.flags.stale
+            | inertial.diag_stat[min(TEST_BITS)]
+        )
         m.d.comb += [
             bus.time.eq(time),
             bus.events.eq(Cat(part.events for _, part in self._sources)),
@@ -241,7 +246,7 @@ class AttitudeSystem(wiring.Component):
             output.divider.eq(bus.output_divider),
             output.flags.eq(
                 packed(
-                    FRAME_FLAGS,
+                    interface.FRAME_FLAGS,
                     {
                         "inertial_fault": ~inertial.running,
                         "inertial_alarm": inertial.alarm,
@@ -252,7 +257,7 @@ class AttitudeSystem(wiring.Component):
                         "initial_states": attitude.from_initial,
                         "beyond": attitude.beyond,
                     },
-                    first=FRAME_FLAGS[0].bit,
+                    first=interface.FRAME_FLAGS[0].bit,
                 )
             ),
             attitude.ports[1].take.eq(~bus.results_hold),
@@ -262,18 +267,6 @@ class AttitudeSystem(wiring.Component):
         wiring.connect(m, output.o, self._bridge.i)
         wiring.connect(m, bus.core, attitude.bus)
         wiring.connect(m, output.port, attitude.ports[0])
-
-    def _lights(self, m: Module) -> None:
-        """LEDs: one blinks with updates, one shows faults of the sensors."""
-        flags = self._inertial.flags
-        m.d.sync += self.led_running.eq(self._attitude.number[_BLINK_BIT])
-        m.d.sync += self.led_fault.eq(
-            ~flags.running
-            | flags.link_error
-            | flags.alarm
-            | self._compass.flags.stale
-            | self._inertial.diag_stat[min(TEST_BITS)]
-        )
 
 
 #: Bit of an update's number that the LED shows: it changes four times a second.

@@ -338,7 +338,16 @@ class Conductor(wiring.Component):
             m.d.sync += s.initial.eq(1)
         with m.Elif(self.updated):
             m.d.sync += s.initial.eq(0)
-        self._bus(m, engine)
+        # The core's registers: strobe and acknowledgement of a write pass flip-flops.
+        bus, core = self.bus, engine.bus
+        done = Signal()
+        m.d.comb += [
+            core.addr.eq(bus.addr),
+            core.w_data.eq(bus.w_data),
+            bus.r_data.eq(core.r_data),
+            bus.w_ack.eq(done),
+        ]
+        m.d.sync += [core.w_stb.eq(bus.w_stb & ~core.w_ack & ~done), done.eq(core.w_ack)]
         fire = s.offer & i.ready
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
         self._requests(m, s, accepted, engine.framing)
@@ -384,18 +393,6 @@ class Conductor(wiring.Component):
         m.d.sync += same.eq(choice == self.choice)
         m.d.comb += [engine.choice.eq(choice), s.chosen.eq(engine.chosen & same)]
         return words.i
-
-    def _bus(self, m: Module, engine: Engine) -> None:
-        """The core's registers: strobe and acknowledgement of a write through flip-flops."""
-        bus, core = self.bus, engine.bus
-        done = Signal()
-        m.d.comb += [
-            core.addr.eq(bus.addr),
-            core.w_data.eq(bus.w_data),
-            bus.r_data.eq(core.r_data),
-            bus.w_ack.eq(done),
-        ]
-        m.d.sync += [core.w_stb.eq(bus.w_stb & ~core.w_ack & ~done), done.eq(core.w_ack)]
 
     def _requests(self, m: Module, s: Step, accepted: Value, framing: Value) -> None:
         """Requests of samples, lines and host; events."""

@@ -120,9 +120,8 @@ def reset_word(value: Value) -> int:
 
 #: The programs before the estimators, in the order of their numbers, which follow theirs.
 FRONT_NAMES = ("calibrate_inertial", "calibrate_field", "compass_field")
-_INERTIAL = tuple(f"{s}{a}" for s in "ga" for a in "xyz")
 #: Raw words of an inertial sample.
-RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
+RAW = (*(f"{s}{a}_counts" for s in "ga" for a in "xyz"), "stamp", "restart")
 
 
 @dataclass(frozen=True)

@@ -90,8 +90,7 @@ def make_board(
     ``filters`` and ``params`` are those of `gateware.attitude.system.programs`, unused with a
     ``core``.
     """
-    clock_hz = setup.clock_hz
-    core = core or system_core(filters, clock_hz=clock_hz, params=params)
+    core = core or system_core(filters, clock_hz=setup.clock_hz, params=params)
     timing = replace(setup.timing, period_s=1.0 / setup.rate_hz)
     # The compass's waits scale with its lines.
     slower = 8.0 / setup.lines_hz

@@ -87,10 +87,6 @@ def read_trace(text: str) -> Trace:
     )
 
 
-#: Word of TEMP_OUT, constant at 27.5 degC.
-_TEMPERATURE_CODE = 37
-
-
 @dataclass(frozen=True)
 class Stimulus:
     """Data of the devices.
@@ -106,7 +102,7 @@ class Stimulus:
 
     def files(self) -> dict[str, str]:
         """The devices' logs, by file name."""
-        extra = np.tile([_TEMPERATURE_CODE, 0], (len(self.counts), 1))
+        extra = np.tile([37, 0], (len(self.counts), 1))  # TEMP_OUT at 27.5 degC
         tables = {"adis.txt": np.hstack([self.counts, extra]), "hmr.txt": self.compass}
         return {
             name: "".join(" ".join(map(str, row)) + "\n" for row in table.tolist())

@@ -393,10 +393,8 @@ class _Fit:
         # The point of the sphere that a line stands for, by its noise: what is left of the noise
         # there does not depend on the distance. A mean distance comes from noise along the sphere.
         y = self.data.swing @ self.m[2].T - self.d[2]
-        norm, covariance = (
-            np.linalg.norm(self.m_n),
-            self.m[2] * self.counts_variance[2] @ self.m[2].T,
-        )
+        norm = np.linalg.norm(self.m_n)
+        covariance = self.m[2] * self.counts_variance[2] @ self.m[2].T
         beyond = np.linalg.norm(y, axis=1) - norm
         out = y / (norm + beyond)[:, None]
         along = out @ covariance

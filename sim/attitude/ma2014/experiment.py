@@ -228,34 +228,25 @@ def _heading_test(seeds: range) -> Runs:
         if not method.key.endswith("_as_printed"):
             ((angles, _),) = run_method(method, logs, ("c",))
             error = score(angles, logs)[: round(world.E1.seconds * world.LOOP_HZ), :, 2]
-            slow = slow_share(error, world.LOOP_HZ)
+            slow, line = slow_and_line(error)
             figures[f"{method.key}_share_heading_median"] = slow
             figures[f"{method.key}_slow_heading_median"] = error.std(axis=0) * np.sqrt(slow)
-            figures[f"{method.key}_line_heading_median"] = line_amplitude(error, world.LOOP_HZ)
+            figures[f"{method.key}_line_heading_median"] = line
     return Runs(figures)
 
 
-def _spectrum(x: FloatArray, rate_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and one-sided amplitudes along the first axis, without the mean.
+def slow_and_line(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Share of the energy of signals (n, ...) below 0.02 Hz, 0 to 1; amplitude at 1/6 Hz.
 
-    A sine of amplitude A that fits whole periods into the record stands as one line of height A.
+    At the loop's rate, without the mean. Amplitudes are one-sided: a sine of amplitude A that fits
+    whole periods into the record stands as one line of height A.
     """
     n = len(x)
     lines = np.fft.rfft(x - x.mean(axis=0), axis=0)[: (n + 1) // 2]
-    return np.arange(len(lines)) * rate_hz / n, 2.0 * np.abs(lines) / n
-
-
-def slow_share(x: FloatArray, rate_hz: float) -> FloatArray:
-    """Share of the energy of a signal (n, ...) below 0.02 Hz, 0 to 1."""
-    frequency, amplitude = _spectrum(x, rate_hz)
+    frequency, amplitude = np.arange(len(lines)) * world.LOOP_HZ / n, 2.0 * np.abs(lines) / n
     energy = np.square(amplitude)
-    return np.asarray(energy[frequency < _SLOW_HZ].sum(axis=0) / energy.sum(axis=0))
-
-
-def line_amplitude(x: FloatArray, rate_hz: float) -> FloatArray:
-    """Amplitude of a signal's line at 1/6 Hz."""
-    frequency, amplitude = _spectrum(x, rate_hz)
-    return np.asarray(amplitude[int(np.argmin(np.abs(frequency - _LINE_HZ)))])
+    slow = energy[frequency < _SLOW_HZ].sum(axis=0) / energy.sum(axis=0)
+    return slow, amplitude[np.abs(frequency - _LINE_HZ).argmin()]
 
 
 def _noise_free() -> dict[str, float]:

@@ -54,8 +54,7 @@ GAUSS_UT = 100.0  #: uT per gauss.
 GYRO_BIAS = (-0.0022, 0.006, 0.0006)
 GYRO_VARIANCE = (1.5669e-5, 1.7842e-5, 2.1155e-6)
 ACC_VARIANCE = (0.0179, 0.014, 1.0753e-4)
-MAG_VARIANCE_G = (2.1e-6, 2.06e-5, 5.8e-6)
-MAG_VARIANCE = tuple(v * GAUSS_UT**2 for v in MAG_VARIANCE_G)  #: uT^2
+MAG_VARIANCE = tuple(v * GAUSS_UT**2 for v in (2.1e-6, 2.06e-5, 5.8e-6))  #: uT^2
 
 # The two devices with the noise of Table 2; of neither is a complete data sheet at hand.
 #: ADIS16385, [rad/s] and [m/s^2]. The register table of the maker's evaluation tool has the units

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from boresight.sim.attitude.ma2014 import experiment
-from boresight.sim.attitude.ma2014.experiment import Ma2014, line_amplitude, slow_share, spread
+from boresight.sim.attitude.ma2014.experiment import Ma2014, slow_and_line, spread
 from boresight.sim.experiments.seeds import Runs
 
 
@@ -77,8 +77,7 @@ def test_lines_and_shares_of_a_spectrum():
     """0.3 at 1/6 Hz and 0.4 at 1/100 Hz, on a mean: 16 parts of 25 are slow."""
     t = np.arange(4800) / 8.0
     x = 5.0 + 0.3 * np.sin(2 * np.pi * t / 6.0) + 0.4 * np.cos(2 * np.pi * t / 100.0)
-    assert line_amplitude(x, 8.0) == pytest.approx(0.3)
-    assert slow_share(x, 8.0) == pytest.approx(0.64)
+    assert slow_and_line(x) == pytest.approx((0.64, 0.3))
 
 
 def test_the_page_has_the_targets_and_the_tables(result):
