@@ -31,7 +31,7 @@ from boresight.systems.mls.world import Landing, deck
 from boresight.systems.radar.estimator import Registration
 from boresight.systems.radar.world import TwoRadars
 from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.world import OnTheMove, drive
+from boresight.systems.satcom.world import OnTheMove
 from tests.support import exact_sensors
 from tests.support.estimators import ALL
 from tests.support.exact_sensors import apart, at_rest, bits, sphere
@@ -118,10 +118,10 @@ OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
     (Array, "experiment array, "): [
         ("hours", hours, "hours: wanted 1 to 24, found") for hours in (0.5, 25.0)
     ],
-    (drive, "drive: "): [
-        ("name", "rail", "wanted one of specification, rough, city, found 'rail'")
+    (OnTheMove, "drive: "): [
+        ("on", "rail", "wanted one of specification, rough, city, found 'rail'")
     ],
-    (partial(drive, "city"), "drive, rate_hz: wanted 10 to 1000 Hz, "): [
+    (OnTheMove, "drive, rate_hz: wanted 10 to 1000 Hz, "): [
         ("rate_hz", 0.0, "found 0.0"),
         ("rate_hz", NAN, "found nan"),
     ],
