@@ -96,6 +96,13 @@ def resampled(log: NineAxis, rate_hz: float) -> NineAxis:
     return NineAxis(log.name, t, means(log.gyr), means(log.acc), mag, q, steps, mov)
 
 
+def hard_iron(log: NineAxis, draw: int) -> NineAxis:
+    """The magnetometer off by a tenth of the field; ``draw`` numbers the directions."""
+    direction = _rng(log, draw).standard_normal(3)
+    size = 0.1 * np.nanmedian(np.linalg.norm(log.mag, axis=1))
+    return replace(log, mag=log.mag + size * direction / np.linalg.norm(direction))
+
+
 def without_field(log: NineAxis, seconds: float | None = None) -> NineAxis:
     """No field for so long, from the middle of the log on; or never any."""
     since = log.t - 0.5 * (log.t[0] + log.t[-1])
@@ -161,6 +168,7 @@ CASES = (
     Case("no field for a minute", partial(without_field, seconds=60.0)),
     Case("never a field", without_field, judged="inclination"),
     Case("gaps in the samples", gaps),
+    *(Case("field offset 10 %", partial(hard_iron, draw=k)) for k in range(3)),
     *(
         Case(f"{key} clipped at {share:g}", partial(clipped, sensor=key, share=share), "total", key)
         for key in ("gyr", "acc")

@@ -87,7 +87,11 @@ def test_gaps_leave_the_time_right() -> None:
     assert np.isin(left.t, LOG.t).all() and left.dt.max() > 0.1
 
 
-def test_a_blind_minute() -> None:
+def test_hard_iron_and_a_blind_minute() -> None:
+    off = v.hard_iron(LOG, 1).mag - LOG.mag
+    size = 0.1 * np.median(np.linalg.norm(LOG.mag, axis=1))
+    assert off == pytest.approx(np.tile(off[0], (len(LOG), 1)))
+    assert np.linalg.norm(off[0]) == pytest.approx(size)
     dark = ~v.without_field(LOG, 5.0).mag_new
     assert dark.sum() == pytest.approx(500, abs=1) and dark[1500:1990].all()
     assert not v.without_field(LOG).mag_new.any()
