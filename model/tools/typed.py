@@ -29,7 +29,7 @@ class Malformed(ValueError):
 def parse_json(content: bytes) -> Any:
     """Content of a JSON file as plain data; ValueError, with the reason, for another text.
 
-    Stricter than Python's: NaN, infinity, numbers beyond float64 and repeated names are errors.
+    Stricter than Python's: NaN, infinity, very long numbers and repeated names are errors.
     """
     if not content.strip(b" \t\r\n\0"):
         raise ValueError("the file is empty" if not content.strip() else "zeros")

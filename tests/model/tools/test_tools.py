@@ -18,7 +18,7 @@ from tests.support.tree import ROOT
 # --------------------------------------------------------------------------------------------------
 # what the system lacks is one line each, with the line that installs it, before anything else
 
-PROGRAMS = ("sh", "env", "make", "gcc", "cc1", "as", "perl", "dirname")
+PROGRAMS = ("sh", "env", "make", "gcc", "cc1", "as", "dirname")
 
 
 def test_make_ends_before_it_begins(tmp_path: Path) -> None:

@@ -100,6 +100,7 @@ def test_a_build_that_fails_says_why(tmp_path: Path) -> None:
     assert said and "nonsense" in Path(said[1]).read_text()
 
 
+@pytest.mark.usefixtures("bench")
 def test_the_library_is_not_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tools, run = list[str](), simulators.run_tool
 

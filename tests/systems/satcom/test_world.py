@@ -97,7 +97,7 @@ def test_a_start_aslant_finds_the_satellite() -> None:
     assert max(v[0] for v in world.losses_db[25:]) < 3.0
 
 
-# -- the beam against a numerical aperture, the link against its textbook figure ------------------
+# -- the beam against a numerical aperture --------------------------------------------------------
 
 
 def test_pattern_is_that_of_the_tapered_aperture() -> None:

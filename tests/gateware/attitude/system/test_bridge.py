@@ -15,7 +15,7 @@ DIVISOR = 8
 
 
 class Host:
-    """A bridge, a memory on a bus with others, who pushes, and the host's end of the line."""
+    """A bridge, a memory on its bus, who pushes, and the host's end of the line."""
 
     def __init__(self, send, listen, *, delay: int = 0) -> None:
         self.dut = dut = Bridge(clock_hz=DIVISOR * 1e6, baud=1e6)

@@ -17,7 +17,7 @@ REGISTERS = (
     Register("magic", MAGIC, Access.READ_ONLY, "", width=32, reset=0xDEAD_BEEF),
     *(Register(f"own{k}", 0x401 + k, Access.READ_WRITE, "", width=32, reset=0) for k in range(2)),
 )
-#: No transfer waits longer, with a slow write of the core.
+#: Cycles within which every transfer ends, a slow write of the core too.
 LONGEST = 100
 
 
