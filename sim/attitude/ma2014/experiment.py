@@ -90,14 +90,16 @@ def _kalman_of_table_4() -> dict[str, float]:
 
 
 _NO_GAIN, _FULL_GAIN = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-_GYRO, _PRINTED = gains(_NO_GAIN, _NO_GAIN), Ma2014Cf(as_printed=True)
+_GYRO, _FIELD_FORCE = gains(_NO_GAIN, _NO_GAIN), gains(_FULL_GAIN, _NO_GAIN)
+_TABLE_2, _TABLE_4, _PER_S = kalman_parameters(), _kalman_of_table_4(), gains(rate_hz=world.LOOP_HZ)
+_PRINTED = Ma2014Cf(as_printed=True)
 METHODS = (
     Method("gyro", "gyro alone", Ma2014Cf(), _GYRO),
-    Method("mag_acc", "field and force alone", Ma2014Cf(), gains(_FULL_GAIN, _NO_GAIN)),
-    Method("ekf_quaternion", "Kalman filter, Table 2", EkfQuaternion(), kalman_parameters()),
-    Method("ekf_table_4", "Kalman filter, Table 4", EkfQuaternion(), _kalman_of_table_4()),
+    Method("mag_acc", "magnetometer and accelerometer alone", Ma2014Cf(), _FIELD_FORCE),
+    Method("ekf_quaternion", "Kalman filter, noises of Table 2", EkfQuaternion(), _TABLE_2),
+    Method("ekf_table_4", "Kalman filter, steady gains of Table 4", EkfQuaternion(), _TABLE_4),
     Method("ma2014_cf", "the paper's complementary filter", Ma2014Cf(), gains()),
-    Method("complementary", "the improved filter", Complementary(), gains(rate_hz=world.LOOP_HZ)),
+    Method("complementary", "the improved complementary filter", Complementary(), _PER_S),
     Method("ma2014_cf_as_printed", "the paper's filter, eq. (3) as printed", _PRINTED, gains()),
     Method("gyro_as_printed", "gyro alone, eq. (3) as printed", _PRINTED, _GYRO),
 )
