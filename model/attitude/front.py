@@ -68,7 +68,7 @@ def rows(
 GYRO_SCALE = math.radians(0.0125)
 ACC_SCALE = 0.25e-3 * GRAVITY
 
-_ALL = "scale, misalignment and mounting"
+_MATRIX = "scale, misalignment and mounting"
 STAMP_BITS = 32  #: bits of a time stamp: the counter of clock cycles wraps, and so does the word.
 DT_LIMIT = 0.25  #: s, full scale of the time step.
 GAP_S = 0.2499  #: s, longest time between two samples that is no gap.
@@ -104,9 +104,9 @@ class CalibrateInertial(Estimator):
     )
     params = (
         Param("tick_s", 1e-8, 1e-9, 9e-7, "s", "period of the clock that stamps count"),
-        *matrix_params("gyro", GYRO_SCALE, 3.9e-3, "rad/s per count", _ALL),
+        *matrix_params("gyro", GYRO_SCALE, 3.9e-3, "rad/s per count", _MATRIX),
         *vector_params("gyro_bias", 1.0, "rad/s", "subtracted from the rate, in body axes"),
-        *matrix_params("acc", ACC_SCALE, 0.0624, "m/s^2 per count", _ALL),
+        *matrix_params("acc", ACC_SCALE, 0.0624, "m/s^2 per count", _MATRIX),
         *vector_params("acc_bias", 16.0, "m/s^2", "subtracted from the force, in body axes"),
     )
     states = (State("before", -1.0, 1.0, "ht"),)
@@ -152,7 +152,7 @@ class CalibrateField(Estimator):
     summary = "magnetometer counts to field words: hard and soft iron, mounting"
     inputs = counts(*(f"m{a}_counts" for a in AXES))
     params = (
-        *matrix_params("field", FIELD_SCALE, 0.499, "uT per count", f"soft iron, {_ALL}"),
+        *matrix_params("field", FIELD_SCALE, 0.499, "uT per count", f"soft iron, {_MATRIX}"),
         *vector_params("field_bias", 32767.0, "counts", "hard iron, subtracted from the counts"),
     )
     states = ()

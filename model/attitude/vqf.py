@@ -502,7 +502,7 @@ class Vqf(Estimator):
 
         ``rate_hz`` is that of gyro and accelerometer, ``mag_rate_hz`` of the magnetometer, by
         default the same. With ``mag`` "none" the heading is that of the gyro, and the name is
-        ``vqf_six_axis``. Time constants: small trusts the accelerometer, the magnetometer.
+        ``vqf_six_axis``. ``acc_tau_s``, ``mag_tau_s`` [s]: small trusts the force, the field.
 
         `InputError`: a number outside its range, or another ``mag``.
         """

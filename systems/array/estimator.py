@@ -51,7 +51,7 @@ class ArrayAttitude(Estimator):
     * ``latitude`` [deg], up to 89, and ``height`` above the ellipsoid [m], of the site;
     * ``attitude``: pitch, roll, heading before the first sample [deg]; with ``align`` any will do;
     * ``reading``: measurement at an index, "heading" or "literal"; ``rate``: records a second;
-    * ``align``: seconds at rest in which the attitude is found, 30 to 300, or 0: it is right;
+    * ``align``: seconds at rest to find the attitude in, 30 to 300; 0: ``attitude`` is right;
     * ``aided=False``: strapdown alone, from ``attitude``.
 
     `InputError`: one of these is none of that.

@@ -39,7 +39,7 @@ class TurningArray(World):
     * ``tilt_deg``: pitch and roll at the start differ from `START_DEG` by this, the heading is any;
     * ``counts_bits``: increments are counts of 2^-7 rad and 2^-2 m/s over 2^(counts_bits - 1);
     * ``mark_deg``, ``index``, ``missed``, ``doubled``, ``wrong``: see `Mark`;
-    * ``truths``: whether the records hold true angles, most of the time of making them.
+    * ``truths``: whether the records hold true angles, which take most of the time to make.
 
     `InputError`: a rate of 0 or more than 44 deg/s, no time, a size below 0, a tilt above 20 deg.
     """

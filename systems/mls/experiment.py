@@ -152,7 +152,7 @@ CASES = {
 _BEAMS = (
     "Azimuth antenna (above) and elevation antenna (below), receivers at azimuths of -60, 0 and 60 "
     "deg, 3 deg high (bars), the ship turned by up to 10 deg about each axis: pulses with phases "
-    "of a level array, and with phases turned by the filter's attitude, 3 deg to each side."
+    "of a level array, and of beams up to 3 deg away with phases turned by the filter's attitude."
 )
 
 
@@ -224,7 +224,7 @@ class Mls(CasesExperiment):
                 figures[f"mls_{name}_lag_ms"] = float(spread.argmin(axis=0).max())
         figures |= {f"mls_{axis}_deg": pooled["corrected"][f"{axis}_deg"] for axis in AXES}
         figures["mls_fixed_float_deg"] = max(pooled[n]["fixed_float_deg"] for n in COMPARED)
-        for elements in (16, 64):
+        for elements in (16, 64):  # the plots are those of 64
             say(f"patterns of {elements} elements")
             some, self.patterns = patterns_of(Array(elements), 4 * max(runs, FEW), seed)
             figures |= {f"array{elements}_{name}": value for name, value in some.items()}

@@ -151,7 +151,7 @@ class Registration(Estimator):
         1: "no track of both radars yet, or none any more: no measurement",
         2: "target below a radar's horizon or near its zenith: no measurement",
         3: "the tracks are further apart than the gate: no measurement",
-        4: "a bias is at the limit of its word, eight first standard deviations",
+        4: "the biases are beyond six first standard deviations",
         5: "the outputs are corrected",
     }
     nis_freedom = 3

@@ -269,7 +269,7 @@ class AttitudeSystem(wiring.Component):
         wiring.connect(m, output.port, attitude.ports[0])
 
 
-#: Bit of an update's number that the LED shows: it changes four times a second.
+#: Bit of an update's number that the LED shows: it changes with every 256th one.
 _BLINK_BIT = 8
 _PROBES = ("sample", "running", "updated", "line", "counts")
 #: Ports for a write of an input register.

@@ -233,8 +233,6 @@ def system_map(
     )
 
 
-#: Bits of a word.
-WORD = 32
 #: The filter's outputs in the order of the frame and of the result memory.
 OUTPUTS = ("pitch", "roll", "heading", "qw", "qx", "qy", "qz", "status")
 #: Names of a frame's words.

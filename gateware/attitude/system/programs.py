@@ -247,7 +247,7 @@ def system_core(
     values other than the defaults, by program.
 
     `InputError`: see `system_estimators`; unknown name of a program with parameters, of a parameter
-    or configuration; a word of other than 32 bits. ScheduleError The programs do not fit the
+    or configuration; a word of other than 32 bits. `ScheduleError`: the programs do not fit the
     machine.
     """
     wanted = f"{WORD} bits for a complete system"

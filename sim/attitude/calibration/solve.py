@@ -187,8 +187,8 @@ def _still(
     windows = []
     for record, counts, t in zip(records, raw, times, strict=True):
         size = max(2, round(_WINDOW_S * (len(t) - 1) / float(t[-1]))) if len(t) > 1 else 2
-        found = f"{len(counts)} rows"
-        require(len(counts) >= size, record.where, f"{_WINDOW_S:g} s or more", found, "record more")
+        found, fix = f"{len(counts)} rows", "record for longer"
+        require(len(counts) >= size, record.where, f"{_WINDOW_S:g} s or more", found, fix)
         blocks = counts[: len(counts) // size * size].reshape(-1, size, len(INERTIAL))
         windows.append((size, blocks.mean(axis=1), blocks.var(axis=1, ddof=1)))
     mean, variance = (np.concatenate([w[k] for w in windows]) for k in (1, 2))
