@@ -1,4 +1,4 @@
-"""A log in pieces: the same bytes, whatever their length, of every filter, system and example."""
+"""A log in pieces: the same bytes of C and interpreter, of every filter, system and example."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXAMPLES = ["biquad.py", "kalman.py", "madgwick.py", "pendulum.py", "pi.py:Pi"]
     "named", [*ALL, *(f"{ROOT}/examples/{name}" for name in EXAMPLES)], ids=lambda x: str(x)[-24:]
 )
 def test_the_same_bytes(named: Any, tmp_path: Path) -> None:
-    """Also where samples are missing."""
+    """Whatever the length of the pieces, also where samples are missing."""
     estimator = estimator_of(named)
     stimuli = hostile(estimator, 60, np.random.default_rng(1))
     inputs = stimuli.get("gaps", next(iter(stimuli.values())))
@@ -34,8 +34,8 @@ def test_the_same_bytes(named: Any, tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     log.write_bytes(content_of(log, Record.of(columns)))
     written = set()
-    for rows in (1, 7, 1000, 1_000_000, None):
+    for rows, level in ((1, "c"), (7, "c"), (1000, "c"), (1_000_000, "c"), (None, "fixed")):
         out = tmp_path / f"out{rows}.csv"
-        boresight.run(estimator, log, levels="c", output=out, rows=rows)
+        boresight.run(estimator, log, levels=level, output=out, rows=rows)
         written.add(out.read_bytes())
     assert len(written) == 1 and written.pop().count(b"\n") == 61
