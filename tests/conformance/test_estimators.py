@@ -240,7 +240,7 @@ STATUS = {
     "ekf_quaternion": "0:aligning 2:force 3:magnetometer",
     "mls_attitude": "0:aligning 1:magnetometer",
     "satcom": "0:acceleration 1:tracking 2:gate 3:covariance",
-    "registration": "0:sample 1:track 2:horizon 3:gate 4:limit 5:corrected",
+    "registration": "0:sample 1:track 2:horizon 3:gate 4:biases 5:corrected",
     "array_attitude": "0:aligning 1:erection 2:before 3:beyond 4:scale 5:variance 6:used 7:turn"
     " 8:known",
 }
