@@ -24,7 +24,7 @@ from boresight.gateware.attitude.system.programs import FRONT_NAMES
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
-from boresight.model.arrays import BoolArray, IntArray
+from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import with_params
@@ -134,6 +134,25 @@ def _columns(program: Program, words: IntArray) -> dict[str, Column]:
     """Outputs of a program, by name."""
     outputs = zip(FRONT[program.name].outputs, program.outputs, words.T, strict=True)
     return {o.name: Column(program.format(k).real(w), o.unit) for o, k, w in outputs}
+
+
+def static_noise(record: Record) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Mean (3,) and variance (3,) of gyro, accelerometer and magnetometer of a board at rest.
+
+    The paper's Table 2 (Ma Long et al. 2014): rad/s, m/s^2 and uT, in body axes, less a straight
+    line over time (warming). The gyro's mean is its bias. NaN with fewer than 3 samples.
+    """
+    out = {}
+    for letter, name in (("g", "gyro"), ("a", "accelerometer"), ("m", "magnetometer")):
+        values = np.column_stack([record.numbers(f"{letter}{a}") for a in "xyz"])
+        new = np.isfinite(values).all(axis=1)
+        at, x = record.numbers("t")[new], values[new]
+        out[name] = (np.full(3, np.nan), np.full(3, np.nan))
+        if len(x) > 2:
+            line = np.column_stack([np.ones(len(x)), at - at.mean()])
+            fit = np.linalg.lstsq(line, x, rcond=None)[0]
+            out[name] = (fit[0], np.square(x - line @ fit).sum(axis=0) / (len(x) - 2))
+    return out
 
 
 #: Most bits per second.

@@ -15,9 +15,10 @@ from boresight.gateware.boards.frames import END
 from boresight.sim.attitude.board.run import run_board, stimulus
 from boresight.sim.attitude.devices import INERTIAL_FAULTS
 from boresight.sim.attitude.host.line import Listener, RegisterTable
-from boresight.sim.attitude.host.monitor import log_of, track_of
+from boresight.sim.attitude.host.monitor import log_of, static_noise, track_of
 from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
 from tests.support.attitude.board.shared import MEKF, shared_board
 from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames
 
@@ -176,3 +177,23 @@ def test_stamps_begin_anew_after_43_s(recorded: Path) -> None:
     plain, wrapped = (log_of("a", us, number, table.described, {})[0] for us in (updates, late))
     assert np.array_equal(plain.numbers("t"), wrapped.numbers("t"))
     assert np.array_equal(plain.numbers("dt"), wrapped.numbers("dt"))
+
+
+def test_static_noise() -> None:
+    """Means and variances of a sensor that warms; the compass has every fourth sample."""
+    rng, n = np.random.default_rng(4), 40_000
+    t = np.arange(n) / 1024
+    sd = {"g": (4e-3, 1e-3, 2e-3), "a": (0.13, 0.11, 0.01), "m": (0.15, 0.45, 0.24)}
+    bias, drift = 6e-3, 1e-4
+    columns = {"t": t}
+    for letter, deviations in sd.items():
+        for axis, deviation in zip("xyz", deviations, strict=True):
+            columns[letter + axis] = bias + drift * t + rng.normal(0.0, deviation, n)
+    for axis in "xyz":
+        columns[f"m{axis}"][np.arange(n) % 4 != 0] = np.nan
+    noise = static_noise(Record.of(columns))
+    for letter, name in (("g", "gyro"), ("a", "accelerometer"), ("m", "magnetometer")):
+        mean, variance = noise[name]
+        error = 5.0 * np.array(sd[letter]) / np.sqrt(n / 4)
+        assert (np.abs(mean - bias - drift * t.mean()) < error).all()
+        assert variance == pytest.approx(np.square(sd[letter]), rel=0.06)
