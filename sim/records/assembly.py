@@ -34,7 +34,7 @@ _GAP_S, _NEAR_STEPS, _MOST_STRAY = 0.1, 32.0, 0.1
 #: Letters of the axes of FLU and ENU, and of the opposite ones: forward, left, up, back, right,
 #: down; east, north, up, west, south, down.
 _BODY, _NAVIGATION = ("FLU", "BRD"), ("ENU", "WSD")
-_NO_SAMPLE = -(2**31)  # PX4's delay of a sensor that has no sample
+_NO_SAMPLE = 2**31 - 1  # PX4's delay of a sensor that has no sample (RELATIVE_TIMESTAMP_INVALID)
 
 
 #: Kinds of messages with irregular times.
@@ -168,18 +168,20 @@ def _first_match(
             if _has_sample(source, topic).any():
                 return source, topic
             wanted = f"{source.fields[0]} for {source.columns[0]}"
-            found = f"{source.covariance} of -1 in all messages: the device has none"
+            found = f"no sample in any message, by {source.covariance or source.delay}"
             fix = "record a device that measures it, or name another topic by --map FILE.toml"
             require(source.optional, f"{path}, topic {topic.name}", wanted, found, fix)
-            notes.append(f"{topic.name}: no {source.fields[0]} ({source.covariance} is -1)")
+            notes.append(f"{topic.name}: no {source.fields[0]}: {found}")
     return None
 
 
 def _has_sample(source: Source, topic: Topic) -> BoolArray:
-    """Messages whose covariance does not say that they have no sample, by a -1."""
-    if source.covariance not in topic.fields:
-        return np.ones(len(topic.stamps), dtype=bool)
-    return np.asarray(topic.fields[source.covariance] != -1.0)
+    """Messages whose covariance or delay does not say that they have no sample."""
+    has_sample = np.ones(len(topic.stamps), dtype=bool)
+    for name, none in ((source.covariance, -1.0), (source.delay, _NO_SAMPLE)):
+        if name in topic.fields:
+            has_sample &= topic.fields[name] != none
+    return has_sample
 
 
 def _field_names(source: Source, topic: Topic) -> list[str] | None:
@@ -240,7 +242,6 @@ def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
     stamps = raw.astype(np.int64) * int(unit) if is_whole else np.rint(raw * unit).astype(np.int64)
     if source.time:
         return stamps, has_sample
-    has_sample &= raw != _NO_SAMPLE
     stamps = topic.stamps + stamps
     # A fast message repeats the last sample of a slow sensor.
     has_sample[1:] &= stamps[1:] != stamps[:-1]

@@ -393,8 +393,10 @@ def _at_limits(declared: Input, record: Record, steps: FloatArray) -> FloatArray
     if "dt" in record.columns and not record.place.by_time:
         return steps
     t = record.numbers("t")
-    with np.errstate(over="ignore"):
-        is_single = bool((t.astype(np.float32) == t).all())
+    with np.errstate(over="ignore", invalid="ignore"):
+        single = t.astype(np.float32)
+        ulps = t / np.spacing(np.abs(single))  # an odd number of them somewhere: no digits beyond
+    is_single = bool((single == t).all() and (ulps % 2.0 == 1.0).any())
     largest = float(np.abs(record.values("t", "s")).max())
     # Each time is rounded, and their difference; --every adds so many.
     rounding = 2.0 * selection().every * largest * np.finfo(np.float32 if is_single else float).eps

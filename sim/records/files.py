@@ -189,7 +189,9 @@ def _blocks(path: Path) -> Iterator[Record]:
     wanted = f"a recording of topics, for --map: {', '.join(RECORDINGS)}"
     found = "a table, whose columns are inputs"
     require(selection().map is None, str(path), wanted, found, "leave --map out")
-    form = _format(path)
+    form, suffix, wanted = _format(path), path.suffix.lower(), ", ".join((*FORMATS, *RECORDINGS))
+    is_log = suffix not in _FOREIGN or suffix == ".tsv"
+    require(is_log, str(path), f"a log, {wanted}", suffix, "export it as one of these")
     with opened(path, "a log file that can be read") as file:
         try:
             yield from form.read(path, file)

@@ -18,8 +18,10 @@ from rosbags.typesys import Stores, get_typestore
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.model.settings import using
+from boresight.sim.records.assembly import record_from
 from boresight.sim.records.files import log_files, read_record
 from boresight.sim.records.record import Record
+from boresight.sim.records.recordings import READY, Recording, Topic
 from boresight.sim.records.selection import Selection
 from boresight.sim.rotations.rotation import rotate
 from tests.support.flights import AS_PX4, TURN, at_rest, flight, in_motion, write_bag
@@ -247,6 +249,26 @@ def test_a_missing_topic_is_named(tmp_path: Path, name: str) -> None:
     (tmp_path / "a.ulg").write_bytes(flight(*(n for n in at_rest() if n != name)))
     with pytest.raises(InputError, match=f"a.ulg: wanted the topic {name}, found .*attitude"):
         read_record(tmp_path / "a.ulg")
+
+
+@pytest.mark.parametrize("first", [3, 10])
+def test_messages_before_the_first_sample_of_a_slow_sensor_have_none(first: int) -> None:
+    """PX4's logs of 2018 and before: the delay is the largest int32 while there is no sample."""
+    rows, names = np.arange(10), ("gyro_rad", "accelerometer_m_s2", "magnetometer_ga")
+    fields: dict[str, Any] = {f"{name}[{k}]": np.ones(10) for name in names for k in range(3)}
+    delays = np.where(rows < first, 2**31 - 1, 0).astype(np.int32)
+    fields["magnetometer_timestamp_relative"] = delays
+    topic = Topic("sensor_combined", "sensor_combined", rows * 4_000_000, fields)
+
+    def read(path: Path, wanted: Any) -> Recording:
+        return Recording((topic,), ())
+
+    if first < 10:
+        record = record_from(Path("a.ulg"), read, READY["px4"])
+        assert np.isnan(record.columns["mx"].values).tolist() == [True] * 3 + [False] * 7
+    else:
+        with pytest.raises(InputError, match="wanted magnetometer_ga for mx, found no sample in"):
+            record_from(Path("a.ulg"), read, READY["px4"])
 
 
 def test_a_log_that_ends_early_has_the_rows_before(tmp_path: Path) -> None:

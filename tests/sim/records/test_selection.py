@@ -258,6 +258,12 @@ def test_a_step_at_its_limit(kind: str, every: int) -> None:
             feed(ShortSteps(), record)
 
 
+def test_times_that_single_precision_holds_too_are_exact() -> None:
+    t = 1e5 + 0.109375 * np.arange(20)
+    with pytest.raises(InputError, match="found 0.109375"):
+        feed(ShortSteps(), Record.of({"t": t, "z": np.zeros(20)}))
+
+
 def test_a_column_of_steps_at_the_limit() -> None:
     result = feed(ShortSteps(), Record.of({"dt": [0.1] * 5, "z": [0.0] * 5}))
     assert result.warnings == () and result.inputs[:, 1].tolist() == [0.1] * 5
