@@ -33,6 +33,7 @@ from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_mu
 from boresight.sim.rotations.zyx import wrapped
 
 _NORMS = math.log(2.0)  #: Natural logarithm of a quaternion's norm that is no attitude's.
+_WHOLE = ""  #: Key of the attitude that four outputs are: an output may be called attitude, too.
 
 
 @dataclass(frozen=True)
@@ -184,21 +185,21 @@ class Differences:
             known = [x for x in limits if x is not None]
             limit = ATTITUDE_DEG * max(known) if len(known) == len(limits) else None
             declared = Output(ATTITUDE, unit="deg", tolerance=limit)
-            self._accounts[ATTITUDE] = _Account(declared, judged, curves)
+            self._accounts[_WHOLE] = _Account(declared, judged, curves)
 
     def add(self, values: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]) -> None:
         """The next rows: (n,) by name, in the outputs' units; NaN in the reference: none there."""
         turned = dict(reference)
         with np.errstate(all="ignore"):  # a reference may be infinite
-            if has_attitude := ATTITUDE in self._accounts:
+            if has_attitude := _WHOLE in self._accounts:
                 q, r = attitude_of(values), attitude_of(reference)
                 sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
                 turned |= {n: reference[n] * sign for n in QUATERNION}
             errors = {o.name: apart(o.unit, values[o.name], turned[o.name]) for o in self._outputs}
             known = {name: np.isfinite(turned[name]) for name in errors}
             if has_attitude:
-                errors[ATTITUDE] = np.degrees(_angle(q, r))
-                known[ATTITUDE] = np.logical_and.reduce(np.isfinite(r), axis=-1)
+                errors[_WHOLE] = np.degrees(_angle(q, r))
+                known[_WHOLE] = np.logical_and.reduce(np.isfinite(r), axis=-1)
             cut = self._cut(errors)
             for name, error in errors.items():
                 # A truth may have gaps; a float64 run that is no number is a fault.

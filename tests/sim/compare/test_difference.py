@@ -31,6 +31,10 @@ def apart(
     return made
 
 
+def test_an_output_may_be_called_attitude() -> None:
+    assert apart(Output(ATTITUDE, "deg"), [1.0, 5.0], [1.0, 3.0]).largest == 2.0
+
+
 def test_figures() -> None:
     made = apart(Output("y", "m", tolerance=2.0), [1.0, 5.0, 0.0, 3.0], [1.0, 3.0, 1.0, 1.0])
     assert made == Difference("y", "m", 4, 2.0, 1.5, 1, 2.0)
