@@ -16,7 +16,7 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.sim.compare.claims import claim_lines
-from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.difference import Difference, Differences, differences
 from boresight.sim.compare.results import CheckResult, Part
 from boresight.sim.records.feed import Feed
 from boresight.sim.rotations.accuracy import attitude_of
@@ -172,21 +172,15 @@ class _Rows:
         self.times |= {k: float(t[k - start]) for k in self.times if start <= k < start + n}
         self._bins["t", ""].add(t)
         truths = _truths(self.check, columns)
-        for differences, run in zip(self._truths, part[1:], strict=True):
-            differences.add(run.outputs, truths)
-        for d, delta in zip(self.check.accuracy.differences, self._deviations(part), strict=True):
+        for errors, run in zip(self._truths, part[1:], strict=True):
+            errors.add(run.outputs, truths)
+        deviations = differences(self._outputs, part.fixed.outputs, part.floating.outputs)
+        for d, own in zip(self.check.accuracy.differences, deviations, strict=True):
             scale = 180.0 if d.unit == "ht" else 1.0
-            curves = {"fixed": part.fixed.outputs, "truth": truths, "error": {d.output: delta}}
+            curves = {"fixed": part.fixed.outputs, "truth": truths, "error": {d.output: own.apart}}
             for curve, values in curves.items():
                 if d.output in values:
                     self._bins[curve, d.output].add(scale * values[d.output])
-
-    def _deviations(self, part: Part) -> list[FloatArray]:
-        """Fixed point from float64, of each difference of the check."""
-        names = [o.name for o in self._outputs]
-        differences = Differences(self._outputs, names, curves=True)
-        differences.add(part.fixed.outputs, part.floating.outputs)
-        return [d.apart for d in differences.result()]
 
     def against_truth(self) -> list[dict[str, Any]]:
         """Fixed point and float64 against truth, output by output."""

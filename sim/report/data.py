@@ -6,6 +6,7 @@ What is not known is null and named in ``warnings``; nothing is filled in. What 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -21,7 +22,6 @@ from boresight.model.lowering.graph import declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program, Value
 from boresight.sim.compare.diagnosis import headroom_bits, wasted_bits
-from boresight.sim.compare.difference import Spread
 from boresight.sim.compare.results import CheckResult, LevelResult
 from boresight.sim.compare.twin import KINDS, Traced, twins
 from boresight.sim.report.accuracy import accuracy_section
@@ -288,7 +288,8 @@ class Observed:
             n: (float(program.format(n).real(low[0])), float(program.format(n).real(high[0])))
             for n, (low, high) in enumerate(self.extremes)
         }
-        self.errors: dict[int, Spread] = {}
+        #: Largest error, sum of the squares, and number of updates.
+        self.errors: dict[int, tuple[float, float, int]] = {}
         for check in checks:
             previous: IntArray | None = None
             for columns, fixed, _ in check.parts():
@@ -298,9 +299,11 @@ class Observed:
                 for twin in twins(traced, *rows, anew=columns.restarts):
                     for n in (op.dest for op in program.ops if op.dest in self.nodes):
                         error, size = twin.deviation(n)
-                        finite = np.isfinite(error) & np.isfinite(size)
-                        if finite.any():
-                            self.errors.setdefault(n, Spread()).add(error, finite, 0)
+                        error = error[np.isfinite(error) & np.isfinite(size)]
+                        largest, squares, count = self.errors.get(n, (0.0, 0.0, 0))
+                        largest = max(largest, float(error.max(initial=0.0)))
+                        squares += float(np.sum(error**2))
+                        self.errors[n] = largest, squares, count + len(error)
                 previous = fixed.states[-1]
         declared = {
             (kind, d.name): d.line
@@ -374,7 +377,12 @@ def numerics_section(observed: Observed) -> list[dict[str, Any]]:
         if value.kind is Kind.CONST or mode is Overflow.RANGE:
             continue
         format, reached = program.format(n), observed.reached[n]
-        headroom, wasted, error = None, observed.wasted.get(n), observed.errors.get(n)
+        headroom, wasted = None, observed.wasted.get(n)
+        error = rms = lsb = None
+        if n in observed.errors:
+            largest, squares, count = observed.errors[n]
+            error, rms = _digits(largest), _digits(math.sqrt(squares / max(count, 1)))
+            lsb = round(largest / format.lsb, 2)
         if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
             headroom = round(headroom_bits(program, n, reached), 2)
         ends = [
@@ -401,9 +409,9 @@ def numerics_section(observed: Observed) -> list[dict[str, Any]]:
                 "headroom_bits": headroom,
                 "wasted_bits": None if wasted is None else wasted.bits,
                 "advice": None if wasted is None else wasted.cure,
-                "error_max": None if error is None else _digits(error.largest),
-                "error_rms": None if error is None else _digits(error.rms),
-                "error_lsb": None if error is None else round(error.largest / format.lsb, 2),
+                "error_max": error,
+                "error_rms": rms,
+                "error_lsb": lsb,
                 "saturations": saturations,
                 "state": "saturated" if saturations else _state(value, mode, reached, headroom),
             }
