@@ -263,11 +263,7 @@ def _in_loop(
     ]
     parted = [n for n, p in partings.items() if p and not {first, n} & _FLOATS]
     failures = [f"{first} and {n} part" for n in parted]
-    if loop.unused:
-        lines.append(
-            f"not used: {', '.join(loop.unused)} of {world.name}, neither inputs nor "
-            f"OUTPUT_true of {estimator.name}"
-        )
+    lines += loop.notes(estimator, world.name)
     if loops.keys() <= _FLOATS:
         lines.append("no fixed point was judged: choose --levels fixed, c or rtl")
     failures += [] if accuracy.good else accuracy.faults()

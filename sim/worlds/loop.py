@@ -78,7 +78,12 @@ class Loop:
             i.name: Column(samples[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
         }
         columns |= {f"{n}{TRUTH}": Column(v) for n, v in self.truth.items()}
-        return Record(name, columns, Place(name))
+        return Record(name, columns, Place(name), notes=self.notes(estimator, name))
+
+    def notes(self, estimator: Estimator, name: str) -> tuple[str, ...]:
+        """A line about the columns of the source ``name`` without a use, if there are any."""
+        text = f"not used: {', '.join(self.unused)} of {name}, neither inputs nor OUTPUT_true of "
+        return (f"{text}{estimator.name}",) if self.unused else ()
 
 
 def drive(

@@ -105,6 +105,16 @@ def test_what_it_saw_is_a_log() -> None:
     assert result.record(Half(), "loop").place(2, "z") == "loop, z[2]"
 
 
+def test_columns_without_a_use_are_a_note_of_the_log() -> None:
+    class Logged(Plant):
+        def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+            columns = super().record(outputs)
+            return None if columns is None else {**columns, "restart": 1.0}
+
+    result = closed(Logged()).record(Half(), "plant")
+    assert result.notes == ("not used: restart of plant, neither inputs nor OUTPUT_true of half",)
+
+
 def test_a_loop_starts_both_anew() -> None:
     plant, level = Plant(), make_level("numpy", Build(Half()))
     first = close_loop(plant, level)
