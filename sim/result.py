@@ -7,6 +7,7 @@ notebook shows. ``pandas.DataFrame(result.tables["name"])`` is one of them.
 
 from __future__ import annotations
 
+import math
 import shutil
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError, require
 from boresight.sim.records.reading import kind_of, read_json
 
@@ -35,6 +37,8 @@ NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "s
 SHARES = {"cycles": 0.0, "area": 0.01, "clock": 0.05, "truth": 0.1, "count": 0.0}
 #: Kinds that are judged against the tolerance beside them.
 LIMITED = ("rounding", "textbook")
+#: Kinds of which only the earlier value is accepted; ``value``: within the tolerance beside it.
+FIXED = ("parameter", "value")
 #: What a baseline is, for messages.
 EARLIER = "an earlier result, which --json prints"
 #: Characters of a digest that are shown.
@@ -48,10 +52,10 @@ class Figure:
     """A figure of a result that can be compared with an earlier one (docs/learn/ci.md).
 
     Its kind says against what it is judged: the earlier figure, of which it may be worse by a share
-    (`SHARES`); the tolerance beside it (`LIMITED`); for ``parameter`` the earlier value, and no
-    other one is accepted. The change of an ``identity`` is said and not judged; results that differ
-    in a figure of kind ``same`` are not compared. ``unit`` is for data without one; ``falls``: a
-    smaller value is worse.
+    (`SHARES`); the tolerance beside it (`LIMITED`); or no other value is accepted (`FIXED`), and of
+    several values of one output the first that differs is told. The change of an ``identity`` is
+    said and not judged; results that differ in a figure of kind ``same`` are not compared. ``unit``
+    is for data without one; ``falls``: a smaller value is worse.
     """
 
     title: str
@@ -214,6 +218,7 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     old, new = _figures(before, judged), _figures(now, judged)
     equal = 0
     changes, rows, notes = list[dict[str, Any]](), list[dict[str, Any]](), list[str]()
+    told = set[str]()
     for name in dict.fromkeys((*old, *new)):
         a, b = old.get(name), new.get(name)
         found = b or a
@@ -222,6 +227,15 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
         if found.figure.kind in LIMITED and a and b and a.tolerance != b.tolerance:
             limits = f"{_text(a.tolerance)} to {_text(b.tolerance)} {b.unit}".rstrip()
             notes.append(f"{name}: its tolerance has changed: {limits}")
+        bounds = [x.tolerance for x in (a, b) if x is not None and x.tolerance is not None]
+        if found.figure.kind == "value":
+            if isinstance(was, float) and isinstance(value, float) and bounds:
+                moved = math.remainder(value - was, PERIODS.get(found.unit, math.inf))
+                was = value if abs(moved) <= min(bounds) else was
+            output = name.rpartition(", ")[0]
+            if None in (was, value) or (was != value and output in told):
+                continue
+            told.update([output] * (was != value))
         if was == value:
             equal += 1
             continue
@@ -229,7 +243,6 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
             if was is not None:
                 notes.append(f"{name} has changed: {_short(was)} to {_short(value)}")
         elif found.figure.kind != "same":
-            bounds = [x.tolerance for x in (a, b) if x is not None and x.tolerance is not None]
             changes.append(_change(name, found, was, value, min(bounds, default=None)))
         elif a is not None and b is not None:
             raise InputError.at(
@@ -245,15 +258,16 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
             # Of the figure itself: a clock that falls has a minus.
             share = f"{(change['now'] - change['before']) / abs(change['before']):+.1%}"
         row = {"figure": change["figure"]} | {end: _shown(change, end) for end in ("before", "now")}
-        worse = "WORSE" if change["worse"] else None
-        rows.append(row | {"unit": change["unit"] or None, "change": share, "": worse})
+        worse = "CHANGED" if change["kind"] in FIXED else "WORSE"
+        worse = worse if change["worse"] else ""
+        rows.append(row | {"unit": change["unit"] or None, "change": share, "": worse or None})
     summary = f"against {file}: {equal} figures equal, {len(changes)} changed"
     failures = []
     if more := sum(c["worse"] for c in changes):
         first, others = changes[0], f", and {more - 1} more" if more > 1 else ""
         was, value = (_text(_shown(first, end)) for end in ("before", "now"))
         text = f"{first['figure']} {was} -> {value} {first['unit']}".rstrip()
-        kind = "not as in" if first["kind"] == "parameter" else "worse than"
+        kind = "not as in" if first["kind"] in FIXED else "worse than"
         failures = [f"{kind} {file}: {text}{others}"]
     data = {"file": str(file), "equal": equal, "changes": changes}
     return Result(data, {"changes": rows} if rows else {}, summary, notes, failures)
@@ -264,7 +278,7 @@ def _change(
 ) -> dict[str, Any]:
     """A figure that has changed; ``share`` is by how much of the earlier one it is worse."""
     kind, share = found.figure.kind, None
-    worse = new is None or (kind == "parameter" and old is not None)
+    worse = new is None or (kind in FIXED and old is not None)
     if isinstance(old, float) and isinstance(new, float):
         worsening = (new - old) * (-1 if found.figure.falls else 1)
         share = worsening / abs(old) if old else None
@@ -324,4 +338,4 @@ def _places(
             yield from _places(entry, path[1:], (*labels, *map(str, names)), beside)
     elif isinstance(data, dict):
         for name, entry in data.items():
-            yield from _places(entry, path[1:], (*labels, name), data)
+            yield from _places(entry, path[1:], (*labels, name), {**beside, **data})

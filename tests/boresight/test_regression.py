@@ -10,7 +10,7 @@ import pytest
 import boresight
 from boresight.model.errors import InputError
 
-#: A product more costs cycles; another gain costs accuracy, or is told by its name.
+#: A product more costs cycles; another gain costs accuracy, or is told by its name or its values.
 CHANGES = {
     "compile mine.py -o build": (
         "ahead + p.alpha * innovation",
@@ -20,7 +20,12 @@ CHANGES = {
     "check mine.py mine.csv --levels fixed,c": (
         '"alpha", 0.3',
         '"alpha", 0.301',
-        "not as in before.json: mine, alpha: value 0.3 -> 0.301\n",
+        "not as in before.json: mine, alpha: value 0.3 -> 0.301, and ",
+    ),
+    "check mine.py mine.csv --levels c,fixed": (
+        "x.vel + p.beta",
+        "x.vel + 1.001 * p.beta",
+        "not as in before.json: mine, vel, step 0: float64 0.13 -> 0.1301 m/s\n",
     ),
     "check mine.py mine.csv --levels c": (
         "    params = (",
