@@ -6,68 +6,12 @@ from enum import IntEnum
 from typing import Any
 
 from amaranth import hdl
-from amaranth.lib import stream, wiring
+from amaranth.lib import wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Member, Out, Signature
 
 from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.registers import ADDRESS_BITS
-
-#: AXI4-Stream (ARM IHI 0051A) as its transmitter sees it; a packet is a record. ``tdata`` has a
-#: word in the low bits, ``tlast`` marks the last word of a record.
-AXI_STREAM = Signature({"tdata": Out(32), "tlast": Out(1), "tvalid": Out(1), "tready": In(1)})
-
-
-class StreamFromAxi(wiring.Component):
-    """Converts packets from AXI to a core's words, with ``last`` as the next higher bit.
-
-    A buffer has room for two words.
-
-    All outputs are registered: AXI permits no path from input to output, and the core's clock
-    enable must not depend on signals of the interconnect. Bits of ``tdata`` above W are ignored.
-
-    **Latency** 1 cycle; a word in each.
-    """
-
-    def __init__(self, *, word: int) -> None:
-        self.word = word
-        super().__init__({"axi": In(AXI_STREAM), "o": Out(stream.Signature(word + 1))})
-
-    def elaborate(self, platform: Any) -> hdl.Module:
-        m = hdl.Module()
-        axi = self.axi
-        m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
-        m.d.comb += [
-            fifo.w_data.eq(hdl.Cat(axi.tdata[: self.word], axi.tlast)),
-            fifo.w_en.eq(axi.tvalid),
-            axi.tready.eq(fifo.w_rdy),
-        ]
-        wiring.connect(m, fifo.r_stream, wiring.flipped(self.o))
-        return m
-
-
-class StreamToAxi(wiring.Component):
-    """Converts records to packets, with a buffer of two words; the sign fills bits above W.
-
-    **Latency** 1 cycle; a word in each.
-    """
-
-    def __init__(self, *, word: int) -> None:
-        self.word = word
-        super().__init__({"i": In(stream.Signature(word + 1)), "axi": Out(AXI_STREAM)})
-
-    def elaborate(self, platform: Any) -> hdl.Module:
-        m = hdl.Module()
-        axi = self.axi
-        m.submodules.fifo = fifo = SyncFIFO(width=self.word + 1, depth=2)
-        wiring.connect(m, wiring.flipped(self.i), fifo.w_stream)
-        m.d.comb += [
-            axi.tdata.eq(fifo.r_data[: self.word].as_signed()),
-            axi.tlast.eq(fifo.r_data[self.word]),
-            axi.tvalid.eq(fifo.r_rdy),
-            fifo.r_en.eq(axi.tready),
-        ]
-        return m
 
 
 class Response(IntEnum):
@@ -175,10 +119,13 @@ def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
     return {f"{prefix}_{name}": member for name, member in signature.members.items()}
 
 
+#: AXI4-Stream (ARM IHI 0051A) as its transmitter sees it; a packet is a record. ``tdata`` has a
+#: word in the low bits, ``tlast`` marks the last word of a record.
+_STREAM = Signature({"tdata": Out(32), "tlast": Out(1), "tvalid": Out(1), "tready": In(1)})
 _MEMBERS = {
     **{"aclk": In(1), "aresetn": In(1)},  # The reset is synchronous, active low.
-    **_flat("s_axis", AXI_STREAM.flip()),  # Input records.
-    **_flat("m_axis", AXI_STREAM),  # Output records.
+    **_flat("s_axis", _STREAM.flip()),  # Input records.
+    **_flat("m_axis", _STREAM),  # Output records.
     **_flat("s_axi", axi_lite(address=ADDRESS_BITS + 2).flip()),  # Registers.
     "restart": In(1),  # This and the following are as those of the core.
     "saturated_update": Out(1),
@@ -189,7 +136,12 @@ _MEMBERS = {
 class AxiCore(wiring.Component):
     """Records over AXI4-Stream, registers over AXI4-Lite, around the unchanged module ``core``.
 
-    **Latency** two cycles more than the core's: one for each stream.
+    Each stream has a buffer of two words, so that all outputs are registered: AXI permits no path
+    from input to output, and the core's clock enable must not depend on signals of the
+    interconnect. Bits of ``s_axis_tdata`` above W are ignored, the sign fills those of
+    ``m_axis_tdata``.
+
+    **Latency** two cycles more than the core's: one for each stream; a word in each.
     """
 
     def __init__(self, *, word: int) -> None:
@@ -200,22 +152,31 @@ class AxiCore(wiring.Component):
         m = hdl.Module()
         m.domains.sync = hdl.ClockDomain()
         m.d.comb += [hdl.ClockSignal().eq(self.aclk), hdl.ResetSignal().eq(~self.aresetn)]
-        m.submodules.records_in = records_in = StreamFromAxi(word=self.word)
-        m.submodules.records_out = records_out = StreamToAxi(word=self.word)
+        # Words of the core's streams, with ``last`` as the next higher bit.
+        m.submodules.records_in = records_in = SyncFIFO(width=self.word + 1, depth=2)
+        m.submodules.records_out = records_out = SyncFIFO(width=self.word + 1, depth=2)
+        m.d.comb += [
+            records_in.w_data.eq(hdl.Cat(self.s_axis_tdata[: self.word], self.s_axis_tlast)),
+            records_in.w_en.eq(self.s_axis_tvalid),
+            self.s_axis_tready.eq(records_in.w_rdy),
+            self.m_axis_tdata.eq(records_out.r_data[: self.word].as_signed()),
+            self.m_axis_tlast.eq(records_out.r_data[self.word]),
+            self.m_axis_tvalid.eq(records_out.r_rdy),
+            records_out.r_en.eq(self.m_axis_tready),
+        ]
         m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=ADDRESS_BITS)
-        self._outside(m, "s_axis", records_in.axi)
-        self._outside(m, "m_axis", records_out.axi)
-        self._outside(m, "s_axi", slave.axi)
-        m.submodules.core = hdl.Instance(
-            "core",
+        for name, member in axi_lite(address=ADDRESS_BITS + 2).members.items():
+            port, inner = getattr(self, f"s_axi_{name}"), getattr(slave.axi, name)
+            m.d.comb += inner.eq(port) if member.flow == Out else port.eq(inner)
+        m.submodules.core = self.core(
             i_clk=hdl.ClockSignal(),
             i_rst=hdl.ResetSignal(),
-            i_i__payload=records_in.o.payload,
-            i_i__valid=records_in.o.valid,
-            o_i__ready=records_in.o.ready,
-            o_o__payload=records_out.i.payload,
-            o_o__valid=records_out.i.valid,
-            i_o__ready=records_out.i.ready,
+            i_i__payload=records_in.r_data,
+            i_i__valid=records_in.r_rdy,
+            o_i__ready=records_in.r_en,
+            o_o__payload=records_out.w_data,
+            o_o__valid=records_out.w_en,
+            i_o__ready=records_out.w_rdy,
             **{f"i_bus__{n}": getattr(slave.bus, n) for n in ("addr", "w_data", "w_stb")},
             **{f"o_bus__{n}": getattr(slave.bus, n) for n in ("w_ack", "r_data")},
             i_restart=self.restart,
@@ -224,12 +185,9 @@ class AxiCore(wiring.Component):
         )
         return m
 
-    def _outside(self, m: hdl.Module, prefix: str, inner: Any) -> None:
-        for name in inner.signature.members:
-            outer = f"{prefix}_{name}"
-            port, inside = getattr(self, outer), getattr(inner, name)
-            is_input = self.signature.members[outer].flow == In
-            m.d.comb += inside.eq(port) if is_input else port.eq(inside)
+    def core(self, **ports: Any) -> hdl.Elaboratable:
+        """The module ``core`` with these ports."""
+        return hdl.Instance("core", **ports)
 
 
 def axi_ports() -> tuple[tuple[str, str, int], ...]:
