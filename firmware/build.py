@@ -159,21 +159,16 @@ def _version(compiler: str) -> bytes:
 
 
 def compiled_library(
-    files: Mapping[str, str],
-    *,
-    cflags: Sequence[str] | None = None,
-    libraries: Sequence[str] = (),
-    cache: Path | None = None,
+    files: Mapping[str, str], *, libraries: Sequence[str] = (), cache: Path | None = None
 ) -> Path:
     """Return the shared library of C99 files, from the build cache, which holds the sources too.
 
-    ``files`` has ``<name>.h`` first; the last one is compiled and includes the others. ``cflags``
-    are flags beside those that make a shared library of C99, by default `CFLAGS`; ``cache`` is the
-    folder of the cache, by default that of the user.
+    ``files`` has ``<name>.h`` first; the last one is compiled and includes the others. ``cache`` is
+    the folder of the cache, by default that of the user.
     """
     name, source = next(iter(files)).removesuffix(".h"), [*files][-1]
     compiler = find_compiler()
-    flags = [*_FIXED_FLAGS, *(CFLAGS if cflags is None else cflags)]
+    flags = [*_FIXED_FLAGS, *CFLAGS]
     identity = repr([compiler, _version(compiler), name, source, flags, libraries, dict(files)])
 
     def make(folder: Path) -> None:
@@ -271,25 +266,19 @@ class CModel(HostModel):
     Objects are independent of each other; an object must not be used by several threads at once.
     With ``runs``, so many run side by side, with parameters and states of their own; arrays then
     have the shape (n, runs, ...) in place of (n, ...). ``files`` are the program's by name, by
-    default those of `emit_c`; ``cflags`` and ``cache`` as of `compiled_library`. ``beyond``, bool
-    (n,), says whether an input of each update of the last call was beyond its declared range.
+    default those of `emit_c`. ``beyond``, bool (n,), says whether an input of each update of the
+    last call was beyond its declared range.
     """
 
     def __init__(
-        self,
-        program: Program,
-        runs: int | None = None,
-        *,
-        cflags: Sequence[str] | None = None,
-        cache: Path | None = None,
-        files: Mapping[str, str] | None = None,
+        self, program: Program, runs: int | None = None, *, files: Mapping[str, str] | None = None
     ) -> None:
         self.program, self._runs = program, () if runs is None else (runs,)
         self._names = [program.values[n].name for n in program.of_kind(Kind.PARAM)]
-        self._files, self._options = dict(files or emit_c(program)), (cflags, cache)
+        self._files = dict(files or emit_c(program))
         name, states = next(iter(self._files)).removesuffix(".h"), len(program.states)
         host = {**self._files, f"{name}_host.c": host_source(name, states)}
-        library = compiled_library(host, cflags=cflags, cache=cache)
+        library = compiled_library(host)
         super().__init__(library, np.int32, len(self._names), states, runs or 1)
         self.beyond: BoolArray = np.zeros(0, dtype=np.bool_)
 
@@ -349,10 +338,10 @@ class CModel(HostModel):
     @functools.cached_property
     def _observe(self) -> Any:
         """Function of a second library that works on the same states."""
-        stem, (cflags, cache) = self.library.stem, self._options
+        stem = self.library.stem
         files = {f"{stem}.h": self._files[f"{stem}.h"]}
         files[f"{stem}_observe.c"] = observe_source(Body(self.program))
-        library = compiled_library(files, cflags=cflags, cache=cache)
+        library = compiled_library(files)
         return getattr(ctypes.CDLL(str(library)), f"{stem}_observe")
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:

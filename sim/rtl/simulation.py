@@ -145,9 +145,7 @@ class RtlSimulation:
     cache. Raises ToolMissing, or SimulationFailed if the build failed.
     """
 
-    def __init__(
-        self, core: Core, simulator: str = "verilator", *, cache: Path | None = None
-    ) -> None:
+    def __init__(self, core: Core, simulator: str = "verilator") -> None:
         require(simulator)
         self.core, self.simulator, self.word = core, simulator, core.machine.arithmetic.word
         text, self.memories = split_memories(core.verilog(instances=False))
@@ -162,10 +160,10 @@ class RtlSimulation:
                 run_tool("icarus build failed", [*command, "-o", "bench", *sources], folder)
 
             identity = repr((sources, self.word, version("icarus")))
-            entry = Cache(cache).get("rtl-icarus", identity, make)
+            entry = Cache().get("rtl-icarus", identity, make)
             self.command = ["vvp", "-n", str(entry / "bench")]
         else:
-            program = build("bench", sources, parameters={"WORD": self.word}, cache=cache).program
+            program = build("bench", sources, parameters={"WORD": self.word}).program
             self.command = [str(program), f"+max_cycles={1 << 63}"]
 
     def power_on(self) -> CoreProcess:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Sequence
 from itertools import product
-from pathlib import Path
 
 import pytest
 
@@ -210,12 +209,6 @@ def _odd_names() -> Program:
 
 def _empty() -> Program:
     return Program("empty", Arithmetic(), (), (), (), (), (), (), ())
-
-
-@pytest.fixture(scope="session")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder for libraries, for all tests of a run."""
-    return tmp_path_factory.mktemp("libraries")
 
 
 @pytest.fixture(scope="session")

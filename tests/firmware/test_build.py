@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.firmware import build
 from boresight.firmware.build import CModel, compiled_library, find_compiler
 from boresight.firmware.emit import emit_c
 from boresight.model.errors import ToolMissing
@@ -25,7 +26,6 @@ from tests.support.random_program import random_inputs, random_program
 @pytest.mark.parametrize("word", [18, 24, 32])
 def test_every_option_against_plain_python(
     word: int,
-    cache: Path,
     plain: Any,
     corner: Callable[[int], Program],
     corner_rows: Callable[[int], list[list[int]]],
@@ -33,7 +33,7 @@ def test_every_option_against_plain_python(
     program, rows = corner(word), corner_rows(word)
     reference = plain(program)
     want = [reference.update(row) for row in rows]
-    model = CModel(program, cache=cache)
+    model = CModel(program)
     outputs, saturated = model.update(rows)
     np.testing.assert_array_equal(outputs, [outs for outs, _, _ in want])
     np.testing.assert_array_equal(saturated, [flag for _, flag, _ in want])
@@ -51,7 +51,7 @@ def test_every_option_against_plain_python(
         (Overflow.WRAP, [131071, -131072, -131072, 131071]),
     ],
 )
-def test_only_sat_raises_the_flag(overflow: Overflow, words: list[int], cache: Path) -> None:
+def test_only_sat_raises_the_flag(overflow: Overflow, words: list[int]) -> None:
     values = tuple(
         Value(name, kind, 17, -1.0, 1.0, "test")
         for name, kind in (("x", Kind.INPUT), ("y", Kind.INPUT), ("z", Kind.OP))
@@ -69,17 +69,17 @@ def test_only_sat_raises_the_flag(overflow: Overflow, words: list[int], cache: P
     )
     # z = floor((x y + 128) / 256): the last word that fits and the first that does not, both ends
     rows = [[131071, 256], [65536, 512], [-131072, 256], [-43691, 768]]
-    outputs, saturated = CModel(program, cache=cache).update(rows)
+    outputs, saturated = CModel(program).update(rows)
     assert outputs[:, 0].tolist() == words
     assert saturated.tolist() == [overflow is Overflow.SAT and k % 2 == 1 for k in range(4)]
 
 
 @pytest.mark.parametrize("word", [18, 21, 24, 32])
 @pytest.mark.parametrize("seed", range(5))
-def test_random_programs_against_interpreter(seed: int, word: int, cache: Path) -> None:
+def test_random_programs_against_interpreter(seed: int, word: int) -> None:
     program = random_program(seed, word=word, n_ops=50)
     rows = np.array(random_inputs(program, seed + 1, 200))
-    model, interpreter = CModel(program, cache=cache), Interpreter(program)
+    model, interpreter = CModel(program), Interpreter(program)
     outputs, saturated = interpreter.run(rows[:, :, None])
     got, flags = model.update(rows)
     np.testing.assert_array_equal(got, outputs[:, :, 0])
@@ -99,10 +99,10 @@ def test_random_programs_against_interpreter(seed: int, word: int, cache: Path) 
 
 
 @pytest.mark.parametrize("word", [18, 32])
-def test_observed_ranges_against_interpreter(word: int, cache: Path) -> None:
+def test_observed_ranges_against_interpreter(word: int) -> None:
     program = random_program(21, word=word, n_ops=60, n_states=5)
     rows = np.array(random_inputs(program, 3, 150))
-    model, interpreter = CModel(program, cache=cache), Interpreter(program)
+    model, interpreter = CModel(program), Interpreter(program)
     every = []
     for row in rows:
         interpreter.update(row[:, None])
@@ -121,10 +121,10 @@ def test_observed_ranges_against_interpreter(word: int, cache: Path) -> None:
     )
 
 
-def test_updates_in_pieces_and_objects_apart(cache: Path) -> None:
+def test_updates_in_pieces_and_objects_apart() -> None:
     program = random_program(11, n_states=4)
     rows = np.array(random_inputs(program, 1, 60))
-    whole, pieces = CModel(program, cache=cache), CModel(program, cache=cache)
+    whole, pieces = CModel(program), CModel(program)
     want = whole.update(rows)[0]
     got = np.concatenate([pieces.update(part)[0] for part in (rows[:1], rows[1:1], rows[1:])])
     np.testing.assert_array_equal(got, want)
@@ -132,10 +132,10 @@ def test_updates_in_pieces_and_objects_apart(cache: Path) -> None:
     np.testing.assert_array_equal(whole.update(rows.astype(np.int32))[0], want)
 
 
-def test_parameters_survive_reset(cache: Path, corner: Callable[[int], Program]) -> None:
+def test_parameters_survive_reset(corner: Callable[[int], Program]) -> None:
     program = corner(24)
     rows = np.array([[5, 7], [-3, 1 << 20]])
-    model, interpreter = CModel(program, cache=cache), Interpreter(program)
+    model, interpreter = CModel(program), Interpreter(program)
     default = model.update(rows)[0]
     model.set_param("gain", -12345)
     model.set_param("bias", 99)
@@ -148,18 +148,18 @@ def test_parameters_survive_reset(cache: Path, corner: Callable[[int], Program])
     assert (got != default).any()
 
 
-def test_odd_names_and_no_values_at_all(cache: Path, odd_names: Program, empty: Program) -> None:
+def test_odd_names_and_no_values_at_all(odd_names: Program, empty: Program) -> None:
     rows = np.array([[k << 20 for k in range(len(odd_names.inputs))]] * 3)
     want = Interpreter(odd_names).run(rows[:, :, None])[0][:, :, 0]
-    np.testing.assert_array_equal(CModel(odd_names, cache=cache).update(rows)[0], want)
-    nothing = CModel(empty, cache=cache)
+    np.testing.assert_array_equal(CModel(odd_names).update(rows)[0], want)
+    nothing = CModel(empty)
     outputs, saturated = nothing.update(np.empty((4, 0), dtype=np.int64))
     assert outputs.shape == (4, 0) and not saturated.any()
     assert nothing.observe(np.empty((4, 0), dtype=np.int64)).low.shape == (0,)
 
 
-def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
-    model = CModel(corner(24), cache=cache)
+def test_refusals(corner: Callable[[int], Program]) -> None:
+    model = CModel(corner(24))
     with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 2\), not \(2,\)$"):
         model.update([1, 2])
     with pytest.raises(ValueError, match=r"^inputs must have at least one row$"):
@@ -181,10 +181,11 @@ def build_library(program: Program, **options: Any) -> Path:
 def test_cache_is_used_and_keyed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = random_program(2, n_ops=5)
     library = build_library(program, cache=tmp_path)
-    others = {
-        build_library(program, cache=tmp_path, cflags=("-O3",)),
-        build_library(replace(program, outputs=(0,), output_names=("o",)), cache=tmp_path),
-    }
+    other = replace(program, outputs=(0,), output_names=("o",))
+    others = {build_library(other, cache=tmp_path)}
+    with monkeypatch.context() as patch:
+        patch.setattr(build, "CFLAGS", ("-O3",))
+        others.add(build_library(program, cache=tmp_path))
     assert len({library, *others}) == 3
     suffixes = sorted(p.suffix for p in library.parent.iterdir())
     assert suffixes == [".c", ".h", ".json", ".so"]
@@ -207,9 +208,10 @@ def test_missing_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         find_compiler()
 
 
-def test_compiler_that_fails(tmp_path: Path) -> None:
+def test_compiler_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "CFLAGS", ("-no-such-flag",))
     with pytest.raises(ToolFailed, match=r"failed: gcc: error: .*-no-such-flag.* \(log: .*\)$"):
-        build_library(random_program(1, n_ops=2), cache=tmp_path, cflags=("-no-such-flag",))
+        build_library(random_program(1, n_ops=2), cache=tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["locks"]
 
 
@@ -234,11 +236,11 @@ def everything_used(program: Program) -> Program:
     )
 
 
-def test_a_million_updates_per_second(cache: Path) -> None:
+def test_a_million_updates_per_second() -> None:
     program = everything_used(random_program(10, n_ops=150, n_inputs=9, n_states=12))
     assert len(program.ops) >= 150
     assert sum(len(op.terms) for op in program.ops) >= 330
-    model = CModel(program, cache=cache)
+    model = CModel(program)
     rows = np.random.default_rng(0).integers(-(2**29), 2**29, (50_000, 9), dtype=np.int32)
     seconds = []
     for _ in range(6):

@@ -265,15 +265,15 @@ def test_no_undefined_behaviour(
 
 
 @pytest.mark.parametrize("seed, word", [(3, 32), (4, 18)])
-def test_each_is_a_model_of_its_own(seed: int, word: int, cache: Path) -> None:
+def test_each_is_a_model_of_its_own(seed: int, word: int) -> None:
     program, runs, steps = random_program(seed, word=word), 3, 20
     words = np.array(random_inputs(program, seed, steps * runs)).reshape(steps, runs, -1)
-    many = CModel(program, runs, cache=cache)
+    many = CModel(program, runs)
     for _ in range(2):  # and again after a reset
         pieces = [many.trajectory(piece) for piece in (words[:1], words[1:])]
         found = [np.concatenate(x) for x in zip(*pieces, strict=True)]
         for k in range(runs):
-            alone = CModel(program, cache=cache).trajectory(words[:, k])
+            alone = CModel(program).trajectory(words[:, k])
             for ours, wanted in zip(found, alone, strict=True):  # outputs, flags, states
                 assert (ours[:, k] == wanted).all()
         assert (found[0][0] != found[0][-1]).any()

@@ -75,7 +75,9 @@ def odd(tmp_path, monkeypatch):
     RUNS,
     ids=lambda x: f"from{x.start}" if isinstance(x, range) else str(x),
 )
-def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd):
+def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd, monkeypatch):
+    if simulator == "icarus":
+        monkeypatch.setenv("XDG_CACHE_HOME", str(odd))
     compared = 0
     for seed in seeds:
         program = with_ranges(random_program(seed, word=word), seed)
@@ -89,8 +91,7 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
         assert np.array_equal(model.beyond, beyond), f"seed {seed}: C ranges"
         core = build_core(program, config)
-        cache = odd if simulator == "icarus" else None
-        simulation = RtlSimulation(core, simulator, cache=cache)
+        simulation = RtlSimulation(core, simulator)
         for stall in (0, seed + 1):
             run = simulation.run(inputs, stall=stall)
             assert np.array_equal(run.outputs, wanted), f"seed {seed}: RTL, stall {stall}"
