@@ -61,7 +61,7 @@ def build_for(
     us = {}
     for depth, name in configs.items():
         try:
-            core = build_shared_core(build.programs, name, urgents=build.urgents)
+            core = build_shared_core(build.programs, name)
         except ScheduleError:  # no room
             continue
         plans = [part.schedule for part in core.parts]

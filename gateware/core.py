@@ -120,29 +120,25 @@ class Core:
         }
 
 
-def build_core(program: Program, config: str, *, urgent: int | None = None) -> Core:
+def build_core(program: Program, config: str) -> Core:
     """Compile a program for a configuration; see `build_shared_core`."""
-    return build_shared_core([program], config, urgents=None if urgent is None else [urgent])
+    return build_shared_core([program], config)
 
 
-def build_shared_core(
-    programs: Sequence[Program], config: str, *, urgents: Sequence[int | None] | None = None
-) -> Core:
+def build_shared_core(programs: Sequence[Program], config: str) -> Core:
     """Compile programs into one core for a configuration.
 
-    The programs have the same arithmetic and the same function tables; ``urgents`` are the numbers
-    of leading outputs whose latency counts first, by default as each program says. Raises
-    InputError for an unknown configuration, ScheduleError if the programs do not fit the machine,
-    Refuted if the microcode does not compute them: a bug of the compiler.
+    The programs have the same arithmetic and the same function tables. Raises InputError for an
+    unknown configuration, ScheduleError if the programs do not fit the machine, Refuted if the
+    microcode does not compute them: a bug of the compiler.
     """
     if len({p.name for p in programs}) < len(programs):
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
-    chosen = urgents or [p.urgent for p in programs]
     quotas = state_quotas(programs, machine)
     plans = [
-        schedule(program, machine, urgent=urgent, state_quota=quota, digest=program.digest)
-        for program, urgent, quota in zip(programs, chosen, quotas, strict=True)
+        schedule(program, machine, state_quota=quota, digest=program.digest)
+        for program, quota in zip(programs, quotas, strict=True)
     ]
     allocations = allocate_together(plans)
     images = [*map(assemble, plans, allocations)]
@@ -173,7 +169,6 @@ def schedule(
     program: Program,
     machine: Machine,
     *,
-    urgent: int | None = None,
     state_quota: tuple[int, ...] | None = None,
     digest: str = "",
 ) -> Schedule:
@@ -181,11 +176,10 @@ def schedule(
 
     List scheduling (`gateware.schedule.list_pass`) with priorities from longest paths. The best
     schedule has the smallest latency of the last urgent output, then is the shortest, then has the
-    fewest slots. ``urgent`` is the number of leading outputs whose latency counts first, by default
-    all; ``state_quota`` the most next states of each lane, by default what its bank holds.
-    ``digest`` distinguishes programs with 0.0 and -0.0 in the cache of this function.
+    fewest slots. ``state_quota`` is the most next states of each lane, by default what its bank
+    holds. ``digest`` distinguishes programs with 0.0 and -0.0 in the cache of this function.
     """
-    urgent = len(program.outputs) if urgent is None else urgent
+    urgent = len(program.outputs) if program.urgent is None else program.urgent
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
     problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_quota=state_quota)

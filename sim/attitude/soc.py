@@ -142,7 +142,7 @@ def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
     apart = largest_turn_deg(
         attitude_of({o.name: values[:, k] for k, o in enumerate(e.outputs)}), attitude_of(reference)
     )
-    core = build_core(program, "small", urgent=e.urgent)
+    core = build_core(program, "small")
     used = measure_core(core, inputs)
     differ = [m.outputs.view(np.int32) != expected for m in (integer, used)]
     mismatches = sum(int(d.any(axis=1).sum()) for d in differ)

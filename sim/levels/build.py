@@ -21,8 +21,7 @@ class Build:
     """Estimators and everything that affects their words; programs and core are made on first use.
 
     ``estimators`` are in the order of their numbers in the core; ``params`` has the parameter
-    values of each, by default those declared. ``urgent`` are leading outputs whose latency counts
-    first, by default as each estimator declares; ``target`` is the part whose area is measured.
+    values of each, by default those declared; ``target`` is the part whose area is measured.
     ``files`` are the contents of a compiled folder by relative path: its Verilog and C run in place
     of newly generated ones. Raises InputError for an unknown parameter, or a value out of range.
     """
@@ -33,11 +32,10 @@ class Build:
         config: str = "small",
         word: int = 32,
         params: Sequence[Mapping[str, float] | None] | None = None,
-        urgent: int | None = None,
         target: str = "xc6slx9",
         files: Mapping[str, str] | None = None,
     ) -> None:
-        self.config, self.word, self.urgent = config, word, urgent
+        self.config, self.word = config, word
         self.target, self.files = target, files or {}
         self.estimators = estimators
         self.params = tuple(params or [None] * len(estimators))
@@ -62,16 +60,11 @@ class Build:
         """The traced nodes of each program; see `Estimator.compile_traced`."""
         return [nodes for _, nodes in self._traced]
 
-    @property
-    def urgents(self) -> list[int | None]:
-        """For each program, the leading outputs whose latency counts first."""
-        return [p.urgent if self.urgent is None else self.urgent for p in self.programs]
-
     @cached_property
     def core(self) -> Core:
         """The core with all programs, the first one selected; raises as `build_shared_core`."""
         try:
-            core = build_shared_core(self.programs, self.config, urgents=self.urgents)
+            core = build_shared_core(self.programs, self.config)
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
         verilog = {name: text for name, text in self.files.items() if name in _VERILOG}

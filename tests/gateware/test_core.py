@@ -108,7 +108,8 @@ def test_a_schedule_is_kept_for_what_it_was_made_for() -> None:
     first = build_core(program, "small").schedule
     assert build_core(again, "small").schedule is first
     assert build_core(program, "fast").schedule.machine.name == "fast"
-    assert build_core(program, "small", urgent=1).schedule.urgent == 1
+    urgent = dataclasses.replace(program, urgent=1)
+    assert build_core(urgent, "small").schedule.urgent == 1
     for low in (0.0, -0.0):  # equal, but other programs
         value = dataclasses.replace(program.values[0], low=low)
         other = dataclasses.replace(program, values=(value, *program.values[1:]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -103,9 +103,9 @@ def check(case: Case) -> str:
             random_programs(case.seed, case.programs, word=case.word, n_ops=case.n_ops)
         )
     ]
-    urgents = [min(case.urgent, len(p.outputs)) or None for p in programs]
+    programs = [replace(p, urgent=min(case.urgent, len(p.outputs)) or None) for p in programs]
     try:
-        core = build_shared_core(programs, case.config, urgents=urgents)
+        core = build_shared_core(programs, case.config)
     except ScheduleError:
         return ""
     return next(_differences(case, core), "")
@@ -116,7 +116,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     rng = random.Random(case.seed + 1)
     parts = [part.program for part in core.parts]
     models = [Interpreter(p) for p in parts]
-    c = [CModel(p, cflags=("-O0",)) for p in parts]
+    c = [CModel(p) for p in parts]
     streams = [iter(random_inputs(p, case.seed + k, case.updates)) for k, p in enumerate(parts)]
     numbers, rows, wanted = list[int](), list[list[int]](), list[_Update]()
     bus = list[BusWrite | Reset]()

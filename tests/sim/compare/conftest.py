@@ -14,7 +14,7 @@ STEPS = 300
 
 @pytest.fixture(scope="session")
 def core() -> Core:
-    return build_core(Complementary().compile(), "fast", urgent=Complementary.urgent)
+    return build_core(Complementary().compile(), "fast")
 
 
 @pytest.fixture(scope="session")
