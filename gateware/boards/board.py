@@ -322,10 +322,10 @@ def write_project(
     """Write a design on a board: an ISE project, or the bitstream of the fastest placement.
 
     Returns the design as routed, if it is. The same design gives the same files. ``make`` returns
-    the design for a clock in Hz: ``clock_hz``, by default the board's oscillator, else by a PLL.
+    the design for a clock in Hz: that of the board's oscillator, or ``clock_hz``, made by a PLL.
     ``seeds`` is the number of placements. Raises InputError for an unknown board, a clock that the
     PLL cannot make or too small a part, ToolMissing, SynthesisError or RouteError if a tool
-    rejected the design, ClockMissed if the fastest placement is slower than its clock.
+    rejected the design, ClockMissed if the fastest placement is slower than that clock.
     """
     project = prepared(make, board, clock_hz=clock_hz)
     target = TARGETS[project.board.target]

@@ -31,7 +31,7 @@ class Top(wiring.Component):
     `gateware.boards.frames` describes the frames. No sequence of bytes stops it: only
     whole records of the right length reach the engine, and the transmitter always takes bytes.
 
-    **Latency** that of the program (`Engine.interval` cycles per update), which the times of the
+    **Latency** that of the program (`Schedule.interval` cycles per update), which the times of the
     frames on the line exceed by far.
 
     The clock has at least 8 times `BAUD`. Raises InputError for programs with different numbers of
@@ -55,10 +55,10 @@ class Top(wiring.Component):
         self.core = core
         self.clock_hz = clock_hz
         self.title = core.name
-        line, input_pulled_up = "serial line", {"input": True, "pull_up": True}
+        to_board, from_board = (f"serial line {way} the board" for way in ("to", "from"))
         self.lines = (
-            Line("rx", "host_rx", f"{line} to the board: TXD of the adapter", **input_pulled_up),
-            Line("tx", "host_tx", f"{line} from the board: RXD of the adapter"),
+            Line("rx", "host_rx", f"{to_board}: TXD of the adapter", input=True, pull_up=True),
+            Line("tx", "host_tx", f"{from_board}: RXD of the adapter"),
             Line("heartbeat", "led0", f"LED: toggles every {2 ** (self.COUNTER - 1)} updates"),
             Line("saturated", "led1", "LED: a result of the last update was clamped"),
         )

@@ -141,7 +141,7 @@ class Dispatcher(wiring.Component):
     Register accesses wait until the record before them has left, so that replies have the order of
     the frames. A record is complete before its first word goes to the core, so the core never
     waits inside an update for the serial line. All outputs to the core and its bus except
-    ``request`` are registered.
+    ``reads`` are registered.
 
     **Latency** 2 cycles per word of a record.
 

@@ -24,8 +24,7 @@ class Bitwise(wiring.Component):
     six-input functions, because it prices a LUT6 above a LUT5, and it chains tables on paths whose
     delay it does not know (from block RAM). Elsewhere it is left to synthesis.
 
-    ``function`` takes as many words as it has inputs and is made of ``~ & | ^`` only.
-    **Latency** none.
+    **Latency** none. ``function``, of as many words as ``inputs``, is made of ``~ & | ^`` only.
     """
 
     def __init__(self, *, function: Callable[..., Any], inputs: int, width: int = 1) -> None:

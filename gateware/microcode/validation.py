@@ -242,8 +242,8 @@ class _Core:
         mask = (1 << self.machine.arithmetic.word) - 1
         for (k, n), address in self.lasting.items():
             value = self.programs[k].values[n]
-            is_state = value.kind is Kind.STATE
-            for copy in (address, address + self.machine.state_slots)[: 1 + is_state]:
+            copies = [0, self.machine.state_slots] if value.kind is Kind.STATE else [0]
+            for copy in (address + offset for offset in copies):
                 if self.image.registers[copy] != value.initial & mask:
                     raise Refuted(
                         f"{self.programs[k].name}: {value.name} must begin with {value.initial}, "

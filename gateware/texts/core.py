@@ -200,9 +200,9 @@ def register_files(core: Description) -> dict[str, str]:
 
 
 def integration_names(*, generic: bool) -> list[str]:
-    instances = (
-        f"integration/{m}_instance{e}" for m in ("core", "core_axi") for e in (".v", ".vhd")
-    )
+    """Names of `integration_files`."""
+    modules = (f"integration/{module}_instance" for module in ("core", "core_axi"))
+    instances = (name + end for name in modules for end in (".v", ".vhd"))
     bench = ("Makefile", "tb.v", "tb_axi.v", "input.hex", "expected.hex")
     names = ["README.md", "core.core", "core_axi.v", *instances, *(f"tb/{name}" for name in bench)]
     return names if generic else [*names, PRIMITIVES]

@@ -114,6 +114,8 @@ def interpret(
 
 
 class Interpreted(Level):
+    """The integer interpreter: the reference of all words."""
+
     name, tool = "fixed", "interpreter"
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
