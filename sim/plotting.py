@@ -26,7 +26,6 @@ COLOUR = {
     "heading": "#0072B2",
     "pitch": "#D55E00",
     "roll": "#009E73",
-    "inclination": "#D55E00",
     "other": "#CC79A7",
     "sky": "#56B4E9",
     "amber": "#E69F00",
@@ -94,14 +93,6 @@ def legend(axes: Any, columns: int) -> None:
     """A legend over the axes, outside."""
     place: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
     axes.legend(ncols=columns, handlelength=2.0, columnspacing=1.6, **place)
-
-
-def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:
-    """Plot minimum and maximum in each of ``parts`` pieces of a curve, points ``step`` apart."""
-    length = max(1, len(values) // parts)
-    pieces = values[: len(values) // length * length].reshape(-1, length)
-    t = step * length * (np.arange(len(pieces)) + 0.5)
-    axes.fill_between(t, pieces.min(axis=1), pieces.max(axis=1), **style)
 
 
 def svg(figure: Any, salt: str) -> str:

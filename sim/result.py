@@ -196,7 +196,7 @@ def baseline(result: Result, file: str | Path) -> Result:
     """Compare a result of `boresight.check`, `compile` or `accuracy` with an earlier one.
 
     ``file`` is the output of the verb with ``--json``, or ``json.dumps(result.to_json())``. Returns
-    ``changes``; good unless something is worse than accepted (see this module). Raises InputError
+    ``changes``; good unless something is worse than accepted (`Figure`). Raises InputError
     for a file that is not such a result, or a result of something else.
     """
     wanted, fix = "a result of check, compile or accuracy", "compare one of these"

@@ -99,7 +99,7 @@ class _Case:
         self.truth = self.truth or Differences(self.outputs, given.truth, judged=False)
         truth = {n: np.where(given.counts, v, np.nan) for n, v in given.truth.items()}
         self.truth.add(part.fixed.outputs, truth)
-        if self.rows < KEPT:
+        if self.kept is not None and self.rows < len(self.kept):
             self.pieces.append(part)
         self.rows += len(given)
 

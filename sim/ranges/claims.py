@@ -9,7 +9,7 @@ toolkit where it expands a function, and that a next state stays in the declared
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -103,8 +103,8 @@ def claims_of(of: Traced) -> list[Claim]:
         bounded = node.kind == "bounded" and state_ranges[node.number] == (node.low, node.high)
         name, value = declared.name, node.args[0] if bounded else node
         stated = declared.low, declared.high, f"range of the state {name}", node.line
-        unless = node.unless if bounded else ""
-        claims.append(Claim(value, *stated, after, lsb(after), name, bounded, unless))
+        claim = Claim(value, *stated, after, lsb(after), state=name, bounded=bounded)
+        claims.append(replace(claim, unless=node.unless) if bounded else claim)
     return claims
 
 

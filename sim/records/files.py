@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from boresight.model.errors import InputError, ToolMissing, require, require_choice
-from boresight.model.tools.external import optional
 from boresight.sim.records.assembly import Reader, record_from
 from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed
@@ -50,41 +49,24 @@ class Format(NamedTuple):
     whole: bool = False
 
 
-def _packed(kind: str, unpack: Callable[[BinaryIO], Any], pack: Callable[[Any], Any]) -> Format:
-
-    def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
-        with pack(file) as packed:
-            write_csv(packed, blocks)
-
-    return Format(lambda path, file: read_csv(path, unpack(file)), write, kind)
+def _packed(file: BinaryIO, mode: str) -> Any:
+    """A file packed by gzip: the same bytes at any time."""
+    return gzip.GzipFile(filename="", mode=mode, fileobj=file, mtime=0)
 
 
-class _Open(io.RawIOBase):
-    """A file that stays open when its packer is closed."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file = file
-
-    def writable(self) -> bool:
-        return True
-
-    def write(self, content: Any) -> int:
-        return self._file.write(content)
+def _write_packed(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    with _packed(file, "wb") as packed:
+        write_csv(packed, blocks)
 
 
 _CSV = Format(read_csv, write_csv)
-#: Formats by the end of the file's name. Of packed CSV the same bytes at any time.
+#: Formats by the end of the file's name.
 FORMATS = {
     ".csv": _CSV,
-    ".csv.gz": _packed(
+    ".csv.gz": Format(
+        lambda path, file: read_csv(path, _packed(file, "rb")),
+        _write_packed,
         "a file packed by gzip",
-        lambda file: gzip.GzipFile(fileobj=file),
-        lambda file: gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=0),
-    ),
-    ".csv.zst": _packed(
-        "a file packed by zstd",
-        lambda file: io.BufferedReader(optional("pyarrow").CompressedInputStream(file, "zstd")),
-        lambda file: optional("pyarrow").CompressedOutputStream(_Open(file), "zstd"),
     ),
     ".npz": Format(
         partial(records_of, read_npz), write_npz, "an .npz archive of plain arrays", True
@@ -94,7 +76,7 @@ FORMATS = {
     ".mat": Format(partial(records_of, read_mat), write_mat, "a MAT file up to version 7", True),
 }
 #: Suffixes of other kinds of files, under which no log is written.
-_FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py"}
+_FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py", ".zst"}
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
 RECORDINGS: dict[str, tuple[Reader, str]] = {
     ".ulg": (read_ulog, "px4"),

@@ -80,7 +80,7 @@ class Column:
 
 def name_of(path: Path) -> str:
     """Name of a file without suffix, with unprintable bytes escaped."""
-    is_packed = path.name.lower().endswith((".csv.gz", ".csv.zst"))
+    is_packed = path.name.lower().endswith(".csv.gz")
     stem = Path(path.stem if is_packed else path.name).stem
     return stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 

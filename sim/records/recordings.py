@@ -286,18 +286,20 @@ def _ros() -> tuple[Source, ...]:
         covariance = f"{field}_covariance[0]"
         return Source(columns, (field,), type="sensor_msgs/msg/Imu", covariance=covariance, **more)
 
-    option, place = partial(Source, optional=True), ("latitude", "longitude", "altitude")
-    attitude = partial(Source, QUATERNION, frame="FLU to ENU", fill="linear", optional=True)
-    estimate = {"frame": "FLU to ENU", "fill": "linear", "optional": True, "comparison": True}
+    def of(kind: str, columns: tuple[str, ...], *fields: str, **more: Any) -> Source:
+        return Source(columns, fields, type=kind, optional=True, **more)
+
+    attitude = {"frame": "FLU to ENU", "fill": "linear"}
+    place = ("latitude", "longitude", "altitude")
     return (
         imu(_RATES, "angular_velocity", unit="rad/s", frame="FLU"),
         imu(_FORCE, "linear_acceleration", unit="m/s^2", frame="FLU"),
-        option(_FIELD, ("magnetic_field",), "", "sensor_msgs/msg/MagneticField", "tesla", "FLU"),
-        option(_POSITION, place, type="sensor_msgs/msg/NavSatFix", frame="geodetic"),
-        option(_VELOCITY, ("twist.linear",), "", "geometry_msgs/msg/TwistStamped", "m/s", "ENU"),
-        attitude(("pose.orientation",), type="geometry_msgs/msg/PoseStamped"),
-        attitude(("pose.pose.orientation",), type="nav_msgs/msg/Odometry"),
-        imu(QUATERNION, "orientation", **estimate),  # the device's own
+        of("sensor_msgs/msg/MagneticField", _FIELD, "magnetic_field", unit="tesla", frame="FLU"),
+        of("sensor_msgs/msg/NavSatFix", _POSITION, *place, frame="geodetic"),
+        of("geometry_msgs/msg/TwistStamped", _VELOCITY, "twist.linear", unit="m/s", frame="ENU"),
+        of("geometry_msgs/msg/PoseStamped", QUATERNION, "pose.orientation", **attitude),
+        of("nav_msgs/msg/Odometry", QUATERNION, "pose.pose.orientation", **attitude),
+        imu(QUATERNION, "orientation", optional=True, comparison=True, **attitude),  # its own
     )
 
 

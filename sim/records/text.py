@@ -123,7 +123,7 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
     for separator, name, command in _SEPARATORS:
         if "," not in line and separator in line.strip():
             fix = f", or: tail -n +{first} {file} | {command} > {_beside(path, 'commas')}"
-            fix = "export it so" + fix * (path.suffix.lower() not in (".gz", ".zst"))
+            fix = "export it so" + fix * (path.suffix.lower() != ".gz")
             wanted = "commas between the columns, and decimal points"
             raise InputError.at(where, wanted=wanted, found=name, fix=fix)
     fields = _fields(where, line) if '"' in line else line.split(",")

@@ -52,7 +52,7 @@ def test_written_and_read_back_exactly(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "module", "extra"),
-    [("a.parquet", "pyarrow", "logs"), ("a.csv.zst", "pyarrow", "logs"), ("a.mat", "scipy", "logs"),
+    [("a.parquet", "pyarrow", "logs"), ("a.mat", "scipy", "logs"),
      ("a.mcap", "rosbags.highlevel", "ros"), ("a.ulg", "pyulog", "ulog")],
 )  # fmt: skip
 def test_a_missing_package_is_named(
