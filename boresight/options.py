@@ -178,7 +178,7 @@ def judged(
     ] = None,
 ) -> dict[str, Any]:
     """With which earlier result the result is compared."""
-    if baseline is not None:
+    if baseline is not None and not Path(baseline).is_fifo():  # which gives its text once
         read_json(baseline, EARLIER)  # a damaged file is told before the work
     return {"baseline": baseline}
 

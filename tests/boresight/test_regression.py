@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,16 @@ def test_another_rounding_within_the_tolerance_passes(here: Path, data, said) ->
     wider = source.read_text().replace('State("pos", -128.0, 128.0', 'State("pos", -4096.0, 4096.0')
     source.write_text(wider)
     assert "program digest has changed" in said(f"{line} --baseline before.json -q")
+
+
+def test_an_earlier_result_may_come_from_a_pipe(here: Path, data) -> None:
+    """Which gives its text once, as bash's <(git show main:before.json)."""
+    line = "check mine.py mine.csv --levels fixed"
+    pipe, end = os.pipe()
+    os.write(end, json.dumps(data(line)).encode())
+    os.close(end)
+    assert data(f"{line} --baseline /dev/fd/{pipe}")["baseline"]["changes"] == []
+    os.close(pipe)
 
 
 def test_of_another_verb(here: Path) -> None:
