@@ -88,29 +88,6 @@ def partly_turned(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any])
     return symmetric(len(p), element)
 
 
-def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
-    """Phi P Phi^T + Q of three rotations and their drift rates; P of order six, 96 slots.
-
-    Phi = [1, -G; 0, 1], Q = diag(white, walk), and with the blocks A, B, D of P::
-
-        B' = B - G D        A' = A - B G^T - G B'^T
-    """
-    rotation, drift = range(3), range(3, 6)
-
-    after = [[part(p[i][j] - dot(g[i], [p[k][j] for k in drift])) for j in drift] for i in rotation]
-
-    def element(i: int, j: int) -> Any:
-        if i in rotation and j in drift:
-            return after[i][j - 3]
-        value = p[i][j]
-        if j in rotation:
-            value = part(value - dot([p[i][k] for k in drift], g[j])) - dot(g[i], after[j])
-        noise = white if j in rotation else walk
-        return bounded_element(value + noise if i == j else value, i, j)
-
-    return symmetric(6, element)
-
-
 def sheared(p: Symmetric, rows: Mapping[int, Mapping[int, Any]]) -> Symmetric:
     """Phi P Phi^T where some states move by others that are constant.
 

@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra import covariance
 from boresight.model.algebra.angles import euler_ht
-from boresight.model.algebra.covariance import Symmetric, bounded_element, part, symmetric
-from boresight.model.algebra.quaternion import dot, increment, left_matrix, matrix, multiply
+from boresight.model.algebra.covariance import NO_COVARIANCE, Symmetric, part
+from boresight.model.algebra.quaternion import dot, increment, multiply
 from boresight.model.errors import require
 from boresight.model.estimator import Param, State
 from boresight.model.words.rounded import sum_of as sum_of
@@ -39,24 +38,6 @@ _SCALE = (
 SCALE = Param("scale", 8.0, 1.0, 1024.0, "", _SCALE)
 _P0 = "initial standard deviation of the attitude, root of P0: large follows the first "
 P0 = Param("p0_sd", 0.1, 1e-4, 1.0, "rad", _P0 + "measurements, small the alignment")
-
-
-def force_gate(least: float) -> tuple[Param, ...]:
-    """Limits of the squared specific force."""
-    below = "squared specific force below which it is not used"
-    above = "squared specific force above which it is not used; "
-    above += "the default leaves the gate open up to 12.9 g"
-    return (
-        Param("acc_min_sq", least, least, 1.6e4, "(m/s^2)^2", below),
-        Param("acc_max_sq", 1.6e4, 1.0, 1.6e4, "(m/s^2)^2", above),
-    )
-
-
-def gyro_params(default: float) -> tuple[Param, ...]:
-    """Roots of Qg."""
-    meaning = "standard deviation of a gyro sample (root of Qg): small trusts the gyro, "
-    meaning += "large the measurements"
-    return tuple(Param(f"gyro_sd_{a}", default, 0.0, 2.0, "rad/s", meaning) for a in "xyz")
 
 
 def attitude_states() -> tuple[State, ...]:
@@ -84,12 +65,6 @@ def require_unclamped(
         require(good, f"parameter {name}", wanted, values[name], fix)
 
 
-def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
-    """(min(|f|^2, 2^14), condition that it is outside the gate)."""
-    square = ops.saturated(dot(force, force), 2.0**14)
-    return square, (square - p.acc_min_sq) * (p.acc_max_sq - square) < 0.0
-
-
 # -- prediction -----------------------------------------------------------------------------------
 
 
@@ -110,28 +85,6 @@ def initial_variance(p: Any) -> Any:
     return ops.bounded(ops.minimum(p0 * p0, P0_MOST), 0.0, P0_MOST, "held")
 
 
-def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any, full: Any) -> Symmetric:
-    """F P F^T + Q in the body basis, diag(1, C^T) P diag(1, C) + diag(0, (dt/2)^2 Qg), C(dq).
-
-    Q is 0 where it is ``full``.
-    """
-    c = matrix(dq)
-    step = u.dt * p.scale
-    gyro_sds = p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z
-    deviations = [ops.saturated(0.5 * sd * step, STEP_LIMIT) for sd in gyro_sds]
-
-    def element(i: int, j: int, value: Any) -> Any:
-        if i == j:
-            value = value + ops.where(full, 0.0, deviations[i] * deviations[i])
-        return bounded_element(value, i, j)
-
-    turned = covariance.congruence(c, [row[1:] for row in a[1:]], element)
-    norm = [part(dot([row[k] for row in c], a[0][1:]), "covariance") for k in range(3)]
-    return symmetric(
-        4, lambda i, j: a[0][0] if j == 0 else norm[j - 1] if i == 0 else turned[i - 1][j - 1]
-    )
-
-
 # -- correction -----------------------------------------------------------------------------------
 
 
@@ -147,7 +100,7 @@ def update(
 
     ``column`` is P H; P decreases by L L^T, the state grows by L times the move. ``largest``: of S.
     """
-    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=covariance.NO_COVARIANCE))
+    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
     gains.append([part(c * weight, "root of a variance") for c in column])
 
@@ -209,22 +162,6 @@ def normalised(raw: list[Any], largest: float = 8.0) -> tuple[list[Any], Any]:
 def above_rounding(value: Any, full: Any) -> Any:
     """A variance and a word of noise, so that rounding stays below it; not where it is ``full``."""
     return value + ops.where(full, 0.0, FLOOR_NOISE)
-
-
-def body_turned(
-    a: Symmetric, correction: list[Any], full: Any, fresh: Any, first: Any
-) -> Symmetric:
-    """P in the basis of the corrected quaternion, L(c)^T P L(c), c of length one.
-
-    Where ``fresh`` each variance is ``first``.
-    """
-
-    def element(i: int, j: int, value: Any) -> Any:
-        grown = above_rounding(value, full) if i == j else value
-        return bounded_element(ops.where(fresh, first if i == j else 0.0, grown), i, j)
-
-    c, _ = normalised(correction)
-    return covariance.congruence(left_matrix(c), a, element)
 
 
 # -- outputs --------------------------------------------------------------------------------------

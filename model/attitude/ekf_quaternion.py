@@ -24,14 +24,19 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra import covariance
 from boresight.model.algebra import quaternion_filter as parts
-from boresight.model.algebra.quaternion import cross, dot, matrix, multiply
+from boresight.model.algebra.quaternion import cross, dot, left_matrix, matrix, multiply
 from boresight.model.attitude.table import params_of
-from boresight.model.estimator import Estimator, State
+from boresight.model.estimator import Estimator, Param, State
 from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 NOISE_LIMIT = 4.0  #: largest angle noise times scale / 2.
 LEAST_TRACE = 0.25  #: 1 + trace of the error rotation below which its root is held: 151 deg.
 ALIGNED_TRACE = 3.9  #: 1 + trace of the error rotation from which on it counts as small: 18 deg.
+
+_GYRO_SD = "standard deviation of a gyro sample (root of Qg): small trusts the gyro, "
+_GYRO_SD += "large the measurements"
+_ANGLE_SD = "static noise of the measured attitude about body {} (s): small trusts the "
+_ANGLE_SD += "measurement, large the gyro"
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -50,17 +55,17 @@ class EkfQuaternion(Estimator):
     params = (
         parts.SCALE,
         parts.P0,
-        *parts.gyro_params(0.1),
+        *(Param(f"gyro_sd_{axis}", 0.1, 0.0, 2.0, "rad/s", _GYRO_SD) for axis in "xyz"),
         *(
-            params_of(f"""
-                angle_sd_{axis} 0.5 2e-4 4 rad
-                    static noise of the measured attitude about body {axis} (s): small trusts the
-                    measurement, large the gyro
-                """)[0]
+            Param(f"angle_sd_{axis}", 0.5, 2e-4, 4.0, "rad", _ANGLE_SD.format(axis))
             for axis in "xyz"
         ),
-        *parts.force_gate(1.5),
         *params_of("""
+            acc_min_sq 1.5 1.5 1.6e4 (m/s^2)^2
+                squared specific force below which it is not used
+            acc_max_sq 1.6e4 1 1.6e4 (m/s^2)^2
+                squared specific force above which it is not used; the default leaves the gate open
+                up to 12.9 g
             mag_min_sq 4 0.01 4e3 uT^2
                 squared horizontal field below which there is no measurement
             """),
@@ -81,11 +86,12 @@ class EkfQuaternion(Estimator):
         q, dq = parts.predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
         before = covariance.covariance_of(x, 4)
         full = parts.is_full(before)
-        a = parts.body_covariance(before, dq, u, p, full)
+        a = _predicted(before, dq, u, p, full)
 
         # Measured navigation axes in the body: up, east, north.
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
-        force_sq, acc_bad = parts.squared_force(force, p)
+        force_sq = ops.saturated(dot(force, force), 2.0**14)
+        acc_bad = (force_sq - p.acc_min_sq) * (p.acc_max_sq - force_sq) < 0.0
         up = _unit(force, force_sq)
         across = cross(field, up)
         across_sq = ops.saturated(dot(across, across), 2.0**16)
@@ -130,13 +136,17 @@ class EkfQuaternion(Estimator):
         raw = multiply(q, correction)
         q_new, shrink = parts.normalised(raw)
 
-        after = parts.body_turned(
-            covariance.downdated(a, gains, bad),
-            correction,
-            full,
-            aligning,
-            parts.initial_variance(p),
-        )
+        first = parts.initial_variance(p)
+
+        def element(i: int, j: int, value: Any) -> Any:
+            grown = parts.above_rounding(value, full) if i == j else value
+            begun = ops.where(aligning, first if i == j else 0.0, grown)
+            return covariance.bounded_element(begun, i, j)
+
+        # In the basis of the corrected quaternion: L(c)^T P L(c), c of length one.
+        reduced = covariance.downdated(a, gains, bad)
+        c, _ = parts.normalised(correction)
+        after = covariance.congruence(left_matrix(c), reduced, element)
         unaligned = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
             {
@@ -148,6 +158,27 @@ class EkfQuaternion(Estimator):
                 raw, q_new, shrink, parts.status_word({0: aligning, 2: acc_bad, 3: mag_bad})
             ),
         )
+
+
+def _predicted(a: covariance.Symmetric, dq: list[Any], u: Any, p: Any, full: Any) -> Any:
+    """F P F^T + Q in the body basis, diag(1, C^T) P diag(1, C) + diag(0, (dt/2)^2 Qg), C(dq).
+
+    Q is 0 where it is ``full``.
+    """
+    c = matrix(dq)
+    step = u.dt * p.scale
+    gyro_sds = p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z
+    deviations = [ops.saturated(0.5 * sd * step, parts.STEP_LIMIT) for sd in gyro_sds]
+
+    def element(i: int, j: int, value: Any) -> Any:
+        if i == j:
+            value = value + ops.where(full, 0.0, deviations[i] * deviations[i])
+        return covariance.bounded_element(value, i, j)
+
+    turned = covariance.congruence(c, [row[1:] for row in a[1:]], element)
+    columns = zip(*c, strict=True)
+    norm = [covariance.part(dot(column, a[0][1:]), "covariance") for column in columns]
+    return [[a[0][0], *norm], *([n, *row] for n, row in zip(norm, turned, strict=True))]
 
 
 def _unit(v: Any, v_sq: Any) -> list[Any]:

@@ -39,6 +39,7 @@ from boresight import Estimator, Input, Output, Param, State, ops
 from boresight.model.algebra import covariance
 from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.angles import roll_pitch_heading_ht, unit_angle_ht
+from boresight.model.algebra.covariance import part
 from boresight.model.algebra.quaternion import dot, increment, matrix, multiply, right_matrix, turn
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require_choice
@@ -325,7 +326,12 @@ class Satcom(Estimator):
         full: Any,
         bias_full: Any,
     ) -> covariance.Symmetric:
-        """P a step later; where its trace is at the limit it does not grow."""
+        """Phi P Phi^T + Q; where its trace is at the limit P does not grow.
+
+        Phi = [1, -G; 0, 1], Q = diag(white, walk), and with the blocks A, B, D of P::
+
+            B' = B - G D        A' = A - B G^T - G B'^T
+        """
         dt_p = ops.where(full, 0.0, dt)
         step = ops.saturated((0.5 / BIAS_UNIT) * dt_p, 2.0**-4)
         g = [
@@ -335,7 +341,19 @@ class Satcom(Estimator):
         walk = ops.saturated(roots[1], STEP_LIMIT)
         white_noise = ops.maximum(white * white, LEAST_NOISE)
         walk_noise = ops.where(bias_full, 0.0, ops.maximum(walk * walk * dt, LEAST_NOISE))
-        return covariance.drifted(p0, g, white_noise, walk_noise)
+        rotation, drift = range(3), range(3, 6)
+        after = [[part(p0[i][j] - dot(g[i], p0[j][3:])) for j in drift] for i in rotation]
+
+        def element(i: int, j: int) -> Any:
+            if i in rotation and j in drift:
+                return after[i][j - 3]
+            value = p0[i][j]
+            if j in rotation:
+                value = part(value - dot(p0[i][3:], g[j])) - dot(g[i], after[j])
+            noise = white_noise if j in rotation else walk_noise
+            return covariance.bounded_element(value + noise if i == j else value, i, j)
+
+        return covariance.symmetric(6, element)
 
     @staticmethod
     def _rescaled(
