@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
 from types import NoneType
 from typing import Any
@@ -19,7 +19,6 @@ import numpy as np
 from boresight.model.errors import author_line, placed, require
 from boresight.model.units import GRAVITY as GRAVITY
 from boresight.model.units import check_unit
-from boresight.model.words.fixed import Format
 
 #: Outputs that together are an attitude.
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -137,24 +136,6 @@ class Input:
     def beyond(self) -> bool:
         """Whether words can lie outside the range; the program clamps them."""
         return self.span[0] < self.low or self.high < self.span[1]
-
-    def with_source(
-        self, words: SourceFormat, word: int, *, of: str, unit: str, where: str
-    ) -> Input:
-        """Return the input as it reads words of a source called ``of``.
-
-        InputError: the unit differs, or the range exceeds the input's and ``clamp`` is False.
-        """
-        place = placed(self.line, f"{where}, input {self.name}")
-        fix = "declare the input in that unit, and convert in step"
-        wanted = f"the unit of {of}, {unit or 'none'}"
-        require(unit == self.unit, place, wanted, self.unit or None, fix)
-        result = replace(self, source_format=words)
-        wanted = f"a range that holds [{words.low:g}, {words.high:g}] of {of}"
-        fix = "widen it, or declare clamp=True"
-        require(self.clamp or not result.beyond, place, wanted, (self.low, self.high), fix)
-        declared_format = Format.declared(word, self.low, self.high, self.unit)
-        return self if words.frac == declared_format.frac and not result.beyond else result
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from boresight.gateware.core import Core, build_shared_core
 from boresight.model.attitude.front import FRONT, SENSED, Sensed, board_params
 from boresight.model.declarations import Input, SourceFormat
-from boresight.model.errors import require, require_choice
+from boresight.model.errors import placed, require, require_choice
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
@@ -207,7 +207,7 @@ def _fed(
             form = Format.declared(WORD, first.low, first.high, first.unit)
             words = SourceFormat(form.frac, first.low, first.high)
             source = f"the input register {i.name}"
-            inputs.append(i.with_source(words, WORD, of=source, unit=first.unit, where=where))
+            inputs.append(_reading(i, words, source, first.unit, where))
     for kind, count in (("inputs", len(inputs)), ("outputs", len(estimator.outputs))):
         wanted = f"{_MOST_WORDS} or fewer {kind} on a board"
         require(count <= _MOST_WORDS, where, wanted, count, "pack them, or say --top records")
@@ -228,8 +228,24 @@ def _sensed(i: Input, sensor: Sensed, frac: int, where: str) -> Input:
     # A time step below the range asks for a restart, one above it comes after a gap.
     clamped = replace(i, clamp=True) if i.name == "dt" else i
     words = SourceFormat(frac, sensor.low, sensor.high)
-    sensed = clamped.with_source(words, WORD, of="the sensor", unit=sensor.unit, where=where)
+    sensed = _reading(clamped, words, "the sensor", sensor.unit, where)
     return i if sensed is clamped else sensed
+
+
+def _reading(i: Input, words: SourceFormat, of: str, unit: str, where: str) -> Input:
+    """The input as it reads words of a source called ``of``.
+
+    InputError: the unit differs, or the range exceeds the input's and ``clamp`` is False.
+    """
+    place = placed(i.line, f"{where}, input {i.name}")
+    fix = "declare the input in that unit, and convert in step"
+    require(unit == i.unit, place, f"the unit of {of}, {unit or 'none'}", i.unit or None, fix)
+    result = replace(i, source_format=words)
+    wanted = f"a range that holds [{words.low:g}, {words.high:g}] of {of}"
+    fix = "widen it, or declare clamp=True"
+    require(i.clamp or not result.beyond, place, wanted, (i.low, i.high), fix)
+    form = Format.declared(WORD, i.low, i.high, i.unit)
+    return i if words.frac == form.frac and not result.beyond else result
 
 
 def system_core(
