@@ -67,8 +67,8 @@ class Update:
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
         self.bounds = list(kalman.largest_sd)
-        #: Of each error state: what others add to its standard deviation in a prediction, where
-        #: that is more than its noise.
+        #: Of each error state: what others add to its standard deviation in a prediction, as shares
+        #: of what keeps it within `_GROWN`; empty where they keep it there.
         self.growth: dict[int, dict[int, float]] = {}
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
@@ -232,8 +232,11 @@ class Update:
             for j, d in row.items()
         }
         spread, noise = math.fsum(parts.values()), size(variance) + k.noise_floor[i]
-        grows = spread - parts.pop(i, 0.0) > math.sqrt(noise)
-        self.growth[i] = parts if grows else {}
+        own = parts.pop(i, 0.0)
+        most = _GROWN * max(k.largest_sd[i], math.hypot(own, math.sqrt(noise)))
+        room = 0.95 * (math.sqrt(most * most - noise) - own)  # messages round it
+        shares = {j: part / room for j, part in parts.items()}
+        self.growth[i] = shares if math.fsum(shares.values()) > 1.0 else {}
         return math.sqrt(spread * spread + noise)
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
@@ -389,8 +392,12 @@ class Update:
         """What keeps the standard deviations of ``grown`` states in a prediction lower."""
         k, large = self.kalman, [(i, j) for i in grown for j in _largest(self.growth[i])]
         inputs = sorted(inputs_of(*(self.rows[i][j] for i, j in large)))
-        cures = [f"narrow the range of {name}" for name in inputs]
-        cures.append(f"lower sd_max of {', '.join(dict.fromkeys(k.errors[j] for _, j in large))}")
+        cures, lower = [f"narrow the range of {name}" for name in inputs], dict[str, float]()
+        for i, j in large:
+            sd = k.largest_sd[j] / math.fsum(self.growth[i].values())
+            lower[k.errors[j]] = min(sd, lower.get(k.errors[j], sd))
+        names = ", ".join(f"{name} to {sd:.2g}" for name, sd in lower.items())
+        cures.append(f"lower sd_max of {names}")
         sds = zip(k.errors, k.largest_sd, self.bounds, strict=True)
         texts = [f"of {name} from {sd:.3g} to {bound:.3g}" for name, sd, bound in sds]
         grows = " and ".join(texts[i] for i in grown)

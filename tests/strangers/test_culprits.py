@@ -126,12 +126,13 @@ def test_what_widens_a_predicted_variance_is_named_and_the_cure_helps(cure: str)
     """64 = the largest growth that `Kalman` allows."""
     log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N), "dt": np.full(N, 0.01)}
     (result,) = boresight.check(Pulled, log, levels=("fixed",), word=24)["results"]
-    said = "narrow the range of dt, or lower sd_max of a (one prediction may take the standard "
-    said += "deviation of v from 1 to 64"
-    assert said in str(result), str(result)
+    said = r"narrow the range of dt, or lower sd_max of a to (\S+) \(one prediction may take the "
+    said += "standard deviation of v from 1 to 64"
+    found = re.search(said, str(result))
+    assert found, str(result)
     z, dt, v, a = *Pulled.inputs, *Pulled.states
     dt = replace(dt, high=0.02) if cure == "range of dt" else dt
-    a = replace(a, sd_max=0.5) if cure == "sd_max of a" else a
+    a = replace(a, sd_max=float(found[1])) if cure == "sd_max of a" else a
     cured = type("Pulled", (Pulled,), {"inputs": (z, dt), "states": (v, a)})
     (after,) = boresight.check(cured, log, levels=("fixed",), word=24)["results"]
     assert "one prediction may take" not in str(after)
