@@ -200,9 +200,9 @@ class Estimator:
     def textbook(
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
     ) -> SecondForm | None:
-        """The same equations in another form, in float64, of inputs (n, n_inputs) from a reset on.
+        """The same equations in another form, in float64; None without such a form.
 
-        None without such a form.
+        ``inputs`` (n, n_inputs) are in their units, from a reset on.
         """
         return None
 
