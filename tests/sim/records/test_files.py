@@ -68,6 +68,13 @@ def test_a_missing_package_is_named(
             call()
 
 
+@pytest.mark.parametrize("name", ["a.h5", "a.xlsx", "a.csv.zst"])
+def test_files_of_other_kinds_are_no_csv(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"\x89HDF\r\n")
+    with pytest.raises(InputError, match=r"wanted a log, .csv, .* found '\.\w+'; export it as one"):
+        read_record(tmp_path / name)
+
+
 def test_what_others_write(tmp_path: Path) -> None:
     pyarrow, io_of = pytest.importorskip("pyarrow"), pytest.importorskip("scipy.io")
     parquet = pytest.importorskip("pyarrow.parquet")
