@@ -218,8 +218,8 @@ def next_attitude(
     for k, a in enumerate("wxyz"):
         slowly = ops.saturated(slow_turn[k], 2.0 * SLOW)
         fast = ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * FAST)
-        words = getattr(x, f"q{a}"), getattr(x, f"rest_{a}"), [sample.step[k]]
-        total, rest = carried(*words, 1.0, begin, base[k], [slowly, fast])
+        high, low, moves = getattr(x, f"q{a}"), getattr(x, f"rest_{a}"), [sample.step[k]]
+        total, rest = carried(high, low, moves, 1.0, begin, base[k], [slowly, fast])
         after |= {f"q{a}": total, f"rest_{a}": rest}
     return after
 

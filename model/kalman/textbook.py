@@ -107,7 +107,7 @@ class Textbook:
         self._rates = {
             (i, j): np.zeros(2)
             for (i, of), (j, by) in product(units, units)
-            if of and by in (f"{of}/s", f"{of}^2" if "/s" in of else None)
+            if of and (by == f"{of}/s" or ("/s" in of and by == f"{of}^2"))
         }
         #: Pairs whose derivative is not the time step: other rates move the state, too, or the rate
         #: changes within an update.

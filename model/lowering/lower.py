@@ -196,10 +196,18 @@ def lower(
     finally:
         sys.setrecursionlimit(limit)
     share(low.groups)
-    values, ops = tuple(low.groups.values), tuple(low.groups.ops)
-    ports = inputs, outputs, tuple(trace.outputs), replaced
-    memory = tables.table_memory(arithmetic)
-    program, new = _pruned(Program(graph.name, arithmetic, values, ops, *ports, memory))
+    whole = Program(
+        graph.name,
+        arithmetic,
+        inputs=inputs,
+        outputs=outputs,
+        output_names=tuple(trace.outputs),
+        states=replaced,
+        values=tuple(low.groups.values),
+        ops=tuple(low.groups.ops),
+        table_memory=tables.table_memory(arithmetic),
+    )
+    program, new = _pruned(whole)
     return program, {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
 
 

@@ -145,17 +145,6 @@ def _refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> Non
         require(not exist or not os.path.samefile(path, source), _shown(path), wanted, found, fix)
 
 
-def require_distinct(**outputs: StrPath | None) -> None:
-    """Refuse two outputs that are one file; the keywords are their options."""
-    options: dict[str, str] = {}
-    for option, path in ((o, p) for o, p in outputs.items() if p is not None):
-        target = os.path.realpath(path)
-        found, fix = f"the same file as --{options.get(target)}", f"choose another with --{option}"
-        good = target not in options or target == os.devnull
-        require(good, _shown(path), "a file of its own for each output", found, fix)
-        options[target] = option
-
-
 @contextmanager
 def _refusing(path: StrPath, option: str) -> Iterator[None]:
     """Turn errors of the operating system in the block into an InputError for this path."""

@@ -8,6 +8,7 @@ the columns ``NAME_true``.
 from __future__ import annotations
 
 import io
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,7 +29,7 @@ from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import with_params
-from boresight.model.tools.files import OutputFile, require_distinct
+from boresight.model.tools.files import OutputFile
 from boresight.model.words.program import Program
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, calibrated
 from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
@@ -353,7 +354,10 @@ def monitor(
     suffix = None if plot is None else Path(plot).suffix
     good, wanted = suffix in (None, ".png", ".svg", ".pdf"), "a name with .csv, .png, .svg or .pdf"
     require(good, "--output", wanted, str(plot), "give such a name")
-    require_distinct(csv=csv, log=log, plot=plot)
+    wanted, fix = "a file of its own for each output", "choose another with --log"
+    taken = {os.path.realpath(path) for path in (csv, plot) if path is not None} - {os.devnull}
+    good = log is None or os.path.realpath(log) not in taken
+    require(good, str(log), wanted, "the same file as --output", fix)
     inputs = [source] if register_map is None else [source, register_map]
     table_file, log_file, picture_file = (
         None if path is None else OutputFile(path, inputs=inputs, option=option)

@@ -9,7 +9,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.tools import files as module
-from boresight.model.tools.files import Cache, OutputFile, output_folder, require_distinct
+from boresight.model.tools.files import Cache, OutputFile, output_folder
 
 
 def test_an_error_in_the_work_leaves_the_earlier_files(tmp_path: Path) -> None:
@@ -49,12 +49,6 @@ def test_outputs_of_several_writers_in_one_folder_are_all_listed(tmp_path: Path)
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda k: OutputFile(tmp_path / f"{k}").write("first"), range(32)))
         list(pool.map(lambda k: OutputFile(tmp_path / f"{k}").write("second"), range(32)))
-
-
-def test_two_outputs_in_one_file(tmp_path: Path) -> None:
-    require_distinct(csv=tmp_path / "a", plot=tmp_path / "b", output=None, other=None)
-    with pytest.raises(InputError, match="found the same file as --csv"):
-        require_distinct(csv=tmp_path / "a", plot=tmp_path / "x" / ".." / "a")
 
 
 def build(cache: Cache, identity: str, size: int = 1000) -> Path:

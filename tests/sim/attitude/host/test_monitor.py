@@ -179,6 +179,10 @@ def test_registers_by_name(registers, capsys) -> None:
             ("-o", "out.gif"),
             "--output: wanted a name with .csv, .png, .svg or .pdf, found 'out.gif'",
         ),
+        (
+            ("-o", "a.csv", "--log", "./a.csv"),
+            "found the same file as --output; choose another with",
+        ),
         (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
         (("-o", "out.png"), "wanted frames with attitudes, found none;"),
     ],
