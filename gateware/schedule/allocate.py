@@ -146,7 +146,7 @@ class _Allocator:
 
     def full(self, kind: str, bank: int, wanted: int, room: int) -> ScheduleError:
         machine = self.machine
-        addressed = kind == "parameters" and room == machine.bus_bank_words
+        addressed = kind == "parameters" and wanted > machine.bus_bank_words
         return ScheduleError(
             f"{self.program.name}: {kind} need {wanted} registers of bank {bank}, "
             f"the {machine.name} machine has {room} for them"
@@ -155,12 +155,14 @@ class _Allocator:
 
     def parameters(self) -> None:
         """Fixed registers, after those of the programs before this one."""
-        core, machine = self.core, self.machine
-        for n in self.program.of_kind(Kind.PARAM):
+        core, machine, params = self.core, self.machine, self.program.of_kind(Kind.PARAM)
+        bank, room = machine.lanes - 1, machine.parameter_room
+        last = machine.parameter_register(core.parameters + len(params) - 1)
+        if (wanted := last + 1 - bank * machine.bank_depth) > room:
+            raise self.full("parameters", bank, wanted, room)
+        for n in params:
             address = machine.parameter_register(core.parameters)
             bank, offset = divmod(address, machine.bank_depth)
-            if bank >= machine.lanes or offset >= machine.parameter_room:
-                raise self.full("parameters", machine.lanes - 1, offset + 1, machine.parameter_room)
             core.parameters += 1
             core.top[bank] = offset + 1
             self.assign(n, address, 0, self.end)

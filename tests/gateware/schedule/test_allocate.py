@@ -50,7 +50,7 @@ def test_full() -> None:
     addressed = Program("many", Arithmetic(), values, (), (), (), (), (), ())
     with pytest.raises(
         ScheduleError,
-        match=r"^many: parameters need 513 registers of bank 0, the small-1024 machine has 512 for "
+        match=r"^many: parameters need 600 registers of bank 0, the small-1024 machine has 512 for "
         r"them; the bus has no more addresses$",
     ):
         allocate_together([schedule(addressed, ALL_CONFIGS["small-1024"])] * 2)
