@@ -12,6 +12,8 @@ IntArray = npt.NDArray[np.int64]
 #: Held samples: least share that repeat the one before, and that jump after it; finest steps that
 #: are a jump; least number of jumps, and of values; scatter of times that are equal.
 _REPEATED, _HELD, _JUMP, _OFTEN, _LEVELS, _EVEN = 0.2, 0.03, 5.0, 10, 20, 0.2
+#: Share of the repeats with a change after them.
+_SINGLE = 0.9
 #: The same of a short log: least number of jumps, and largest of them in the finest step.
 _FEW, _VARIED = 3, 1.5
 
@@ -37,4 +39,8 @@ def is_held(values: FloatArray, *, few: bool = False) -> bool:
     if 1.0 - changed.mean() < _REPEATED or held.sum() < _OFTEN:
         return False
     is_even = is_even and jumps[changed].mean() > 0.5
-    return bool(levels > min(_LEVELS, changed.sum() // 2) and (held.mean() > _HELD or is_even))
+    # Coarse values near rest repeat in rows, or change by one step.
+    is_single = changed[1:][~changed[:-1]].mean() > _SINGLE
+    is_single = is_single and np.median(steps.max(axis=1)[changed]) > 2.0 * finest
+    is_seen = held.mean() > _HELD or is_even or is_single
+    return bool(levels > min(_LEVELS, changed.sum() // 2) and is_seen)

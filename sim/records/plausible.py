@@ -52,6 +52,8 @@ _RULES: dict[str, tuple[float, float, float, dict[str, tuple[float, float]]]] = 
 }
 #: Largest over least length of the field, of 9 in 10 samples, without a magnet.
 _UNEVEN = 4.0
+#: s: shortest time step of a gyro.
+_FASTEST_S = 2e-5
 #: s, and share of the samples around: an axis that stands still for so long, but changes otherwise.
 _STILL_S, _CHANGING = 1.0, 0.5
 
@@ -117,6 +119,8 @@ def warnings_of(
     usual = 0.0 if steps_s is None else float(np.median(steps_s))
     if usual < 0.0 or 2 * (clamped or {}).get("dt", 0) > len(inputs):
         warnings.append("dt: beyond its range in most rows; is t in seconds?")
+    elif rates is not None and 0.0 < usual < _FASTEST_S:
+        warnings.append(f"dt: typically {usual:.2g} s, less than of any gyro; is t in seconds?")
     return tuple(warnings)
 
 

@@ -30,8 +30,9 @@ from boresight.sim.rotations.rotation import (
 _BLOCK_S, _SHORT_S, _LONG_S, _GAP_S = 0.02, 0.6, 5.0, 0.5
 #: s: least window in which a force is weighed, or an estimate is followed.
 _WEIGHT_S = 1.0
-#: Windows: parts of a short log, least number, most that are looked at, and blocks with a sample.
-_PARTS, _FEWEST, _MOST, _FILLED = 12, 8, 64, 3
+#: Windows: parts of a short log, of one that turns fast only at times, least number, most that are
+#: looked at, and blocks with a sample.
+_PARTS, _MANY, _FEWEST, _MOST, _FILLED = 12, 40, 8, 64, 3
 #: Scatter (mean square angle [rad^2]) that is noise, and that is a turn without doubt.
 _NOISE, _TURN = 3e-4, 0.01
 #: rad/s: an offset of the rates that is usual. In a slow turn it looks like a scale, or other axes.
@@ -223,7 +224,8 @@ def contradictions(
     [m/s^2], field [uT], attitude from sensor to east, north, up. ``dt`` are the time steps [s].
     """
     speed = float(np.median(np.linalg.norm(rates.values[rates.new], axis=1)))
-    short_s = min(max(0.7 / max(speed, 1e-9), _SHORT_S), _LONG_S)
+    short_s = min(0.7 / max(speed, 1e-9), _LONG_S, float(dt.clip(0.0, _GAP_S).sum()) / _MANY)
+    short_s = max(short_s, _SHORT_S)
     lengths_s = (short_s, max(short_s, _WEIGHT_S), _FIT_S, _LONG_S)
     short, weighed, fitted, long = (_Windows(rates, dt, s) for s in lengths_s)
     findings, line = list[_Finding | None](), ""
