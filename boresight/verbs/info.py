@@ -153,7 +153,7 @@ _USES = {
     "softcore": "C on a soft core",
     "systems": "the systems of the literature",
     "published": "published attitude filters",
-    "logs": "Parquet, Feather, MAT",
+    "logs": "Parquet, MAT",
     "ulog": "flight logs of PX4",
     "ros": "bags of ROS",
     "cluster": "campaigns on a Dask cluster",

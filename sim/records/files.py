@@ -23,12 +23,10 @@ from boresight.sim.records.record import ROWS, Record, joined, resized, timed
 from boresight.sim.records.recordings import READY, read_bag, read_map, read_ulog
 from boresight.sim.records.selection import Selection, selection
 from boresight.sim.records.tables import (
-    read_feather,
     read_mat,
     read_npz,
     read_parquet,
     records_of,
-    write_feather,
     write_mat,
     write_npz,
     write_parquet,
@@ -72,11 +70,13 @@ FORMATS = {
         partial(records_of, read_npz), write_npz, "an .npz archive of plain arrays", True
     ),
     ".parquet": Format(partial(records_of, read_parquet), write_parquet, "a Parquet file"),
-    ".feather": Format(partial(records_of, read_feather), write_feather, "a Feather file", True),
     ".mat": Format(partial(records_of, read_mat), write_mat, "a MAT file up to version 7", True),
 }
 #: Suffixes of other kinds of files, under which no log is written.
-_FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py", ".zst"}
+_FOREIGN = {
+    *(".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".feather", ".json", ".npy", ".pkl"),
+    *(".tsv", ".py", ".zst"),
+}
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
 RECORDINGS: dict[str, tuple[Reader, str]] = {
     ".ulg": (read_ulog, "px4"),

@@ -1,4 +1,4 @@
-"""Tables by the libraries that read them: Parquet and Feather (pyarrow), MAT (scipy), ``.npz``.
+"""Tables by the libraries that read them: Parquet (pyarrow), MAT (scipy), ``.npz``.
 
 Each gives arrays by the names of the columns, with units in brackets; in a MAT file, whose names
 cannot hold them, in a struct ``units``. ``gyr``, ``acc`` and ``mag`` (n, 3) become ``gx`` to
@@ -98,13 +98,6 @@ def read_mat(file: BinaryIO) -> Iterator[Arrays]:
     yield [(n, a.ravel() if a.ndim == 2 and 1 in a.shape else a) for n, a in arrays.items()]
 
 
-def read_feather(file: BinaryIO) -> Iterator[Arrays]:
-    """Columns of a Feather file (version 2, or 1)."""
-    yield _numbers(
-        optional("pyarrow.feather").read_table(optional("pyarrow").BufferReader(file.read()))
-    )
-
-
 def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
     """Columns of a Parquet file, 65,536 rows at a time."""
     parquet, is_empty = optional("pyarrow.parquet"), True
@@ -118,12 +111,11 @@ def read_parquet(file: BinaryIO) -> Iterator[Arrays]:
         yield [(name, np.zeros(0)) for name in table.schema_arrow.names]
 
 
-def _numbers(table: Any) -> Arrays:
-    """Columns of an arrow table, or batch, as arrays."""
-    table.validate(full=True)
-    options = {} if hasattr(table, "combine_chunks") else {"zero_copy_only": False}
-    arrays = [column.to_numpy(**options) for column in table.columns]
-    return list(zip(table.schema.names, arrays, strict=True))
+def _numbers(batch: Any) -> Arrays:
+    """Columns of an arrow batch as arrays."""
+    batch.validate(full=True)
+    arrays = [column.to_numpy(zero_copy_only=False) for column in batch.columns]
+    return list(zip(batch.schema.names, arrays, strict=True))
 
 
 def _heads(record: Record) -> dict[str, FloatArray]:
@@ -145,12 +137,6 @@ def write_mat(file: BinaryIO, blocks: Iterable[Record]) -> None:
     optional("scipy.io").savemat(buffer, arrays, long_field_names=True, do_compression=True)
     # scipy writes the time into the head.
     file.write(b"MATLAB 5.0 MAT-file".ljust(116) + buffer.getvalue()[116:])
-
-
-def write_feather(file: BinaryIO, blocks: Iterable[Record]) -> None:
-    """Write a column for each, compressed by LZ4."""
-    table = optional("pyarrow").table(_heads(joined([*blocks])))
-    optional("pyarrow.feather").write_feather(table, file, compression="lz4")
 
 
 def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:

@@ -105,7 +105,7 @@ def test_what_is_refused(log: Path, tmp_path: Path, capsys, arguments, message: 
 
 def test_a_log_is_converted_there_and_back(log: Path, tmp_path: Path, capsys) -> None:
     content = log.read_bytes()
-    for suffix in (".csv.gz", ".parquet", ".npz", ".feather", ".mat"):
+    for suffix in (".csv.gz", ".parquet", ".npz", ".mat"):
         there, back = tmp_path / f"a{suffix}", tmp_path / "back.csv"
         assert main(["run", str(log), "-o", str(there)]) == 0
         assert main(["run", str(there), "-o", str(back)]) == 0
