@@ -115,12 +115,7 @@ class Recorded:
 
 
 def input_hex(core: Description, runs: Sequence[Recorded]) -> str:
-    """A line ``cycles_marks_word`` for each input word, in the order of the runs.
-
-    ``cycles`` are those since the first word of the record before, in the first word of a record;
-    0 says that they are not compared. Of the marks 1 is the last word of the record, 2 that pauses
-    are made.
-    """
+    """A line for each input word, in the order of the runs; the head of the bench describes it."""
     lines = []
     for run in runs:
         interval, last = core.programs[run.number].interval, run.inputs.shape[1] - 1
@@ -133,12 +128,7 @@ def input_hex(core: Description, runs: Sequence[Recorded]) -> str:
 
 
 def expected_hex(core: Description, runs: Sequence[Recorded]) -> str:
-    """A line ``cycles_marks_word`` for each output word, in the order of the runs.
-
-    ``cycles`` are those since the first word of the input record, both counted; 0 says that they
-    are not compared. Mark 1 is the last word of the record; with it, 2 says that the update
-    saturated and 4 that an input word was beyond its range.
-    """
+    """A line for each output word, as `input_hex`."""
     lines = []
     for run in runs:
         latencies, last = core.programs[run.number].latencies, run.outputs.shape[1] - 1

@@ -22,7 +22,7 @@ import numpy as np
 
 from boresight.gateware.attitude.system.interface import FIELDS, INITIAL_STATES, Update
 from boresight.gateware.attitude.system.programs import FRONT_NAMES
-from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
@@ -342,12 +342,8 @@ def monitor(
 ) -> Result:
     """Listen to a board; first write, then read registers.
 
-    With ``reads`` or ``writes`` and without ``count``, ``csv``, ``log`` and ``plot`` that is all. A
-    port is listened to until ``count`` attitudes have come, or for ever; Ctrl-C ends it in good
-    order. For ``log`` a port is told to send every update with its counts, from the filter's
-    initial states on, and attitudes alone afterwards.
-
-    The parameters are those of `boresight.monitor`.
+    The parameters are those of `boresight.monitor`. For ``log`` a port is told to send every update
+    with its counts, from the filter's initial states on, and attitudes alone afterwards.
     """
     require(count is None or count >= 1, "--steps", "1 or more", count)
     require(1 <= baud <= _BAUD_MOST, "--baud", f"1 to {_BAUD_MOST:,}", baud)
@@ -408,9 +404,14 @@ def monitor(
             write(_words(table, ["output_mode=binary"]))
         updates, bad = [update for update, _ in came], listener.error_count
         good = bool(updates) or (picture_file is None and line.is_port)
-        damaged = f"none, and {bad:,} damaged pieces" if bad else None
+        others = f"none, and {bad:,} damaged pieces" if bad else None
         fix = "check --baud and register output_mode, and that this came from the board"
-        require(good, source, "frames with attitudes", damaged, fix)
+        if not (good or line.is_port):  # bytes as words: the width of a record's is not known
+            kinds = [kind for kind, _ in Decoder(word=8).feed(Path(source).read_bytes())]
+            if records := kinds.count(Kind.RECORD):
+                others = f"{records:,} records of a core that a computer feeds (--top records)"
+                fix = "README.txt of its board project has a program that reads them"
+        require(good, source, "frames with attitudes", others, fix)
     track = track_of(updates, clock_hz=table.clock_hz)
     if table_file is not None:
         table_file.write(_csv(track))

@@ -4,15 +4,20 @@ import os
 import re
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from boresight.firmware.build import CModel
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.board import write_project
 from boresight.gateware.boards.clock import Spartan6Clock
+from boresight.gateware.boards.frames import Decoder, encode
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.description import describe
 from boresight.gateware.synthesis.tools import find_tool
 from boresight.model.errors import InputError
 from boresight.model.tools.external import yosys_environment
@@ -143,6 +148,31 @@ def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> No
         assert not re.search(rb"Yosys|Amaranth \d|\.py:|src =|/home|/tmp|/work|20\d\d-", text), name
         assert b"\t" not in text and text.endswith(b"\n")
     assert b"\r\n" in (tmp_path / "build.bat").read_bytes()
+
+
+def test_the_program_in_the_readme(leaky: Core, project, monkeypatch, capsys) -> None:
+    """It sends a record, u = 1, to a port and prints what the core answers."""
+    folder, model = project["mimas"], CModel(leaky.program)
+    (folder.parent / "registers.json").write_text(describe(leaky).to_json())
+    monkeypatch.chdir(folder)
+    _, _, program = (folder / "README.txt").read_text().partition("\n\nimport json\n")
+    master, slave = os.openpty()
+
+    def answer() -> None:
+        decoder, frames = Decoder(word=32), []
+        while not frames:
+            frames = [*decoder.feed(os.read(master, 100))]
+        ((kind, words),) = frames
+        outputs = model.update(np.array([words]))[0][0]
+        os.write(master, encode(kind, outputs, word=32))
+
+    with ThreadPoolExecutor() as threads:
+        done = threads.submit(answer)
+        exec("import json\n" + program.replace("/dev/ttyUSB0", os.ttyname(slave)), {})
+        done.result()
+    os.close(master)
+    os.close(slave)
+    assert capsys.readouterr().out.split() == ["y", "0.5", "step", "0.5", "sum", "1.0"]
 
 
 def run_build(folder: Path, path: str) -> subprocess.CompletedProcess:

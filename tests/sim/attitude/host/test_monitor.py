@@ -193,6 +193,14 @@ def test_wrong_use(option, message: str, registers, tmp_path, refused) -> None:
     assert message in refused(capture, "--map", registers, *option)
 
 
+def test_records_of_a_core_that_a_computer_feeds(tmp_path, refused) -> None:
+    capture = tmp_path / "capture.bin"
+    for word in (32, 24):
+        capture.write_bytes(b"\x00\xc0" + 3 * encode(Kind.RECORD, [1, -2], word=word))
+        told = refused(capture)
+        assert "found 3 records of a core that a computer feeds (--top records); README" in told
+
+
 def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:
     assert "wanted a serial port, or a file" in refused(tmp_path / "none")
     assert "wanted a serial port, or a file" in refused(tmp_path)
