@@ -172,7 +172,9 @@ class Record:
             wanted = f"a unit that converts to {unit or 'a plain number'}"
             fix = _gravity(column.unit, unit) or "correct the unit in the header"
             raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
-        return values * factor + offset
+        parts = round(1.0 / factor) if 0.0 < factor < 1.0 else 1
+        # A quotient is rounded once: 123466 ms are 123.466 s.
+        return (values / parts if factor == 1.0 / parts else values * factor) + offset
 
     def steps(self) -> FloatArray:
         """Time steps (n,) in seconds: the column ``dt``, or the differences of ``t``."""

@@ -61,6 +61,9 @@ def test_a_head_keeps_the_steps_of_the_whole() -> None:
 def test_values_in_a_unit() -> None:
     made = Record("r", {"a": Column(np.array([2.0]), "km"), "b": Column(np.array([3.0]))})
     assert made.values("a", "m").tolist() == [2000.0] and made.values("b", "m").tolist() == [3.0]
+    ms = np.arange(123_000.0, 124_000.0)
+    seconds = [float(f"{t:.0f}e-3") for t in ms]  # 123.466, not 123.46600000000001
+    assert Record.of({"t[ms]": ms}).values("t", "s").tolist() == seconds
     assert made.values("a", "bits") is made.columns["a"].values
     message = (
         "log 'r', column a: wanted a unit that converts to s, found km (km is not s); correct "
