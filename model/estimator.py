@@ -96,6 +96,8 @@ class Estimator:
     urgent: int | None = None
     #: Whether an input ``dt`` below 0 restarts it.
     restarts: bool = False
+    #: Longest gap, s, whose length it takes from such a ``dt`` in place of a restart.
+    bridges_s: float = 0.0
     #: Kinds of faults of the model (`WAIVED`) that are no failure of `check`.
     waived: tuple[str, ...] = ()
     #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.

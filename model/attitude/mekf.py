@@ -364,6 +364,7 @@ class Mekf(Estimator):
     states = STATES
     outputs = OUTPUTS
     restarts = True
+    bridges_s = LONGEST_STEP_S - ANEW_BELOW_S
     start_deg = {18: 0.5, 20: 0.15, 22: 0.04, 23: 0.02}
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow

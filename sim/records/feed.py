@@ -276,7 +276,10 @@ def _irregular_steps(estimator: Estimator, clock: Clock) -> Iterator[str]:
     for dt in (i for i in estimator.inputs if i.name == "dt" and i.low < 0.0):
         longest_s = dt.high * _TIME_UNITS.get(dt.unit, 1.0)
         if estimator.restarts and clock.longest_s > _LONGEST * longest_s:
-            does = f"bridges those above {longest_s:g} s or restarts, by a dt below 0"
+            most_s = max(longest_s, estimator.bridges_s)
+            does = f"restarts after those above {most_s:g} s"
+            if clock.longest_s <= estimator.bridges_s:
+                does = f"bridges those above {longest_s:g} s"
     for note in clock.notes(jitter=not timed):
         yield f"{note}: {estimator.name} {does}"
 

@@ -229,9 +229,20 @@ def test_a_gap_is_told_to_a_filter_as_on_a_board() -> None:
     result = feed(Restarting(), Record.of({"t": t, "z": np.zeros(7)}))
     assert result.inputs[3:, 0] == pytest.approx([0.2499 - 0.35, 0.01, -0.24, 0.01])
     assert result.warnings == (
-        "gaps in the times: 2, longest 30 s: restarting bridges those above 0.25 s or restarts, "
-        "by a dt below 0",
+        "gaps in the times: 2, longest 30 s: restarting restarts after those above 0.25 s",
     )
+
+
+@pytest.mark.parametrize(
+    "gap, does",
+    [(0.44, "bridges those above 0.2499 s"), (0.46, "restarts after those above 0.45 s")],
+)
+def test_mekf_bridges_a_gap_or_restarts(gap: float, does: str) -> None:
+    t = np.cumsum([0.01, 0.01, 0.01, gap, 0.01])
+    mekf = estimator("mekf")
+    ones = {i.name: np.ones(5) for i in mekf.inputs if i.name != "dt"}
+    result = feed(mekf, Record.of({"t": t, **ones}))
+    assert f"gaps in the times: 1, longest {gap:.3g} s: mekf {does}" in result.warnings
 
 
 class ShortSteps(Sum):
