@@ -100,7 +100,10 @@ def run(
     ----------
     source : path, mapping of arrays, table, Record, World or str
         A log; a world, as FILE.py:CLASS or by its name; or board, the complete system with its
-        sensors, with settings: board(seconds=1, source="heading", feed={}, log=FILE, faults=False).
+        sensors, simulated. Settings, as in board(seconds=2): seconds to simulate, by default 1;
+        source, what the compass sends, "heading" or "counts"; feed={"NAME": VALUE}, the inputs
+        without a sensor; log=FILE, the nine-axis log that the sensors repeat; faults=True, every
+        fault of both sensors in turn, and nothing else.
     levels : sequence of str
         On a log one form: float (compiled float64), numpy (float64 as written), fixed (the integer
         model, the default), c or rtl. In a loop one or several, c by default; each further form is
@@ -130,6 +133,8 @@ def run(
     for level in levels:
         require_choice("levels", level, LEVELS)
     if isinstance(source, str) and source.partition("(")[0] == "board":
+        wanted = "32, the bits in which the simulated board computes"
+        require(word == 32, "word", wanted, word, "leave it out")
         _refuse_unused("a board", given)
         return _on_board(estimator, source, config, params, output, progress)
     found = find_estimator(estimator)

@@ -44,20 +44,21 @@ _SHORT = 24
 _SHOWN = {
     "filter": "filter",
     "updates": "updates",
-    "lost": "lost_samples",
-    "differ": "mismatches",
-    "fields": "fields",
+    "lost samples": "lost_samples",
+    "wrong words": "mismatches",
+    "new fields": "fields",
     "in registers, us": "in_registers_us",
-    "beside program, us": "beside_program_us",
-    "last bit, us": "frame_end_us",
+    "calibration, us": "beside_program_us",
+    "frame end, us": "frame_end_us",
     "cycles/s": "cycles_per_s",
 }
 _INTRO = (
     "The complete board in simulation at {clock_mhz:g} MHz, core {config}: sensors at the pins, "
     "{log}, frames to the host. Times are from the sample's data-ready edge; the paper's software "
     "takes {complementary:,.0f} us (complementary filter) and {kalman:,.0f} us (Kalman filter) at "
-    "100 MHz. Fields: updates with a new sample of the compass; beside program: time of the core "
-    "less that of the filter's program; cycles/s: clock cycles simulated per second of real time."
+    "100 MHz. Wrong words: in frames, against the integer models; new fields: updates with a new "
+    "sample of the compass; calibration: time of the core less that "
+    "of the filter's program; cycles/s: clock cycles simulated per second of real time."
 )
 
 

@@ -179,7 +179,7 @@ REFUSED = {
     "run mine.py board(speed=2)": "board: wanted one of",
     "run mine.py board(2)": "board: wanted settings by name",
     "run mine.py board --levels c": "levels: wanted a log or a world, found a board; leave it out",
-    "run mine.py board --word 24": "word: wanted a log or a world, found a board",
+    "run mine.py board --word 24": "word: wanted 32, the bits in which the simulated board",
     "run mine.py board --steps 9": "steps: wanted a log or a world, found a board",
     "run mine.py board --seed 9": "seed: wanted a world, found a board",
     "run mine.py board --param a=1": "a: wanted one of",
