@@ -56,7 +56,7 @@ dist: $(VENV)/.release ## Wheel and source archive, and what checks them
 	rm -rf $(OUT)/dist
 	$(BIN)/python -m build -q --outdir $(OUT)/dist
 	$(BIN)/twine check --strict $(OUT)/dist/*
-	$(BIN)/pyroma -n 8 $(OUT)/dist/*.tar.gz
+	@found=$$($(BIN)/pyroma -n 8 $(OUT)/dist/*.tar.gz 2>&1) || { echo "$$found"; exit 1; }
 
 clean:                 ## Remove what make made
 	rm -rf "$(OUT)" $(VENV) $(VENV)-* .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
