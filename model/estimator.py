@@ -33,8 +33,8 @@ from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
 from boresight.model.words.program import InPort, Kind, Port, Program
 
-#: Kinds of faults of a model that an estimator may waive: a gate that no innovation passes, a held
-#: sample that is fused again, a constant time step that is not the log's.
+#: Kinds of faults of a model that an estimator may waive: a gate that passes hardly an innovation,
+#: a held sample that is fused again, a constant time step that is not the log's.
 WAIVED = ("gate", "hold", "time step")
 #: Angle [deg] of a start that needs no warning.
 FINE_START = 0.02
@@ -61,8 +61,6 @@ class SecondForm:
     #: Outputs with what only rounding needs, such as a floor of the process noise: where
     #: ``outputs`` differ from the estimator's and these do not, that is the cause.
     as_built: Callable[[], Mapping[str, FloatArray]] | None = None
-    #: Accepted and rejected measurements, a line each.
-    gates: Sequence[str] = ()
     #: After each update, (n, errors, errors).
     covariances: FloatArray | None = None
     #: Remarks about what no update shows, given the inputs (m, n_inputs) that follow in the log.

@@ -35,8 +35,6 @@ _STEP = 2.0**-10
 _UNSEEN = 1e-6
 #: Share of updates without a new value from which on an input counts as held.
 _HELD = 0.5
-#: Share of its measurements that a gate accepts at least, without a remark.
-_ACCEPTED = 0.5
 #: Largest share by which a rate may change in an update in which it tells the time step.
 _CONSTANT = 0.25
 #: Largest share of the declared process noise that floor may add without a remark.
@@ -183,17 +181,11 @@ class Textbook:
             after = self._leaves(x, fixed | {("input", i.name): v for i, v in columns})
             return [*self._absences(len(inputs), unseen, never, len(later), after)]
 
-        gates = [
-            f"gate {placed(m.line, 'measurement')}: {taken} accepted, {valid - taken} rejected"
-            for m, valid, taken in zip(self.measurements, *self._valid, strict=True)
-            if m.gate is not None
-        ]
         return SecondForm(
             outputs,
             [*self._remarks(len(inputs), unseen)],
             [*self._faults(inputs)],
             {} if any(i.name == "dt" for i in k.inputs) else steps,
-            gates=gates,
             covariances=np.array(covariances),
             absent=absent,
         )
@@ -203,14 +195,8 @@ class Textbook:
         k, updates = self.kalman, len(inputs)
         repeats = (np.diff(inputs, axis=0) == 0.0).sum(axis=0) / max(updates - 1, 1)
         flagged = {name for i in k.inputs for name in i.flags}
-        for n, (m, valid, accepted) in enumerate(zip(self.measurements, *self._valid, strict=True)):
+        for n, m in enumerate(self.measurements):
             subject, flags = placed(m.line, "measurement"), self._unread[n]
-            if valid and not accepted:
-                yield (
-                    "gate",
-                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
-                    f"deviations, found none in {valid} updates; raise r, sd or the gate",
-                )
             if self._repeated[n]:
                 yield (
                     "hold",
@@ -232,16 +218,10 @@ class Textbook:
 
     def _remarks(self, updates: int, unseen: Sequence[FloatArray]) -> Iterator[str]:
         """Remarks of a run about the model, one line each, with the source location."""
-        k, counts = self.kalman, (*self._valid, self._limited)
-        for m, valid, accepted, limited in zip(self.measurements, *counts, strict=True):
-            subject = placed(m.line, "measurement")
-            if 0 < accepted < _ACCEPTED * valid:
-                yield (
-                    f"{subject}: the gate of {m.gate:g} standard deviations rejects "
-                    f"{valid - accepted} of {valid} measurements; raise r, the process noise or "
-                    "the gate"
-                )
+        k = self.kalman
+        for m, limited in zip(self.measurements, self._limited, strict=True):
             if limited:
+                subject = placed(m.line, "measurement")
                 yield (
                     f"{subject}: the innovation is beyond {MOST_SD:g} standard deviations in "
                     f"{limited} of {updates} updates, and limited to these; raise r, sd_max or the "

@@ -80,6 +80,8 @@ class Update:
         self.conditions: list[Condition | None] = []
         #: Outputs about the measurements: those that count, and those beyond their gate.
         self.counts: dict[str, Any] = {"nis": 0.0, "accepted": 0.0, "rejected": 0.0}
+        #: What each gate decides, by its measurement's number.
+        self.decisions: dict[str, Any] = {}
 
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
         k = self.kalman
@@ -301,8 +303,10 @@ class Update:
             beyond = nu * nu > (m.gate * m.gate) * variance  # known before the root
             within = ~beyond if valid is None else ~beyond & valid
             beyond = beyond if valid is None else beyond & valid
-            self.counts["rejected"] += ops.where(beyond, 1.0, 0.0)
-            self.counts["accepted"] += ops.where(within, 1.0, 0.0)
+            for name, condition in (("rejected", beyond), ("accepted", within)):
+                decision = ops.where(condition, 1.0, 0.0)
+                self.counts[name] += decision
+                self.decisions[f"gate_{name}_{len(self.moves)}"] = decision
             gains = [ops.where(within, g, 0.0) for g in gains]
             move, valid = ops.where(within, move, 0.0), None
         else:
@@ -452,7 +456,7 @@ class Update:
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         k = self.kalman
         shown = self._shown(self._view(values))
-        results = {**self.counts, **self.memory, **values, **shown}
+        results = {**self.decisions, **self.counts, **self.memory, **values, **shown}
         units = {s.name: s.unit for s in k.states if s.name not in shown}
         known = [n for n in results if n not in k.covariance_states]
         for o in k.outputs:

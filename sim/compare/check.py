@@ -21,7 +21,7 @@ from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.compare.claims import FoldedClaims, claim_results
 from boresight.sim.compare.difference import Differences, apart
 from boresight.sim.compare.results import CheckResult, LevelResult, Part
-from boresight.sim.compare.textbook import beside_textbook
+from boresight.sim.compare.textbook import Gates, beside_textbook
 from boresight.sim.compare.twin import RANGE_SLACK, Traced, check_sound
 from boresight.sim.compare.verdict import Judge, Piece
 from boresight.sim.levels.build import Build
@@ -81,6 +81,7 @@ class _Case:
     outputs: Sequence[Output]
     judge: Judge
     folded: FoldedClaims
+    gates: Gates
     rows: int = 0
     #: Errors of the interpreter against the true values of the log.
     truth: Differences | None = None
@@ -96,6 +97,7 @@ class _Case:
         self.clamped, self.told = given.clamped, given.warnings
         self.judge.add(given.inputs, part.fixed, part.floating, anew=anew)
         self.folded.add(given.inputs, anew=anew)
+        self.gates.add(given.inputs, anew=anew)
         self.truth = self.truth or Differences(self.outputs, given.truth, judged=False)
         truth = {n: np.where(given.counts, v, np.nan) for n, v in given.truth.items()}
         self.truth.add(part.fixed.outputs, truth)
@@ -149,6 +151,7 @@ class Check:
                 estimator.outputs,
                 Judge(build, k),
                 FoldedClaims(Traced.of(build, k), build.params[k]),
+                Gates(build, k),
                 warnings=dict.fromkeys(filter(None, [estimator.start_note(build.word)])),
             )
             for k, estimator in enumerate(build.estimators)
@@ -263,7 +266,9 @@ class Check:
         reference = Run.joined([part.floating for part in case.pieces])
         anew = np.flatnonzero(given.restarts[1:])
         first = given.rows(0, int(anew[0]) + 1) if len(anew) else given
-        book = beside_textbook(self.build, number, first.inputs, reference, first.step_s)
+        book = beside_textbook(
+            self.build, number, first.inputs, reference, first.step_s, case.gates
+        )
         run = Run.joined([part.fixed for part in case.pieces])
         estimator, source = self.build.estimators[number], sources[number % len(sources)]
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}

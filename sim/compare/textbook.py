@@ -6,13 +6,15 @@ from collections.abc import Iterable
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import Output
-from boresight.model.errors import InputError, require_choice
+from boresight.model.errors import InputError, placed, require_choice
 from boresight.model.estimator import WAIVED, Estimator, SecondForm
+from boresight.model.kalman.declared import Measurement
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.kalman.textbook import Textbook
 from boresight.model.step import called
@@ -52,11 +54,17 @@ class Book:
 
 
 def beside_textbook(
-    build: Build, number: int, records: FloatArray, floating: Run, step_s: float | None = None
+    build: Build,
+    number: int,
+    records: FloatArray,
+    floating: Run,
+    step_s: float | None = None,
+    gates: Gates | None = None,
 ) -> Book:
     """Compare float64 with `Estimator.textbook`; empty without it.
 
     ``step_s`` is the time step of the log, s, with which those of the model are compared.
+    ``gates`` have counted on the whole log.
     """
     estimator, some = build.estimators[number], records[:_MOST]
     for kind in estimator.waived:
@@ -66,20 +74,26 @@ def beside_textbook(
         return Book()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
     steps = _wrong_steps(estimator, book, step_s)
-    faults = [*book.faults, *(("time step", text) for text in steps)]
+    lines, told, wrong = ([], [], []) if gates is None else gates.result()
+    faults = [*(("gate", text) for text in wrong), *book.faults]
+    faults += [("time step", text) for text in steps]
     found = tuple(differences(estimator.outputs, outputs, book.outputs))
     by_floor = False
     if book.as_built is not None and not all(d.good for d in found):
         as_built = differences(estimator.outputs, outputs, book.as_built())
         by_floor = all(d.good for d in as_built)
     absent = [] if book.absent is None else book.absent(records[_MOST:])
-    of = f"{'the first ' * (len(records) > _MOST)}{len(some)} updates"
     return Book(
         found,
-        (*absent, *book.remarks, *(text for kind, text in faults if kind in estimator.waived)),
+        (
+            *absent,
+            *told,
+            *book.remarks,
+            *(text for kind, text in faults if kind in estimator.waived),
+        ),
         tuple(text for kind, text in faults if kind not in estimator.waived),
         by_floor,
-        tuple(f"{text} in {of}" for text in book.gates),
+        tuple(lines),
     )
 
 
@@ -124,9 +138,71 @@ def _wrong_steps(estimator: Estimator, book: SecondForm, step: float | None) -> 
     ]
 
 
-_REJECTED = "rejected"  #: Output that counts what the gates reject.
+_ACCEPTED, _REJECTED = "accepted", "rejected"  #: Outputs that count what the gates do.
+#: Share of its measurements that a gate accepts at least: not to fail, and without a remark.
+_PASSED, _USUAL = 0.1, 0.5
+#: Least number, and share, of the last measurements, all rejected, that a filter has lost.
+_LOST, _LOST_SHARE = 50, 0.1
 #: Largest share of updates that differ in which a gate is to blame, not what it compares.
 _FEW = 0.01
+
+
+def _gated(estimator: Estimator) -> list[tuple[int, Measurement]]:
+    """The measurements of a filter that have a gate, each with its number."""
+    if not isinstance(estimator, Kalman):
+        return []
+    return [(n, m) for n, m in enumerate(Textbook(estimator).measurements) if m.gate is not None]
+
+
+class Gates:
+    """What each gate of a filter accepts and rejects on the whole log, in float64."""
+
+    def __init__(self, build: Build, number: int) -> None:
+        self._gated = _gated(build.estimators[number])
+        #: Of each gate: accepted, rejected, rejected since the last accepted one.
+        self._counts = [(0, 0, 0)] * len(self._gated)
+        if self._gated:
+            counting = copy(build.estimators[number])
+            names = product((_ACCEPTED, _REJECTED), (n for n, _ in self._gated))
+            counting.outputs = tuple(Output(f"gate_{name}_{n}") for name, n in names)
+            counting.prior = False  # type: ignore[attr-defined]  # of a Kalman
+            self._level = CompiledFloat(Build(counting, params=[build.params[number]]))
+
+    def add(self, inputs: FloatArray, *, anew: bool = False) -> None:
+        """Count in the next rows, which perhaps begin from the initial states."""
+        if not self._gated:
+            return
+        if anew:
+            self._level.reset()
+        outputs = self._level.run(inputs).outputs
+        for k, (n, _) in enumerate(self._gated):
+            taken, left = (outputs[f"gate_{name}_{n}"] > 0.5 for name in (_ACCEPTED, _REJECTED))
+            accepted, rejected, last = self._counts[k]
+            end = int(np.flatnonzero(taken).max(initial=-1))
+            last = int(left[end + 1 :].sum()) + last * (end < 0)
+            self._counts[k] = accepted + int(taken.sum()), rejected + int(left.sum()), last
+
+    def result(self) -> tuple[list[str], list[str], list[str]]:
+        """Lines about all gates, remarks, and faults."""
+        lines, remarks, faults = list[str](), list[str](), list[str]()
+        for (_, m), (accepted, rejected, last) in zip(self._gated, self._counts, strict=True):
+            subject, valid = placed(m.line, "measurement"), accepted + rejected
+            lines.append(f"gate {subject}: {accepted} accepted, {rejected} rejected")
+            is_lost = last >= max(_LOST, _LOST_SHARE * valid)
+            found = f"none in the last {last} of {valid}"
+            if accepted < _PASSED * valid:
+                is_lost, found = True, f"{accepted or 'none'} in {valid}"
+            if is_lost:
+                faults.append(
+                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
+                    f"deviations, found {found} updates; raise r, sd, the process noise or the gate"
+                )
+            elif accepted < _USUAL * valid:
+                remarks.append(
+                    f"{subject}: the gate of {m.gate:g} standard deviations rejects {rejected} of "
+                    f"{valid} measurements; raise r, the process noise or the gate"
+                )
+        return lines, remarks, faults
 
 
 def gates_apart(
@@ -141,7 +217,7 @@ def gates_apart(
     kalman = build.estimators[number]
     if not isinstance(kalman, Kalman):
         return None
-    lines = [str(m.line) for m in Textbook(kalman).measurements if m.gate is not None]
+    lines = [str(m.line) for _, m in _gated(kalman)]
     if not lines:
         return None
     counting = copy(kalman)
@@ -163,7 +239,7 @@ def gates_apart(
     if not 0 < apart <= _FEW * rows:
         return None
     wider = "use a wider word, or " * (build.word < 32)
-    counts = [name for name in names if name in ("accepted", _REJECTED)] or [_REJECTED]
+    counts = [name for name in names if name in (_ACCEPTED, _REJECTED)] or [_REJECTED]
     shares = [f'Output("{name}", "bits", share={2.0 * apart / rows:.1g})' for name in counts]
     return step, (
         f"step {step}, measurements that the gate ({', '.join(dict.fromkeys(lines))}) rejects: "

@@ -250,7 +250,36 @@ def test_a_gate_that_rejects_most_is_told(sd: float, told: bool) -> None:
     text = r"the gate of 2 standard deviations rejects (\d+) of 200 measurements; raise r, "
     found = re.search(text, str(result))
     assert bool(found) == told and result.good
-    assert not found or f"{200 - int(found[1])} accepted, {found[1]} rejected in" in str(result)
+    assert not found or f"{200 - int(found[1])} accepted, {found[1]} rejected" in str(result)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "said"),
+    [
+        (0, 3000, None),
+        (0, 250, "found 250 in 3000 updates"),
+        (0, 2600, "found none in the last 400 of 3000 updates"),
+        (100, 300, "found 200 in 3000 updates"),
+    ],
+)
+def test_a_gate_that_loses_what_it_measures_fails(first: int, last: int, said: str | None) -> None:
+    """Outside some updates the sensor is off by 90 m: also after those of the textbook's form."""
+    rows = np.arange(3000)
+    z = np.where((rows >= first) & (rows < last), 0.0, 90.0)
+
+    class Still(Track):
+        inputs, flagged, gate = (Input("z", -100.0, 100.0, "m"),), False, 5.0
+
+        def f(self, x: Any, u: Any, p: Any) -> Any:
+            return {"pos": x.pos}
+
+    for waived in ((), ("gate",)):
+        kind = type("Still", (Still,), {"waived": waived})
+        result = checked(kind(), t=DT * rows, z=z)
+        assert result.good == (said is None or waived == ("gate",)), str(result)
+        texts = result.given.warnings if waived else result.book.faults
+        assert [said in text for text in texts if "within the gate" in text] == [True] * bool(said)
+        assert f"{last - first} accepted, {3000 - last + first} rejected" in str(result)
 
 
 def test_a_gate_that_decides_otherwise_than_in_float64_is_to_blame_and_may_be_accepted() -> None:
