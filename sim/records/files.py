@@ -72,7 +72,7 @@ FORMATS = {
     ".parquet": Format(partial(records_of, read_parquet), write_parquet, "a Parquet file"),
     ".mat": Format(partial(records_of, read_mat), write_mat, "a MAT file up to version 7", True),
 }
-#: Suffixes of other kinds of files, under which no log is written.
+#: Suffixes of other kinds of files, which are not read as CSV.
 _FOREIGN = {
     *(".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".feather", ".json", ".npy", ".pkl"),
     *(".tsv", ".py", ".zst"),
@@ -126,10 +126,11 @@ def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
 
 
 def check_written(path: str | os.PathLike[str]) -> None:
-    """Refuse the name of a log to be written whose suffix says another kind of file."""
-    suffix, wanted = Path(path).suffix.lower(), f"a suffix of logs, {', '.join(FORMATS)}"
-    fix = "choose one; without a known suffix CSV is written"
-    require(suffix not in _FOREIGN, str(path), wanted, suffix, fix)
+    """Refuse the name of a log to be written whose suffix is that of another kind of file."""
+    wanted, known = f"a suffix of logs, {', '.join(FORMATS)}", ("", ".txt", ".dat", *FORMATS)
+    name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
+    is_log = suffix in known or name.endswith(tuple(FORMATS))
+    require(is_log, str(path), wanted, suffix, "choose one; .txt, .dat and no suffix are CSV")
 
 
 def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:

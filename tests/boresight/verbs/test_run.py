@@ -174,6 +174,7 @@ REFUSED = {
     "run mine.py mine.csv --levels c,rtl": "levels: wanted a world, found a log",
     "run mine.py mine.csv --steps 0": "steps: wanted 1 or more",
     "run mine.py mine.csv -o out.xlsx": "out.xlsx: wanted a suffix of logs",
+    "run mine.py mine.csv -o out.xyz": "out.xyz: wanted a suffix of logs, .csv, ",
     "run mine.py mine.csv -o mine.csv": "mine.csv",
     "run mine.py nosuch.csv": "nosuch.csv: wanted a log file",
     "run mine.py board(speed=2)": "board: wanted one of",
