@@ -266,9 +266,7 @@ class Check:
         reference = Run.joined([part.floating for part in case.pieces])
         anew = np.flatnonzero(given.restarts[1:])
         first = given.rows(0, int(anew[0]) + 1) if len(anew) else given
-        book = beside_textbook(
-            self.build, number, first.inputs, reference, first.step_s, case.gates
-        )
+        book = beside_textbook(self.build, number, first, reference, case.gates)
         run = Run.joined([part.fixed for part in case.pieces])
         estimator, source = self.build.estimators[number], sources[number % len(sources)]
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}

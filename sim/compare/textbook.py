@@ -53,44 +53,31 @@ class Book:
         return text + ", which floor explains: lower floor, or sd_max" * self.by_floor
 
 
-def beside_textbook(
-    build: Build,
-    number: int,
-    records: FloatArray,
-    floating: Run,
-    step_s: float | None = None,
-    gates: Gates | None = None,
-) -> Book:
+def beside_textbook(build: Build, number: int, given: Feed, floating: Run, gates: Gates) -> Book:
     """Compare float64 with `Estimator.textbook`; empty without it.
 
-    ``step_s`` is the time step of the log, s, with which those of the model are compared.
-    ``gates`` have counted on the whole log.
+    ``given`` are the first rows of the log, ``gates`` have counted on all of it.
     """
-    estimator, some = build.estimators[number], records[:_MOST]
+    estimator, some = build.estimators[number], given.inputs[:_MOST]
     for kind in estimator.waived:
         require_choice(f"estimator {estimator.name}, waived", kind, WAIVED)
     book = _second_form(build, number, some)
     if book is None:
         return Book()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
-    steps = _wrong_steps(estimator, book, step_s)
-    lines, told, wrong = ([], [], []) if gates is None else gates.result()
+    lines, told, wrong = gates.result()
     faults = [*(("gate", text) for text in wrong), *book.faults]
-    faults += [("time step", text) for text in steps]
+    faults += [("time step", text) for text in _wrong_steps(estimator, book, given.step_s)]
+    waived = [text for kind, text in faults if kind in estimator.waived]
     found = tuple(differences(estimator.outputs, outputs, book.outputs))
     by_floor = False
     if book.as_built is not None and not all(d.good for d in found):
         as_built = differences(estimator.outputs, outputs, book.as_built())
         by_floor = all(d.good for d in as_built)
-    absent = [] if book.absent is None else book.absent(records[_MOST:])
+    absent = [] if book.absent is None else book.absent(given.inputs[_MOST:])
     return Book(
         found,
-        (
-            *absent,
-            *told,
-            *book.remarks,
-            *(text for kind, text in faults if kind in estimator.waived),
-        ),
+        (*absent, *told, *book.remarks, *waived),
         tuple(text for kind, text in faults if kind not in estimator.waived),
         by_floor,
         tuple(lines),
