@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from keyword import iskeyword
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,6 +45,17 @@ _KINDS = (
     ("state", "states", State),
     ("output", "outputs", Output),
 )
+
+
+class Size(NamedTuple):
+    """A largest value that an author declares, and what it bounds in the record."""
+
+    name: str  #: "slope_max" of a measurement, "sd_max" of a state or of a measurement.
+    state: str  #: whose deviation it is, or by which the derivative is taken; or empty.
+    line: str
+    stated: float  #: its value, in its author's unit; what intervals allow where there is none.
+    largest: float  #: the same in the record, which may measure angles in half turns.
+    value: int  #: number of the expression that it bounds: a derivative, or a variance.
 
 
 @dataclass(frozen=True)
@@ -113,6 +124,8 @@ class Estimator:
     covariance_elements: Mapping[str, tuple[str, str]] = {}
     #: What narrows the range of the argument of a root, or of a covariance, by its line.
     remedies: Mapping[str, str] = {}
+    #: Largest values that its author declares of what the record computes.
+    sizes: Sequence[Size] = ()
     #: Source location of the class, "file.py, line 12".
     _line: str = ""
     #: Ranges for which formats are chosen beside the intervals; None: intervals alone.

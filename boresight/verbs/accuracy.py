@@ -231,9 +231,10 @@ def _tables(rows: Sequence[Row], trials: Sequence[runs.Trial]) -> dict[str, list
     logs: list[Row] = [
         {"log": trial.name, "reference": trial.reference}
         | {
-            row["estimator"]: row["trials"][k]["error"].get(next(iter(row["units"])))
+            f"{row['estimator']} {name} {unit}".rstrip(): row["trials"][k]["error"].get(name)
             for row in rows
-            if row["level"] != "float" and row["units"]
+            if row["level"] != "float"
+            for name, unit in list(row["units"].items())[:1]
         }
         for k, trial in enumerate(trials)
     ]

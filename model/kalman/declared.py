@@ -22,8 +22,11 @@ AXES = ("xyz", "enu", "ned")
 NEXT = "next values"
 #: Least standard deviation, whose square is a number.
 _LEAST = 2.0**-200
-#: Largest standard deviation by default, as a multiple of the initial one.
-_LARGEST = 1.2
+#: Largest standard deviation by default, as a multiple of the initial one, and as advised, of that
+#: of a log.
+RESERVE = 1.2
+#: Share of its largest at which a variance grows no more.
+HELD = 0.75
 _D = TypeVar("_D")
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
 
@@ -56,7 +59,7 @@ class State(declarations.State):
 
     @property
     def largest_sd(self) -> float:
-        return _LARGEST * self.sd if self.sd_max is None else self.sd_max
+        return RESERVE * self.sd if self.sd_max is None else self.sd_max
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,7 @@ class Attitude:
 
     @property
     def largest_sds(self) -> tuple[float, ...]:
-        largest = tuple(_LARGEST * sd for sd in self.sds)
+        largest = tuple(RESERVE * sd for sd in self.sds)
         return largest if self.sd_max is None else _triple(self.sd_max)
 
     @property
@@ -157,6 +160,8 @@ class Measurement:
     slope_max: Mapping[str, float] = field(default_factory=dict)
     delay: float = 0.0
     line: str = _LINE
+    #: Half a turn in the author's unit, where z, h and r were converted to half turns.
+    turn: float = field(default=1.0, kw_only=True, repr=False)
 
     def __post_init__(self) -> None:
         where = placed(self.line, "measurement")
@@ -172,9 +177,11 @@ class Measurement:
         require(late, f"{where}, delay", "seconds, 0 or more", self.delay, fix)
         for name, slope in self.slope_max.items():
             check_kind(where, f"slope_max of {name}", slope, "float")
-            power = 0.0 < slope < math.inf and math.frexp(slope)[0] == 0.5
+            positive = 0.0 < slope < math.inf
+            larger = math.ceil(math.log2(slope)) if positive else 0
             wanted = f"a power of two as slope_max of {name}"
-            require(power, where, wanted, slope, "state the next larger one")
+            fix = f"state the next larger one, 2**{larger}" if positive else "it is above 0"
+            require(positive and slope == 2.0**larger, where, wanted, slope, fix)
 
 
 def check_units(m: Measurement) -> None:
@@ -261,6 +268,12 @@ def spread(
             check_number(f"{where}, {member}", number)
         out |= dict(zip(group, values, strict=True))
     return out
+
+
+def rounded_up(x: float) -> float:
+    """The next larger number of two digits."""
+    unit = 10.0 ** (math.floor(math.log10(x)) - 1)
+    return float(f"{math.ceil(x / unit * (1.0 - 1e-9)) * unit:.2g}")
 
 
 def _triple(value: Sequence[float] | float) -> tuple[float, ...]:

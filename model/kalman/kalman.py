@@ -16,8 +16,8 @@ from boresight.model import declarations
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
 from boresight.model.errors import place_of_function, placed, require
-from boresight.model.estimator import Estimator, SecondForm, check_attributes
-from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
+from boresight.model.estimator import Estimator, SecondForm, Size, check_attributes
+from boresight.model.kalman.declared import HELD, Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
 from boresight.model.kalman.update import DITHER, Update, errors_of
 from boresight.model.lowering.trace import Scalar, Trace
@@ -28,8 +28,6 @@ from boresight.model.step import check_arguments, check_number
 _BELOW = 1.0 - 2.0**-17
 #: Optional parts of a model: a name that is nearly one of them is misspelt.
 _WRITTEN = {"measure", "memory", "noise", "shown"}
-#: Share of its largest at which a variance grows no more.
-_HELD = 0.75
 
 
 class Kalman(Estimator):
@@ -116,11 +114,12 @@ class Kalman(Estimator):
         #: States that are no attitudes.
         self.scalars = [s for s in self.estimated if isinstance(s, State)]
         self.groups |= axes_of([s.name for s in self.scalars])
-        #: By the line of a measurement: what narrows the range of its h P h.
+        #: By the line of a measurement or of the prediction of a state: what its growth needs.
         self.remedies: dict[str, str] = {}
+        self.sizes: list[Size] = []
         n = len(self.errors)
         #: Variances: beyond the first no element grows, the second is added in every update.
-        self.variance_limits = [_HELD * bound * bound for bound in self.largest_sd]
+        self.variance_limits = [HELD * bound * bound for bound in self.largest_sd]
         self.noise_floor = [self.floor * n * bound * bound for bound in self.largest_sd]
         where = placed(self._line, f"initial_covariance of {self.name}")
         start = {(i, i): sd * sd for i, sd in enumerate(initial_sd)}

@@ -7,7 +7,9 @@ methods and the definition of an attitude's error.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +20,14 @@ from boresight.model.algebra import quaternion
 from boresight.model.arrays import FloatArray, is_held
 from boresight.model.errors import placed
 from boresight.model.estimator import SecondForm
-from boresight.model.kalman.declared import Attitude, Measurement, grouped
+from boresight.model.kalman.declared import (
+    RESERVE,
+    Attitude,
+    Measurement,
+    grouped,
+    rounded_up,
+    spread,
+)
 from boresight.model.kalman.slopes import AttitudeView
 from boresight.model.kalman.update import MOST_SD, inputs_of, measurements_of, moved, noise_of
 from boresight.model.lowering.graph import Intervals
@@ -112,6 +121,9 @@ class Textbook:
         self._vague = set[tuple[int, int]]()
         #: Of each measurement, updates in which its innovation was beyond `MOST_SD`.
         self._limited = np.zeros(measurements, dtype=int)
+        #: Of each measurement and error state: the largest derivative over `slope_max`, and updates
+        #: in which it is beyond.
+        self._steepest = np.zeros((2, measurements, errors))
         #: Of each update: F, and the rows of H over the deviations of their noise.
         self._moves: list[FloatArray] = []
         self._seen: list[FloatArray] = []
@@ -133,6 +145,10 @@ class Textbook:
         #: where it reads none of these flags.
         self._read = [inputs_of(m.z, m.h, m.r, m.valid) for m in self.measurements]
         self._unread: list[dict[str, str]] = []
+        self._slope_max = np.full((len(self.measurements), len(self.kalman.errors)), np.inf)
+        for limits, m in zip(self._slope_max, self.measurements, strict=True):
+            for name, limit in spread(m.slope_max, self.kalman.groups, m.line, "slope_max").items():
+                limits[self.kalman.errors.index(name)] = limit
         flags = {name: i.name for i in self.kalman.inputs for name in i.flags}
         out: dict[str, Any] = {}
         for n, m in enumerate(self.measurements):
@@ -153,7 +169,7 @@ class Textbook:
         for name, (i, j) in k.covariance_states.items():
             cov[i, j] = cov[j, i] = x[name]
         fixed = {("param", name): v for name, v in k.param_values(params).items()}
-        rows, covariances = [], []
+        first, rows, covariances = cov.copy(), [], []
         for record in inputs:
             leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, record, strict=True)}
             x, cov = self._predicted(x, cov, leaves)
@@ -174,6 +190,13 @@ class Textbook:
             if (i, j) not in self._vague
         }
         unseen = _unseen(self._moves, self._seen, np.array(k.largest_sd))
+        variances = np.diagonal([first, *covariances], axis1=1, axis2=2).max(axis=0)
+        if self._held.any():
+            free = copy(k)
+            free.variance_limits = [math.inf] * len(k.errors)
+            found = Textbook(free, floor=self.floor).run(inputs, params).covariances
+            assert found is not None
+            variances = np.maximum(variances, np.diagonal(found, axis1=1, axis2=2).max(axis=0))
         never = np.flatnonzero(self._valid[0] == 0).tolist()
 
         def absent(later: FloatArray) -> list[str]:
@@ -183,7 +206,7 @@ class Textbook:
 
         return SecondForm(
             outputs,
-            [*self._remarks(len(inputs), unseen)],
+            [*self._remarks(len(inputs), unseen, np.sqrt(variances))],
             [*self._faults(inputs)],
             {} if any(i.name == "dt" for i in k.inputs) else steps,
             covariances=np.array(covariances),
@@ -216,8 +239,13 @@ class Textbook:
                         f'valid_of="{i.name}", and give it to valid',
                     )
 
-    def _remarks(self, updates: int, unseen: Sequence[FloatArray]) -> Iterator[str]:
-        """Remarks of a run about the model, one line each, with the source location."""
+    def _remarks(
+        self, updates: int, unseen: Sequence[FloatArray], deviations: FloatArray
+    ) -> Iterator[str]:
+        """Remarks of a run about the model, one line each, with the source location.
+
+        ``deviations`` (errors,) are the largest standard deviations without `sd_max`.
+        """
         k = self.kalman
         for m, limited in zip(self.measurements, self._limited, strict=True):
             if limited:
@@ -227,11 +255,19 @@ class Textbook:
                     f"{limited} of {updates} updates, and limited to these; raise r, sd_max or the "
                     f"process noise, or give it a gate below {MOST_SD:g}"
                 )
+        for n, i in np.argwhere(self._steepest[1] > 0.0):
+            largest, count = self._steepest[:, n, i]
+            yield (
+                f"{placed(self.measurements[n].line, 'measurement')}: the derivative by "
+                f"{k.errors[i]} is limited to slope_max in {count:.0f} of {updates} updates; "
+                f"multiply slope_max of {k.errors[i]} by 2**{math.ceil(math.log2(largest))}"
+            )
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
         for i in np.flatnonzero((self._held > 0) & shown):
             yield (
                 f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
-                f"largest in {self._held[i]} of {updates} updates; raise sd_max"
+                f"largest in {self._held[i]} of {updates} updates; raise sd_max to "
+                f"{rounded_up(RESERVE * deviations[i]):g}"
             )
         noise = self._noise_sum / updates
         if not noise.any():
@@ -241,6 +277,7 @@ class Textbook:
             )
         for n, (declared, added) in enumerate(zip(noise, k.noise_floor, strict=True)):
             subject = f"{placed(k.places[n], 'state')}: {k.errors[n]}"
+            other = "" if self._held[n] else ", or sd_max"
             if not declared and not added:
                 yield (
                     f"{subject} has no process noise and floor is 0, so that rounding may make its "
@@ -249,7 +286,7 @@ class Textbook:
             elif added > _MOST_FLOOR * declared > 0.0:
                 yield (
                     f"{subject} gets {added:.3g} in each update by floor, {added / declared:.0%} "
-                    f"of its process noise of {declared:.3g}; lower floor, or sd_max"
+                    f"of its process noise of {declared:.3g}; lower floor{other}"
                 )
 
     def _absences(
@@ -365,6 +402,9 @@ class Textbook:
         h, r, nu = h[accepted], r[accepted], nu[accepted]
         s = s[np.ix_(accepted, accepted)]
         self._seen.append(h.reshape(-1, len(cov)) / np.sqrt(r)[:, None])
+        shares = np.abs(h) / self._slope_max[accepted]
+        self._steepest[0, accepted] = np.maximum(self._steepest[0, accepted], shares)
+        self._steepest[1, accepted] += shares > 1.0
         gain = np.linalg.solve(s, h @ cov).T
         change, complement = gain @ nu, np.eye(len(cov)) - gain @ h
         after = _moved_by(k, x, change)

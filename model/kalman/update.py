@@ -17,6 +17,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest, place_of_function, placed, require
+from boresight.model.estimator import Size
 from boresight.model.kalman import declared
 from boresight.model.kalman.declared import Attitude, Measurement
 from boresight.model.kalman.slopes import AttitudeView, Slope, Slopes, chosen, is_const, product
@@ -67,6 +68,12 @@ class Update:
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
         self.bounds = list(kalman.largest_sd)
+        kalman.sizes = [
+            Size("sd_max", name, line, sd, sd, self.cov[i, i].number)
+            for i, (name, line, sd) in enumerate(
+                zip(kalman.errors, kalman.places, kalman.largest_sd, strict=True)
+            )
+        ]
         #: Of each error state: what others add to its standard deviation in a prediction, as shares
         #: of what keeps it within `_GROWN`; empty where they keep it there.
         self.growth: dict[int, dict[int, float]] = {}
@@ -277,8 +284,11 @@ class Update:
         fix = "raise the least value of its parameters" if low < high else "give the noise's"
         require(low > 0.0, where, "a variance above 0", f"[{low:g}, {high:g}]", fix)
         slope_max = declared.spread(m.slope_max, self.kalman.groups, where, "slope_max")
-        for i, limit in ((self.kalman.errors.index(name), v) for name, v in slope_max.items()):
+        for name, limit in slope_max.items():
+            i, stated = self.kalman.errors.index(name), 2.0 ** math.floor(math.log2(limit * m.turn))
             if i in row and self.intervals.size(row[i]) > limit:
+                size = Size("slope_max", name, m.line, stated, limit, row[i].number)
+                self.kalman.sizes.append(size)
                 row = {**row, i: ops.saturated(row[i], limit)}
         innovation = self._innovation(m)
         sd, unless = self._spread(m, row)
@@ -288,6 +298,9 @@ class Update:
         column = self._reduced_column(full_column, row, dots, sd, unless)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
         variance = _dot(row, full_column if dots else column)
+        if not _is_unit(row):
+            size = Size("sd_max", "", m.line, sd * m.turn, sd, self.tracer.lift(variance).number)
+            self.kalman.sizes.append(size)
         variance = self._subtracted(variance, [a * a for a in dots]) + m.r
         if dots or not _is_unit(row):  # else its interval is as good
             variance = _claimed(variance, low, sd * sd + high, SPREAD, unless)
@@ -360,11 +373,13 @@ class Update:
         """Largest standard deviation of h, without the noise, and when h has a larger one."""
         sizes = {j: self.intervals.size(h) for j, h in row.items()}
         endless = [self.kalman.errors[j] for j in sorted(sizes) if not math.isfinite(sizes[j])]
-        limits = ", ".join(f'"{name}": 1.0' for name in endless)
+        limits = ", ".join(f'"{name}": 2**-8' for name in endless)
         wanted = f"a derivative by {''.join(endless[:1])} with a finite range"
         fix = "limit what h divides by or takes a root of, by ops.maximum or ops.clip; leave "
-        fix += "0 out of the range of x or y of an arc tangent; or give this Measurement its "
-        fix += f"largest derivatives, such as slope_max={{{limits}}}"
+        fix += "0 out of the range of x or y of an arc tangent; or give this Measurement the "
+        fix += "largest derivatives that your log or geometry reaches, as powers of two: of a "
+        fix += "bearing in rad 1 / least distance, so that 256 m or more need "
+        fix += f"slope_max={{{limits}}}"
         require(not endless, placed(m.line, "measurement"), wanted, "an infinite one", fix)
         own, name = _is_unit(row), self.kalman.errors[next(iter(row))]
         where, wanted = placed(m.line, "measurement, sd_max"), f"none, for h is the state {name}"
@@ -372,21 +387,11 @@ class Update:
         require(not own or m.sd_max is None, where, wanted, m.sd_max, fix)
         parts = {j: size * self.bounds[j] for j, size in sizes.items()}
         spread = math.fsum(parts.values())
-        self.kalman.remedies[m.line] = self._remedy(m, parts, own)
+        grown = [j for j in _largest(parts) if self._is_grown(j)]
+        self.kalman.remedies[m.line] = self._less_growth(grown) if grown else ""
         if m.sd_max is None or m.sd_max >= spread:
             return spread, INDEFINITE
         return m.sd_max, CLAIMED
-
-    def _remedy(self, m: Measurement, parts: Mapping[int, float], own: bool) -> str:
-        """What narrows the range of h P h, by its largest ``parts``; ``own``: h is a state."""
-        k, large = self.kalman, _largest(parts)
-        grown = [j for j in large if self._is_grown(j)]
-        names = ", ".join(k.errors[j] for j in large if j not in grown)
-        cures = [f"lower sd_max of {names}"] if names else []
-        cures += [self._less_growth(grown)] if grown else []
-        claim = "lower" if m.sd_max else "give this Measurement"
-        other = "" if own else f"; or {claim} sd_max, the largest standard deviation of its h"
-        return " and ".join(cures) + other
 
     def _is_grown(self, i: int) -> bool:
         """Whether others may move a state far beyond its largest standard deviation."""
@@ -618,7 +623,8 @@ def _in_half_turns(m: Measurement) -> Measurement:
     # Up to the next power of two.
     slope_max = {n: 2.0 ** math.ceil(math.log2(most / turn)) for n, most in m.slope_max.items()}
     z, r = m.z * (1.0 / turn), m.r * (1.0 / turn**2)
-    return replace(m, z=z, h=h.args[0], r=r, wrap=True, sd_max=sd_max, slope_max=slope_max)
+    largest = {"sd_max": sd_max, "slope_max": slope_max, "turn": turn}
+    return replace(m, z=z, h=h.args[0], r=r, wrap=True, **largest)
 
 
 def _is_angle(m: Measurement) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
-from boresight.gateware.attitude.system.programs import system_core
+from boresight.gateware.attitude.system.programs import system_core, system_estimators
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description
 from boresight.gateware.machine import machine_named
@@ -28,6 +28,7 @@ from boresight.sim.attitude.ma2014.world import TIME_US
 from boresight.sim.attitude.worlds import synthetic_log
 from boresight.sim.boards import BoardSystem
 from boresight.sim.campaign import processes
+from boresight.sim.compare.twin import Traced
 from boresight.sim.compare.verdict import saturated_text
 from boresight.sim.plotting import page_of, section_of
 from boresight.sim.records.files import record_of
@@ -121,6 +122,7 @@ class AttitudeBoard(BoardSystem):
             chosen.name,
             core,
             record,
+            filters=filters,
             updates=updates,
             source=source,
             feed=feed,
@@ -157,6 +159,7 @@ def write_board(
     core: Core,
     log: Record,
     *,
+    filters: Sequence[Named],
     updates: int,
     source: str,
     feed: Mapping[str, float] | None,
@@ -185,7 +188,11 @@ def write_board(
         verdict = judge(board, what, run, filter=filter, source=number, feed=words)
         runs.append({"filter": filter_name, **_figures(board, filter, run, verdict)})
         if count := int(verdict.chain.saturated.sum()):
-            notes.append(f"{filter_name}: {saturated_text(count, verdict.chain.saturations)}")
+            fed = system_estimators(filters)[filter]  # the board narrows its inputs
+            of = Traced(fed, *fed.compile_traced())
+            values = verdict.chain.saturations.items()
+            places = {of.place(of.program.find(value)): n for value, n in values}
+            notes.append(f"{filter_name}: {saturated_text(count, places)}")
     table = [{head: row[key] for head, key in _SHOWN.items()} for row in runs]
     wrong = [row for row in runs if not row["good"]]
     data = {

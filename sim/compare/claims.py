@@ -165,13 +165,9 @@ def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
         nearest = max(checked, key=lambda r: r.share)
         share = min(nearest.share, 1.0)
         text += f"; {len(checked)} checked, the closest at {share:.0%} of its limit: {nearest.text}"
-    excepted = dict[tuple[str, str], list[str]]()
-    for r in claims:
-        if r.status == "excepted":
-            excepted.setdefault((r.reason, r.unless), []).append(r.line)
-    for (reason, unless), places in excepted.items():
-        more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        whose = "its" if len(places) == 1 else "their"
-        text += f"; {len(places)} exceeded in the search, as {whose} exception allows: {reason} "
-        text += f"({places[0]}{more}), unless {unless}"
+    if excepted := [r for r in claims if r.status == "excepted"]:
+        first, several = excepted[0], len(excepted) > 1
+        whose = "their exceptions allow, the first" if several else "its exception allows"
+        text += f"; {len(excepted)} exceeded in the search, as {whose}: {first.text}, unless "
+        text += first.unless
     return [text, *lines]

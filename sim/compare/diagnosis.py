@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from boresight.firmware.build import WordRanges
-from boresight.model.arrays import BoolArray
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, Size
+from boresight.model.kalman.declared import HELD, RESERVE, rounded_up
 from boresight.model.kalman.update import CLAIMED, INDEFINITE, PREDICTED, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import OBSERVED, Range
@@ -26,10 +27,12 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.compare.twin import KINDS, Traced, Twin, parts_of, twins
+from boresight.sim.fit.observe import Observer
 from boresight.sim.ranges.intervals import Ends, ends_of
 
 MARGIN_BITS = 2  #: Bits above the largest value of a log that are no waste: other logs go further.
 NAMED = 3  #: Values that messages name.
+_ADVISED = 6  #: Ranges that a message about rounding names, all of which may be narrowed at once.
 IF_ALWAYS = ", if it holds for all logs and parameters"  #: Condition of a narrower range.
 RAISE = "raise sd_max of this Measurement"  #: Cure of a value that `Measurement.sd_max` bounds.
 WIDEN = "widen the range"  #: Cure of a value that its range does not hold.
@@ -118,7 +121,8 @@ def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit 
         cure = f"{WIDEN} ({said.range_source}) or limit the value"
         if said.range_source.startswith(OBSERVED):
             cure = f"run boresight fit on this log, too (the range was {said.range_source})"
-        cure = RAISE if twin.nodes[value].unless == CLAIMED else cure
+        if twin.nodes[value].unless == CLAIMED:
+            cure = raise_text(twin.of, twin.nodes[value].line)
         if said.unit in PERIODS and max(-said.low, said.high) <= 0.5 * PERIODS[said.unit]:
             wrap = {"ht": "wrap_ht", "turn": "wrap_turns"}[said.unit]
             cure = f"an angle of a whole turn is wrapped: ops.{wrap}"
@@ -219,7 +223,9 @@ def _more_bits(of: Traced, node: Node) -> str:
     arg, remedies = node.args[0], of.estimator.remedies
     limits = f"[{arg.low:.3g}, {arg.high:.3g}]"
     if node.kind == "rsqrt" and node.line in remedies:
-        return f"to narrow the range {limits} of {SPREAD}, {remedies[node.line]}"
+        cures = [*filter(None, [remedies[node.line]]), *map(str, oversized(of))]
+        cures = cures or ["lower sd and sd_max of the states that h reads"]
+        return f"the range {limits} of {SPREAD} is wide: {'; '.join(cures)}{IF_ALWAYS}"
     return f"scale {_argument(arg)} up, or declare a narrower range than {limits}"
 
 
@@ -237,7 +243,7 @@ class Wasted:
 
     def __str__(self) -> str:
         where = f" ({self.line})" if self.line else ""
-        return f"{self.name}{where} wastes {self.bits} bits: {self.cure}"
+        return f"{self.name}{where} wastes {self.bits} bit{'s' * (self.bits > 1)}: {self.cure}"
 
 
 def reached_by(program: Program, ranges: WordRanges) -> dict[int, Range]:
@@ -282,7 +288,93 @@ def wasted_bits(of: Traced, reached: Mapping[int, Range]) -> list[Wasted]:
             name, line = of.name(n), nodes[n].line
         if cure := _cure(of, nodes.get(n), n, reached, low, high):
             wasted.append(Wasted(n, name, line, bits, low, high, cure))
+    return sorted([*oversized(of), *wasted], key=lambda w: -w.bits)
+
+
+def needs_of(
+    of: Traced, params: Mapping[str, float] | None, pieces: Iterable[tuple[FloatArray, bool]]
+) -> dict[Size, float]:
+    """What suffices of each of an estimator's sizes on a log, in the unit of its author.
+
+    The record is computed in float64 on ``pieces``: inputs (n, n_inputs), and whether they begin
+    from the initial states.
+    """
+    trace = of.estimator.record()
+    sizes, observer = [*of.estimator.sizes], Observer(trace, of.estimator, params, claims=False)
+    for inputs, anew in pieces:
+        if anew:
+            observer.reset()
+        observer.add(inputs)
+    return needs_in(sizes, observer.reached)
+
+
+def needs_in(sizes: Iterable[Size], seen: Mapping[int, Range]) -> dict[Size, float]:
+    """`needs_of`, from the extremes of each expression in float64.
+
+    Of a derivative the largest up to the next power of two, of a standard deviation the largest
+    with `RESERVE`.
+    """
+    needs = dict[Size, float]()
+    for size in sizes:
+        low, high = seen.get(size.value, (0.0, 0.0))
+        if size.name == "slope_max" and (steepest := max(-low, high) / size.largest) > 0.0:
+            needs[size] = size.stated * 2.0 ** math.ceil(math.log2(steepest))
+        elif size.name == "sd_max" and high > 0.0:
+            needs[size] = size.stated * RESERVE * math.sqrt(high) / size.largest
+    return needs
+
+
+def oversized(of: Traced) -> list[Wasted]:
+    """What an author declares larger than the logs need, where less gives more bits."""
+    groups = dict[tuple[str, str, float], list[tuple[Size, float]]]()
+    for size, need in of.needs.items():
+        own = size.largest if size.state and size.name == "sd_max" else 0.0
+        groups.setdefault((size.name, size.line or size.state, own), []).append((size, need))
+    wasted = []
+    for (name, _, _), pairs in groups.items():
+        most = dict[str, float]()
+        for size, need in pairs:
+            most[size.state] = max(need, most.get(size.state, 0.0))
+        first, need = pairs[0][0], max(most.values())
+        if name == "slope_max":
+            texts = (f'"{state}": 2**{round(math.log2(n))}' for state, n in most.items())
+            whose, text = "slope_max", f"slope_max={{{', '.join(texts)}}}"
+            bits = max(_gained(size, most[size.state]) for size, _ in pairs)
+        else:
+            whose = f"sd_max of {', '.join(most) if first.state else 'this Measurement'}"
+            text = f"sd_max={rounded_up(need):g}"
+            bits = max(_gained(size, rounded_up(need)) for size, _ in pairs)
+        if bits > 0:
+            cure = f"{text} suffices"
+            wasted.append(
+                Wasted(_bounded_by(of, first), whose, first.line, bits, -need, need, cure)
+            )
     return sorted(wasted, key=lambda w: -w.bits)
+
+
+def _bounded_by(of: Traced, size: Size) -> int:
+    """The program's value that a size bounds; -1 where it is part of another one."""
+    if size.name == "sd_max" and size.state:
+        return of.program.find(f"p_{size.state}_{size.state}")
+    for n, node in of.nodes.items():
+        is_slope = node.kind == "saturated" and node.value == size.largest
+        if node.line == size.line and (is_slope if size.state else node.reason == SPREAD):
+            return n
+    return -1
+
+
+def _gained(size: Size, need: float) -> int:
+    """Bits that words gain if a size is only as large as it needs to be."""
+    if size.name == "sd_max" and size.state:  # of the variance
+        before, after = (math.ceil(2.0 * math.log2(x)) for x in (size.largest, need))
+        return before - after
+    return math.floor(math.log2(size.stated / need))
+
+
+def raise_text(of: Traced, line: str) -> str:
+    """Cure of a value that the largest standard deviation of a measurement does not hold."""
+    most = [n for s, n in of.needs.items() if s.name == "sd_max" and not s.state and s.line == line]
+    return RAISE + (f" to {rounded_up(max(most)):g}" if most else "")
 
 
 def _narrower(program: Program, value: int, bits: int) -> tuple[float, float, float]:
@@ -297,27 +389,16 @@ def _cure(
 ) -> str:
     """What gives a value more bits: a narrower range, or what it follows from; or nothing."""
     said, limits = of.program.values[value], f"[{low:.4g}, {high:.4g}]"
-    if said.kind is not Kind.OP and said.name in (elements := of.estimator.covariance_elements):
-        return _less_deviation(of, reached, elements[said.name])
+    known = of.estimator.remedies
+    if said.kind is not Kind.OP and said.name in of.estimator.covariance_elements:
+        return ""  # see `oversized`
     if node is not None and node.unless in (INDEFINITE, CLAIMED):
-        known = of.estimator.remedies
-        growth = known.get(node.line) or known.get(PREDICTED + node.line)
-        return growth or _less_deviation(of, reached)
-    if node is not None and not node.name and node.line in of.estimator.remedies:
+        return known.get(node.line) or known.get(PREDICTED + node.line, "")
+    if node is not None and not node.name and node.line in known:
         return ""  # of the filter, not of the author
     if said.kind is not Kind.OP or (node is not None and node.kind in ("bounded", "saturated")):
         return f"narrow its range to {limits}"
     return f"bound it to {limits} with ops.bounded"
-
-
-def _less_deviation(of: Traced, reached: Mapping[int, Range], names: Sequence[str] = ()) -> str:
-    """Smaller largest deviations of these states, or of all, where the log needs no more."""
-    cures = list[str]()
-    for name, (i, j) in of.estimator.covariance_elements.items():
-        if i == j and (not names or i in names) and (n := of.program.find(name)) in reached:
-            share = math.sqrt(2.0**MARGIN_BITS * reached[n][1] / of.program.values[n].high)
-            cures += [f"multiply sd_max of {i} by {share:.2g}"] if share < 0.7 else []
-    return " and ".join(cures)
 
 
 def _is_source(of: Traced, reached: Mapping[int, Range], value: int) -> bool:
@@ -373,19 +454,32 @@ def rounding_text(
     ``changes`` (n_states,) is the largest change of each state in an update, last bits.
     """
     estimator, program, nodes = of.estimator, of.program, of.nodes
+    most = RESERVE * math.sqrt(HELD)
+    full = [s.state for s, n in of.needs.items() if s.name == "sd_max" and n > most * s.stated]
+    if held := ", ".join(filter(None, full)):
+        return (
+            f"the variance of {held} is held at its largest, in fixed point perhaps in other "
+            "updates than in float64; raise sd_max"
+        )
     text = "no single operation is wrong: rounding adds up; "
     fitted = any(node.fit is not None for node in nodes.values())
     by_hand = not estimator.covariance_elements and bool(covariance_of(estimator).axes)
     if by_hand and fitted:  # parts of products of matrices have no line of their own
         wasted = [w for w in wasted if program.values[w.number].kind is not Kind.OP]
     if wasted:
-        others = ["choose formats by boresight fit"] * (estimator.profile is None)
+        fits = estimator.profile is None and not estimator.sizes
+        others = ["choose formats by boresight fit"] * fits
         others += ["use a wider word"] * (program.arithmetic.word < _WIDEST)
         others += [_MODEL] * by_hand
-        several = {w.cure: w for w in reversed(wasted)}  # of those with one cure the first
-        named = [w for w in wasted if several[w.cure] is w][:NAMED]
+        several = {(w.cure, w.line): w for w in reversed(wasted)}  # of those with one the first
+        named = [w for w in wasted if several[w.cure, w.line] is w][:_ADVISED]
         return text + "; ".join(map(str, named)) + IF_ALWAYS + "".join(f"; or {x}" for x in others)
     wider = "use a wider word, or " * (program.arithmetic.word < _WIDEST)
+    if estimator.sizes:
+        return (
+            f"{text}no sd_max or slope_max is larger than this log needs: {wider}lower sd, if the "
+            "states are better known at the start"
+        )
     if by_hand:
         return f"{text}its covariance is written by hand: {wider}{_MODEL}"
     computed = [

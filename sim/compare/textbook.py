@@ -50,7 +50,7 @@ class Book:
         beyond = [d.output for d in found if not d.good]
         verdict = f"BEYOND the tolerance of {', '.join(beyond)}" if beyond else "within"
         text = f"float64 against the textbook, {found[0].samples} updates: {texts}: {verdict}"
-        return text + ", which floor explains: lower floor, or sd_max" * self.by_floor
+        return text + ", which floor explains; this fails no check" * self.by_floor
 
 
 def beside_textbook(build: Build, number: int, given: Feed, floating: Run, gates: Gates) -> Book:

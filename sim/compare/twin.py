@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError, placed
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, Size
 from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.lowering.resolution import check_resolution, limits
 from boresight.model.recorded import check_recorded, evaluate, sample
@@ -47,11 +47,15 @@ _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """An estimator, its program and the nodes of that: see `Estimator.compile_traced`."""
+    """An estimator, its program and the nodes of that: see `Estimator.compile_traced`.
+
+    ``needs`` says of each of the estimator's sizes what suffices on the logs, where that is known.
+    """
 
     estimator: Estimator
     program: Program
     nodes: dict[int, Node]
+    needs: Mapping[Size, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, build: Build, number: int) -> Traced:

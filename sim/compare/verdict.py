@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -223,7 +223,6 @@ class Judge:
         program, claims = self._program, self._claims
         saturated = [*map(int, np.flatnonzero(self._ranges.saturations))]
         reached = diagnosis.reached_by(program, self._ranges)
-        wasted = diagnosis.wasted_bits(self._of, reached)
         left = {program.values[program.states[k][0]].name for k in self._left}
         extremes = [None if c.word is None else reached[c.word] for c in claims]
         broken = {
@@ -237,6 +236,14 @@ class Judge:
                 and claim.broken_by(seen)
             )
         }
+        near = diagnosis.near_floor(self._of, self._ranges, reached)
+        bad = saturated or broken or left or not all(d.good for d in errors)
+        if self._of.estimator.sizes and (bad or near):
+            rows = ((records, bool(anew[0])) for records, _, anew in again() if len(anew))
+            needs = diagnosis.needs_of(self._of, self._build.params[self._number], rows)
+            self._of = replace(self._of, needs=needs)
+            near = diagnosis.near_floor(self._of, self._ranges, reached)
+        wasted = diagnosis.wasted_bits(self._of, reached)
         diverges = ""
         if self._endless is not None:
             step, name, value = self._endless
@@ -252,7 +259,7 @@ class Judge:
             tuple(extremes),
             frozenset(broken),
             self._ranges,
-            diagnosis.near_floor(self._of, self._ranges, reached),
+            near,
             diverges,
         )
 
@@ -287,7 +294,7 @@ class Judge:
             end = int(ends[1] - claim.high > claim.low - ends[0])
             where = f"{claim.line}: " if claim.line else ""
             cure = diverges or "widen it, or limit the value"
-            cure = diagnosis.RAISE if claim.unless == CLAIMED else cure
+            cure = diagnosis.raise_text(self._of, claim.line) if claim.unless == CLAIMED else cure
             lines.append(
                 f"{where}{ends[end]:.6g} in step {int(steps[end][claim.word])} is BEYOND the "
                 f"stated range [{claim.low:g}, {claim.high:g}], {claim.reason}: {cure}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,11 @@ from boresight.gateware.schedule.slots import Schedule, Slot
 from boresight.gateware.synthesis.family import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.estimator import Size
 from boresight.model.lowering.graph import declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program, Value
-from boresight.sim.compare.diagnosis import headroom_bits, wasted_bits
+from boresight.sim.compare.diagnosis import headroom_bits, needs_of, wasted_bits
 from boresight.sim.compare.results import CheckResult, LevelResult
 from boresight.sim.compare.twin import KINDS, Traced, twins
 from boresight.sim.report.accuracy import accuracy_section
@@ -316,7 +318,13 @@ class Observed:
         }
         lines |= {n: node.line for n, node in self.nodes.items() if node.line}
         self.lines = {n: line for n, line in lines.items() if line}
-        self.wasted = {w.number: w for w in wasted_bits(traced, self.reached)}
+        needs = dict[Size, float]()
+        for c in checks if estimator.sizes else ():
+            pieces = ((p.given.inputs, bool(p.given.restarts[0])) for p in c.parts())
+            for own, need in needs_of(traced, build.params[number], pieces).items():
+                needs[own] = max(need, needs.get(own, 0.0))
+        traced = replace(traced, needs=needs)
+        self.wasted = {w.number: w for w in reversed(wasted_bits(traced, self.reached))}
 
     def name(self, n: int) -> str:
         """What its author calls a value, or the kind of expression; its line stands beside it."""

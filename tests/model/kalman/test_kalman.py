@@ -328,7 +328,7 @@ def test_a_bearing_all_around_has_limited_derivatives() -> None:
     class Limited(Around):
         steepest = {"mx": 0.5, "my": 0.5}
 
-    with pytest.raises(InputError, match=r'such as slope_max=\{"mx": 1.0, "my": 1.0\}'):
+    with pytest.raises(InputError, match=r'256 m .* slope_max=\{"mx": 2\*\*-8, "my": 2\*\*-8\}'):
         Around().record()
 
     class Radians(Limited):
@@ -574,7 +574,7 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, slope_max={"pos": 3})]},
-            "a power of two as slope_max of pos, found 3",
+            "a power of two as slope_max of pos, found 3; state the next larger one, 2**2",
         ),
         (
             {

@@ -236,7 +236,7 @@ def test_a_floor_beside_the_noise_is_told_and_the_textbook_has_none() -> None:
     )
     (pos,) = result.textbook
     assert pos.largest > 1e-3 and result.book.by_floor and result.good
-    assert "which floor explains: lower floor, or sd_max" in str(result)
+    assert "BEYOND the tolerance of pos, which floor explains; this fails no check" in str(result)
 
 
 def test_no_process_noise_at_all_is_told() -> None:
