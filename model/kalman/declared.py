@@ -270,7 +270,7 @@ def spread(
     return out
 
 
-def rounded_up(x: float) -> float:
+def upwards(x: float) -> float:
     """The next larger number of two digits."""
     unit = 10.0 ** (math.floor(math.log10(x)) - 1)
     return float(f"{math.ceil(x / unit * (1.0 - 1e-9)) * unit:.2g}")

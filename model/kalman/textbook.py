@@ -20,14 +20,7 @@ from boresight.model.algebra import quaternion
 from boresight.model.arrays import FloatArray, is_held
 from boresight.model.errors import placed
 from boresight.model.estimator import SecondForm
-from boresight.model.kalman.declared import (
-    RESERVE,
-    Attitude,
-    Measurement,
-    grouped,
-    rounded_up,
-    spread,
-)
+from boresight.model.kalman.declared import RESERVE, Attitude, Measurement, grouped, spread, upwards
 from boresight.model.kalman.slopes import AttitudeView
 from boresight.model.kalman.update import MOST_SD, inputs_of, measurements_of, moved, noise_of
 from boresight.model.lowering.graph import Intervals
@@ -147,7 +140,8 @@ class Textbook:
         self._unread: list[dict[str, str]] = []
         self._slope_max = np.full((len(self.measurements), len(self.kalman.errors)), np.inf)
         for limits, m in zip(self._slope_max, self.measurements, strict=True):
-            for name, limit in spread(m.slope_max, self.kalman.groups, m.line, "slope_max").items():
+            stated = spread(m.slope_max, self.kalman.groups, m.line, "slope_max")
+            for name, limit in stated.items():
                 limits[self.kalman.errors.index(name)] = limit
         flags = {name: i.name for i in self.kalman.inputs for name in i.flags}
         out: dict[str, Any] = {}
@@ -267,7 +261,7 @@ class Textbook:
             yield (
                 f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
                 f"largest in {self._held[i]} of {updates} updates; raise sd_max to "
-                f"{rounded_up(RESERVE * deviations[i]):g}"
+                f"{upwards(RESERVE * deviations[i]):g}"
             )
         noise = self._noise_sum / updates
         if not noise.any():

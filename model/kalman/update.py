@@ -51,7 +51,7 @@ CLAIMED = "h is less certain than sd_max of its Measurement"
 #: Share of the largest part of a standard deviation from which a message names a part.
 _NAMED = 0.25
 #: Multiple of a largest standard deviation beyond which a message names what it grows by.
-_GROWN = 2.0
+_GROWN = 2.5
 
 
 class Update:
@@ -68,11 +68,10 @@ class Update:
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
         self.bounds = list(kalman.largest_sd)
+        named = zip(kalman.errors, kalman.places, kalman.largest_sd, strict=True)
         kalman.sizes = [
             Size("sd_max", name, line, sd, sd, self.cov[i, i].number)
-            for i, (name, line, sd) in enumerate(
-                zip(kalman.errors, kalman.places, kalman.largest_sd, strict=True)
-            )
+            for i, (name, line, sd) in enumerate(named)
         ]
         #: Of each error state: what others add to its standard deviation in a prediction, as shares
         #: of what keeps it within `_GROWN`; empty where they keep it there.
@@ -401,12 +400,8 @@ class Update:
         """What keeps the standard deviations of ``grown`` states in a prediction lower."""
         k, large = self.kalman, [(i, j) for i in grown for j in _largest(self.growth[i])]
         inputs = sorted(inputs_of(*(self.rows[i][j] for i, j in large)))
-        cures, lower = [f"narrow the range of {name}" for name in inputs], dict[str, float]()
-        for i, j in large:
-            sd = k.largest_sd[j] / math.fsum(self.growth[i].values())
-            lower[k.errors[j]] = min(sd, lower.get(k.errors[j], sd))
-        names = ", ".join(f"{name} to {sd:.2g}" for name, sd in lower.items())
-        cures.append(f"lower sd_max of {names}")
+        cures = [f"narrow the range of {name}" for name in inputs]
+        cures.append(f"lower sd_max of {', '.join(dict.fromkeys(k.errors[j] for _, j in large))}")
         sds = zip(k.errors, k.largest_sd, self.bounds, strict=True)
         texts = [f"of {name} from {sd:.3g} to {bound:.3g}" for name, sd, bound in sds]
         grows = " and ".join(texts[i] for i in grown)

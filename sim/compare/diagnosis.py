@@ -19,7 +19,7 @@ from boresight.firmware.build import WordRanges
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
 from boresight.model.estimator import Estimator, Size
-from boresight.model.kalman.declared import HELD, RESERVE, rounded_up
+from boresight.model.kalman.declared import HELD, RESERVE, upwards
 from boresight.model.kalman.update import CLAIMED, INDEFINITE, PREDICTED, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import OBSERVED, Range
@@ -296,27 +296,20 @@ def needs_of(
 ) -> dict[Size, float]:
     """What suffices of each of an estimator's sizes on a log, in the unit of its author.
 
-    The record is computed in float64 on ``pieces``: inputs (n, n_inputs), and whether they begin
-    from the initial states.
+    Of a derivative the largest in float64 up to the next power of two, of a standard deviation the
+    largest with `RESERVE`. ``pieces`` are inputs (n, n_inputs), and whether they begin from the
+    initial states.
     """
     trace = of.estimator.record()
-    sizes, observer = [*of.estimator.sizes], Observer(trace, of.estimator, params, claims=False)
+    sizes, observer = of.estimator.sizes, Observer(trace, of.estimator, params)
+    observer.claims = False
     for inputs, anew in pieces:
         if anew:
             observer.reset()
         observer.add(inputs)
-    return needs_in(sizes, observer.reached)
-
-
-def needs_in(sizes: Iterable[Size], seen: Mapping[int, Range]) -> dict[Size, float]:
-    """`needs_of`, from the extremes of each expression in float64.
-
-    Of a derivative the largest up to the next power of two, of a standard deviation the largest
-    with `RESERVE`.
-    """
-    needs = dict[Size, float]()
+    needs, reached = dict[Size, float](), observer.reached
     for size in sizes:
-        low, high = seen.get(size.value, (0.0, 0.0))
+        low, high = reached.get(size.value, (0.0, 0.0))
         if size.name == "slope_max" and (steepest := max(-low, high) / size.largest) > 0.0:
             needs[size] = size.stated * 2.0 ** math.ceil(math.log2(steepest))
         elif size.name == "sd_max" and high > 0.0:
@@ -335,20 +328,17 @@ def oversized(of: Traced) -> list[Wasted]:
         most = dict[str, float]()
         for size, need in pairs:
             most[size.state] = max(need, most.get(size.state, 0.0))
-        first, need = pairs[0][0], max(most.values())
+        first, need = pairs[0][0], upwards(max(most.values()))
         if name == "slope_max":
             texts = (f'"{state}": 2**{round(math.log2(n))}' for state, n in most.items())
             whose, text = "slope_max", f"slope_max={{{', '.join(texts)}}}"
             bits = max(_gained(size, most[size.state]) for size, _ in pairs)
         else:
             whose = f"sd_max of {', '.join(most) if first.state else 'this Measurement'}"
-            text = f"sd_max={rounded_up(need):g}"
-            bits = max(_gained(size, rounded_up(need)) for size, _ in pairs)
+            text, bits = f"sd_max={need:g}", max(_gained(size, need) for size, _ in pairs)
         if bits > 0:
-            cure = f"{text} suffices"
-            wasted.append(
-                Wasted(_bounded_by(of, first), whose, first.line, bits, -need, need, cure)
-            )
+            value, cure = _bounded_by(of, first), f"{text} suffices"
+            wasted.append(Wasted(value, whose, first.line, bits, -need, need, cure))
     return sorted(wasted, key=lambda w: -w.bits)
 
 
@@ -374,7 +364,7 @@ def _gained(size: Size, need: float) -> int:
 def raise_text(of: Traced, line: str) -> str:
     """Cure of a value that the largest standard deviation of a measurement does not hold."""
     most = [n for s, n in of.needs.items() if s.name == "sd_max" and not s.state and s.line == line]
-    return RAISE + (f" to {rounded_up(max(most)):g}" if most else "")
+    return RAISE + (f" to {upwards(max(most)):g}" if most else "")
 
 
 def _narrower(program: Program, value: int, bits: int) -> tuple[float, float, float]:

@@ -21,7 +21,7 @@ from boresight.model.lowering.trace import Trace
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.rounded import binary_exponent
 from boresight.sim.accuracy.covariance import covariance_of
-from boresight.sim.compare.diagnosis import MARGIN_BITS, Wasted, needs_in, wasted_bits
+from boresight.sim.compare.diagnosis import MARGIN_BITS, Wasted, wasted_bits
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.twin import Traced
 from boresight.sim.fit.observe import Inputs, Observer, Reached, hostile, joined, pieces_of
@@ -254,8 +254,7 @@ def wasted_ranges(fit: Fitted, word: int = 32) -> list[Wasted]:
     for number, expressions in leaves.items():
         if ranges := [fit.seen[e.number] for e in expressions if e.number in fit.seen]:
             reached[number] = min(low for low, _ in ranges), max(high for _, high in ranges)
-    needs = needs_in(variant.sizes, fit.seen)
-    return wasted_bits(Traced(variant, program, nodes, needs), reached)
+    return wasted_bits(Traced(variant, program, nodes), reached)
 
 
 def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:

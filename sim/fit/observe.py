@@ -50,19 +50,15 @@ class _States(Estimator):
 class Observer:
     """Ranges of all expressions in float64, piece by piece from a reset on.
 
-    States are clipped to their declared ranges, as words are under hostile inputs, and with
-    ``claims`` values of `ops.bounded` to theirs. Values that are not finite do not count.
+    States are clipped to their declared ranges, as words are under hostile inputs. Values that are
+    not finite do not count.
     """
 
+    claims = True  #: Whether values of `ops.bounded` are clipped to their ranges, too.
+
     def __init__(
-        self,
-        trace: Trace,
-        estimator: Estimator,
-        params: Mapping[str, float] | None = None,
-        *,
-        claims: bool = True,
+        self, trace: Trace, estimator: Estimator, params: Mapping[str, float] | None = None
     ) -> None:
-        self._claims = claims
         self.trace, self.estimator = trace, estimator
         self._params = estimator.param_values(params)
         self._low = np.full(len(trace.tracer.expressions), np.inf)
@@ -87,7 +83,7 @@ class Observer:
             for start in range(0, len(inputs), CHUNK):
                 rows = slice(start, start + CHUNK)
                 leaves = self._leaves(inputs[rows], before[rows])
-                values = evaluate(self.trace, leaves, claims=self._claims)
+                values = evaluate(self.trace, leaves, claims=self.claims)
                 for e in self.trace.needed:
                     if e.kind in ("invert", "both", "either", "differs"):  # no number
                         continue
