@@ -114,9 +114,8 @@ class Textbook:
         self._vague = set[tuple[int, int]]()
         #: Of each measurement, updates in which its innovation was beyond `MOST_SD`.
         self._limited = np.zeros(measurements, dtype=int)
-        #: Of each measurement and error state: the largest derivative over `slope_max`, and updates
-        #: in which it is beyond.
-        self._steepest = np.zeros((2, measurements, errors))
+        #: Of each measurement and error state, the largest derivative over `slope_max`.
+        self._steepest = np.zeros((measurements, errors))
         #: Of each update: F, and the rows of H over the deviations of their noise.
         self._moves: list[FloatArray] = []
         self._seen: list[FloatArray] = []
@@ -249,12 +248,12 @@ class Textbook:
                     f"{limited} of {updates} updates, and limited to these; raise r, sd_max or the "
                     f"process noise, or give it a gate below {MOST_SD:g}"
                 )
-        for n, i in np.argwhere(self._steepest[1] > 0.0):
-            largest, count = self._steepest[:, n, i]
+        for n, i in np.argwhere(self._steepest > 1.0):
+            largest, name = self._steepest[n, i], k.errors[i]
             yield (
-                f"{placed(self.measurements[n].line, 'measurement')}: the derivative by "
-                f"{k.errors[i]} is limited to slope_max in {count:.0f} of {updates} updates; "
-                f"multiply slope_max of {k.errors[i]} by 2**{math.ceil(math.log2(largest))}"
+                f"{placed(self.measurements[n].line, 'measurement')}: the derivative by {name} is "
+                f"limited, being up to {largest:.2g} times its slope_max; multiply slope_max of "
+                f"{name} by 2**{math.ceil(math.log2(largest))}"
             )
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
         for i in np.flatnonzero((self._held > 0) & shown):
@@ -397,8 +396,7 @@ class Textbook:
         s = s[np.ix_(accepted, accepted)]
         self._seen.append(h.reshape(-1, len(cov)) / np.sqrt(r)[:, None])
         shares = np.abs(h) / self._slope_max[accepted]
-        self._steepest[0, accepted] = np.maximum(self._steepest[0, accepted], shares)
-        self._steepest[1, accepted] += shares > 1.0
+        self._steepest[accepted] = np.maximum(self._steepest[accepted], shares)
         gain = np.linalg.solve(s, h @ cov).T
         change, complement = gain @ nu, np.eye(len(cov)) - gain @ h
         after = _moved_by(k, x, change)

@@ -319,26 +319,26 @@ def needs_of(
 
 def oversized(of: Traced) -> list[Wasted]:
     """What an author declares larger than the logs need, where less gives more bits."""
-    groups = dict[tuple[str, str, float], list[tuple[Size, float]]]()
+    groups = dict[tuple[str, str, float], dict[Size, float]]()
     for size, need in of.needs.items():
-        own = size.largest if size.state and size.name == "sd_max" else 0.0
-        groups.setdefault((size.name, size.line or size.state, own), []).append((size, need))
+        own = size.stated if size.state and size.name == "sd_max" else 0.0
+        groups.setdefault((size.name, size.line or size.state, own), {})[size] = need
     wasted = []
-    for (name, _, _), pairs in groups.items():
-        most = dict[str, float]()
-        for size, need in pairs:
-            most[size.state] = max(need, most.get(size.state, 0.0))
-        first, need = pairs[0][0], upwards(max(most.values()))
+    for (name, line, of_states), needs in groups.items():
+        need, states = max(needs.values()), dict.fromkeys(size.state for size in needs)
         if name == "slope_max":
-            texts = (f'"{state}": 2**{round(math.log2(n))}' for state, n in most.items())
-            whose, text = "slope_max", f"slope_max={{{', '.join(texts)}}}"
-            bits = max(_gained(size, most[size.state]) for size, _ in pairs)
+            most = {x: max(n for s, n in needs.items() if s.state == x) for x in states}
+            text = ", ".join(f'"{state}": 2**{round(math.log2(n))}' for state, n in most.items())
+            whose, text = "slope_max", f"slope_max={{{text}}}"
+            bits = max(math.log2(size.stated / most[size.state]) for size in needs)
         else:
-            whose = f"sd_max of {', '.join(most) if first.state else 'this Measurement'}"
-            text, bits = f"sd_max={need:g}", max(_gained(size, need) for size, _ in pairs)
-        if bits > 0:
-            value, cure = _bounded_by(of, first), f"{text} suffices"
-            wasted.append(Wasted(value, whose, first.line, bits, -need, need, cure))
+            need = upwards(need)
+            whose = f"sd_max of {', '.join(states) if of_states else 'this Measurement'}"
+            text, bits = f"sd_max={need:g}", math.log2(max(s.stated for s in needs) / need)
+            bits *= 2.0 if of_states else 1.0  # a variance
+        if bits >= 1.0:
+            value, cure = _bounded_by(of, next(iter(needs))), f"{text} suffices"
+            wasted.append(Wasted(value, whose, line, math.floor(bits), -need, need, cure))
     return sorted(wasted, key=lambda w: -w.bits)
 
 
@@ -351,14 +351,6 @@ def _bounded_by(of: Traced, size: Size) -> int:
         if node.line == size.line and (is_slope if size.state else node.reason == SPREAD):
             return n
     return -1
-
-
-def _gained(size: Size, need: float) -> int:
-    """Bits that words gain if a size is only as large as it needs to be."""
-    if size.name == "sd_max" and size.state:  # of the variance
-        before, after = (math.ceil(2.0 * math.log2(x)) for x in (size.largest, need))
-        return before - after
-    return math.floor(math.log2(size.stated / need))
 
 
 def raise_text(of: Traced, line: str) -> str:
