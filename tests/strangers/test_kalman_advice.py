@@ -113,7 +113,7 @@ def test_a_derivative_beyond_slope_max_is_told(tmp_path: Path) -> None:
     text = TRACKER.replace("1e-4)]", '1e-4, slope_max={"x": 2**-15, "y": 2**-12})]')
     (result, *_), _ = follow(text, tmp_path, bearings(), 32)
     (said,) = [w for w in result.given.warnings if "slope_max" in w]
-    assert "the derivative by x is limited" in said and said.endswith("of x by 2**4"), said
+    assert "the derivative by x is limited" in said and said.endswith("of x by 2**3"), said
 
 
 @pytest.mark.parametrize("times", [16.0, 1.0 / 1.2])
