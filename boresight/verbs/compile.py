@@ -201,7 +201,7 @@ def figures_of(made: Mapped | Routed) -> dict[str, Any]:
     mapped = made.mapped if isinstance(made, Routed) else made
     if isinstance(made, Routed):
         data["clock_mhz"] = made.clock_mhz
-        data["seeds"] = {run.seed: None if made.untimed else run.clock_mhz for run in made.runs}
+        data["seeds"] = {run.seed: run.clock_mhz for run in made.runs}
     elif made.clock is not None:
         data["estimate_mhz"] = made.clock.by_nets
     return {"target": mapped.target.name, "used": mapped.used, **data}
@@ -261,11 +261,6 @@ def _check_route(
         require_whole("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
     if route:
         check_routable(target)
-        router = TARGETS[target].family.router
-        if clock is not None and router is not None and router.untimed:
-            wanted = f"a target whose multipliers {router.program} has delays of"
-            fix = "leave --clock out, or choose another target"
-            raise InputError.at("clock", wanted=wanted, found=f"--target {target}", fix=fix)
     good = route or (seeds == 1 and (clock is None or board is not None))
     fix = "add --route and a target such as ecp5-25k, or --board ulx3s"
     where = "seeds" if seeds > 1 else "clock"

@@ -159,7 +159,6 @@ _USES = {
     "cluster": "campaigns on a Dask cluster",
     "ecp5": "routing of ECP5",
     "ice40": "routing of iCE40",
-    "gowin": "routing of Gowin",
     "nexus": "routing of Nexus",
 }
 #: Extras for developers.

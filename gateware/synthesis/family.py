@@ -277,10 +277,6 @@ class Router:
     #: Options for the part and a package, with ``{name}`` and ``{size}`` of the part (what follows
     #: the first dash) and ``{grade}``; further ones.
     options: tuple[str, ...] = ()
-    #: Speed grade -> its name in the options, if that is not its number.
-    grades: Mapping[int, str] = field(default_factory=dict)
-    #: Types of cells that the program has no delays of: with these it gives no clock.
-    untimed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -299,8 +295,8 @@ class Family:
     #: The first one replaces ports; all can move into registers.
     flip_flops: tuple[FlipFlop, ...] = ()
     #: ``clk`` or ``0`` -> type, parameters and output of the cell that drives it in a core that is
-    #: routed without pins; what is not there the router drives. None: nothing drives it.
-    drivers: Mapping[str, tuple[str, Mapping[str, str], str] | None] = field(default_factory=dict)
+    #: routed without pins; what is not there the router drives.
+    drivers: Mapping[str, tuple[str, Mapping[str, str], str]] = field(default_factory=dict)
     #: Words and bits that a block RAM can have -> blocks, halves where it can be divided.
     memory_shapes: Mapping[tuple[int, int], float] = field(default_factory=dict)
     #: (Lanes, depth) -> clock [MHz] of a core of several filters on its smallest part, slowest

@@ -62,22 +62,8 @@ class Routed:
     version: str
 
     @property
-    def untimed(self) -> tuple[str, ...]:
-        """Types of its cells that the router has no delays of."""
-        (module,) = self.mapped.netlist["modules"].values()
-        types = {cell["type"] for cell in module["cells"].values()}
-        return tuple(sorted(self.mapped.target.router.untimed & types))
-
-    @property
     def clock_mhz(self) -> float | None:
-        """Clock of the worst seed, rounded down to 0.1 MHz.
-
-        None: nothing limits it, or it would be that of the paths without cells that are not timed.
-        """
-        return None if self.untimed else self._slowest_mhz
-
-    @property
-    def _slowest_mhz(self) -> float | None:
+        """Clock of the worst seed, rounded down to 0.1 MHz; None if nothing limits it."""
         clocks = [run.clock_mhz for run in self.runs if run.clock_mhz is not None]
         return int(10.0 * min(clocks)) / 10 if clocks else None
 
@@ -91,11 +77,6 @@ class Routed:
         return f"routed on {self.mapped.target.title}, {self.version}, worst of {self.seeds}"
 
     def __str__(self) -> str:
-        if self.untimed:
-            return (
-                f"{self.mapped.amounts}; {self.source}, which has no delays of "
-                f"{', '.join(self.untimed)}: no clock, other paths {self._slowest_mhz} MHz"
-            )
         return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
 
 
@@ -202,9 +183,8 @@ def enclosed(netlist: dict[str, Any], top: str, family: Family) -> dict[str, Any
     fresh = count(1 + max(bit for bits in connected for bit in bits if isinstance(bit, int)))
 
     def drive(signal: str, net: int) -> int:
-        if (driver := family.drivers[signal]) is not None:
-            cell_type, settings, output = driver
-            cells[f"$drive${signal}"] = _cell(cell_type, settings, {}, {output: net})
+        cell_type, settings, output = family.drivers[signal]
+        cells[f"$drive${signal}"] = _cell(cell_type, settings, {}, {output: net})
         return net
 
     before: int | str = drive("0", next(fresh)) if "0" in family.drivers else "0"

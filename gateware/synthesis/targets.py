@@ -8,7 +8,6 @@ reports for xc6slx9; of Artix-7 and Cyclone V E, which no router of PyPI has, of
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import product
 from typing import Final
 
@@ -306,72 +305,6 @@ NEXUS: Final = Family(
 )
 
 
-def _gowin_memory(cell: str, port: str, register: str, mode: str) -> tuple[Absorption, ...]:
-    """The output register of a port of a memory of 18 Kbit, without and with parity."""
-    rule = Absorption(
-        cell=cell,
-        pins=(f"DO{port}",),
-        register=(mode, "0", "1"),
-        clock=f"CLK{register}",
-        enables=(f"OCE{port}",),
-        agrees=f"CE{register}",
-        output=True,
-        idle=(f"RESET{register}",),
-    )
-    return rule, replace(rule, cell=f"{cell.removesuffix('B')}X9{'B' * cell.endswith('B')}")
-
-
-GW2A: Final = Family(
-    name="gw2a",
-    title="Gowin GW2A",
-    synthesis=_NO_RW_CHECK + "synth_gowin -family gw2a -noiopads -nolutram",
-    cells={
-        **_each({"lut": 1}, "ALU", *(f"LUT{inputs}" for inputs in range(1, 5))),
-        **_each(
-            {"ff": 1}, *(f"DFF{kind}{e}" for kind in ("", "R", "S", "C", "P") for e in ("", "E"))
-        ),
-        **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("SP", "pROM") for x in ("", "X9"))),
-        **_each({"ram": 1}, *(f"{kind}{x}" for kind in ("DP", "SDP") for x in ("B", "X9B"))),
-        **_each({}, "GND", "VCC", *(f"MUX2_LUT{inputs}" for inputs in range(5, 9))),
-        "MULT9X9": {"dsp": 0.5},
-        "MULT18X18": {"dsp": 1},
-        "MULT36X36": {"dsp": 4},
-    },
-    flip_flops=(FlipFlop(kind="DFF"), FlipFlop(kind="DFFE", enable="CE")),
-    devices=_parts(
-        (7, 8, 9), "LUT4", "MULT18X18", "BSRAM of 18 Kbit", {"gw2a-18": (20736, 15552, 48, 46)}
-    ),
-    router=Router(
-        program="nextpnr-himbaechel-gowin",
-        extra="gowin",
-        options=("--device", "GW2A-LV18PG256{grade}", "--vopt", "family=GW2A-18C"),
-        grades={7: "C7/I6", 8: "C8/I7", 9: "C9/I8"},
-        untimed=frozenset({"MULT9X9", "MULT18X18", "MULT36X36"}),
-    ),
-    registers=(
-        *_gowin_memory("SP", "", "", "READ_MODE"),
-        *_gowin_memory("SDPB", "", "B", "READ_MODE"),
-        *_gowin_memory("DPB", "A", "A", "READ_MODE0"),
-        *_gowin_memory("DPB", "B", "B", "READ_MODE1"),
-        *(
-            Absorption(  # all registers of a multiplier have one enable
-                cell=cell,
-                pins=(pins,),
-                register=(register, "0", "1"),
-                output=pins == "DOUT",
-                idle=("RESET",),
-            )
-            for cell in ("MULT9X9", "MULT18X18", "MULT36X36")
-            for pins, register in (("A", "AREG"), ("B", "BREG"), ("DOUT", "OUT_REG"))
-        ),
-    ),
-    constants={"GND": ("G", "0"), "VCC": ("V", "1")},
-    memory_shapes=_BLOCK_18K,
-    # nextpnr takes no clock from a pin without its place, and routes its oscillator's clock as any
-    # net, so the clock of a core without pins has no source: an ideal one.
-    drivers={"clk": None},
-)
-
 ARTIX7: Final = Family(
     name="artix7",
     title="Xilinx Artix-7",
@@ -439,7 +372,7 @@ CYCLONE5: Final = Family(
 #: Targets by name; the slowest grade has no number in its name.
 TARGETS: Final = {
     target.name: target
-    for family in (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, ARTIX7, CYCLONE5)
+    for family in (SPARTAN6, ECP5, ICE40, NEXUS, ARTIX7, CYCLONE5)
     for device in family.devices
     for k, grade in enumerate(device.grades)
     for target in [Target(f"{device.name}-{grade}" if k else device.name, family, device, grade)]

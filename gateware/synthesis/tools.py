@@ -208,9 +208,9 @@ def find_router(router: Router, program: str = "") -> Tool:
 
 def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
     """Options of the router for a target, without files."""
-    router, name = target.router, target.device.name
-    size, grade = name.partition("-")[2], router.grades.get(target.grade, target.grade)
-    part = (o.format(name=name.upper(), size=size, grade=grade) for o in router.options)
+    name = target.device.name
+    words = {"name": name.upper(), "size": name.partition("-")[2], "grade": target.grade}
+    part = (option.format(**words) for option in target.router.options)
     return (*part, "--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
 
 

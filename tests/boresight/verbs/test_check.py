@@ -24,7 +24,7 @@ def test_levels_of_a_log(here: Path, data, said) -> None:
 
 
 @pytest.mark.parametrize(
-    "target", ["xc6slx9", "generic", "ecp5-25k", "ice40-up5k", "lifcl-17", "gw2a-18"]
+    "target", ["xc6slx9", "generic", "ecp5-25k", "ice40-up5k", "lifcl-17", "artix7-35t"]
 )
 def test_the_core_that_is_checked_is_the_one_that_compile_writes(here: Path, target: str) -> None:
     core = boresight.compile("mine.py", target=target, output="core")

@@ -29,5 +29,5 @@ def test_cells_are_counted(target, dsp, ram, flip_flops):
 
 
 def test_no_tool_routes_them():
-    with pytest.raises(InputError, match="gw2a-18, or --synth for area alone"):
+    with pytest.raises(InputError, match="lfd2nx-40, or --synth for area alone"):
         check_routable("artix7-35t")
