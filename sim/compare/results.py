@@ -143,9 +143,6 @@ def _columns(run: Run, shown: Run) -> IntArray:
     return np.column_stack(columns)
 
 
-_STEPS = 16  #: of float64's outputs, evenly over the rows, that a baseline keeps.
-
-
 class Part(NamedTuple):
     """Rows of a log: what an estimator ran on, fixed point and float64."""
 
@@ -233,21 +230,6 @@ class CheckResult:
             *(f"  warning: {text}" for text in self.given.warnings),
         ]
 
-    def _values(self) -> JsonObject:
-        """Outputs of float64 in a few steps, each with its tolerance: what a baseline keeps."""
-        outputs = self.floating.outputs
-        last = len(next(iter(outputs.values()), ())) - 1
-        rows = np.unique(np.linspace(0, last, _STEPS).astype(int)) if last >= 0 else ()
-        return {
-            d.output: {
-                "unit": d.unit,
-                "tolerance": d.tolerance,
-                "values": {f"step {k}": plain(outputs[d.output][k]) for k in rows},
-            }
-            for d in self.accuracy.differences
-            if d.tolerance is not None and d.output in outputs
-        }
-
     def __str__(self) -> str:
         return "\n".join((*self.lines(), verdict([self])))
 
@@ -264,7 +246,6 @@ class CheckResult:
             "good": self.good,
             "exact": self.exact,
             "accuracy": plain(self.accuracy),
-            "float64": self._values(),
             "truth": [e.to_json() for e in self.truth],
             "textbook": [d.to_json() for d in self.textbook],
             "waived": {kind: kind in self.build.estimators[self.number].waived for kind in WAIVED},

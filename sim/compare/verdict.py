@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,10 +24,12 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, words_of
 from boresight.sim.levels.registry import Emitted
 from boresight.sim.ranges.claims import Claim, claims_of
+from boresight.sim.result import plain
 
 #: Records (n, n_inputs), states after each, and whether it begins from the initial ones.
 Piece = tuple[FloatArray, IntArray, BoolArray]
 MOST_SATURATED = 5  #: Saturated values that a line names, the most frequent first.
+_KEPT_STEPS = [1 << k for k in range(40)]  #: whose outputs of float64 are kept, behind the first.
 _ENDLESS = 2.0**20  #: Multiple of an output's format from which on float64 diverges.
 #: Cure of an estimator that diverges in float64.
 _CORRECT = "correct the equations, the parameters or the log"
@@ -54,6 +56,8 @@ class Accuracy:
     ranges: WordRanges | None = None  #: extremes of every value; None of floating point.
     near_floor: str = ""  #: the root or reciprocal that is near its floor.
     diverges: str = ""  #: the output of float64 that is no number, or beyond all ranges.
+    #: Outputs of float64 in the steps 0, 1, 2, 4, 8 ..., by their names: for a baseline.
+    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def good(self) -> bool:
@@ -64,7 +68,10 @@ class Accuracy:
     def to_json(self) -> dict[str, Any]:
         return {
             "good": self.good,
-            "outputs": [d.to_json() for d in self.differences],
+            "outputs": [
+                {**d.to_json(), "float64": plain(self.values.get(d.output, {}))}
+                for d in self.differences
+            ],
             "saturated_updates": self.saturated_updates,
             "saturated": self.saturated,
             "beyond_range": list(self.beyond_range),
@@ -152,6 +159,7 @@ class Judge:
         self._claims = claims_of(self._of)
         outputs = self._of.estimator.outputs
         self._errors = Differences(outputs, [o.name for o in outputs])
+        self._values: dict[str, dict[str, float]] = {o.name: {} for o in outputs}
         self._rows = self._saturated = 0
         #: First update in which an operation saturated, and in which an output of float64 is no
         #: number or beyond all ranges, with its name and value.
@@ -177,6 +185,9 @@ class Judge:
         """
         self._errors.add(run.outputs, reference.outputs)
         start, self._rows = self._rows, self._rows + len(records)
+        for step in (k for k in (0, *_KEPT_STEPS) if start <= k < self._rows):
+            for name, values in self._values.items():
+                values[f"step {step}"] = float(reference.outputs[name][step - start])
         if run.words is None or not len(records):
             return np.zeros((len(records), 0), dtype=np.int64)
         self._models = self._models or [CModel(self._program), CModel(self._program)]
@@ -219,7 +230,7 @@ class Judge:
         """The verdict; ``again`` gives the pieces once more, to look for what went wrong."""
         errors, clamped = tuple(self._errors.result()), dict(clamped)
         if self._ranges is None:
-            return Accuracy(errors, 0, {}, (), clamped, "")
+            return Accuracy(errors, 0, {}, (), clamped, "", values=self._values)
         program, claims = self._program, self._claims
         saturated = [*map(int, np.flatnonzero(self._ranges.saturations))]
         reached = diagnosis.reached_by(program, self._ranges)
@@ -261,6 +272,7 @@ class Judge:
             self._ranges,
             near,
             diverges,
+            self._values,
         )
 
     def _beyond(
