@@ -161,9 +161,9 @@ def _usage(error: CycloptsError, verb: str) -> InputError:
     where = verb if argument is None or not argument.names else argument.names[0]
     if isinstance(error, bad.UnknownOptionError):
         word = error.token.keyword or error.token.value
-        flags = [name for a in error.argument_collection if a.parse for name in a.names]
-        near = get_close_matches(word.partition("=")[0], flags, 1, 0.6)
-        fix = f"write {near[0]}; {fix}" if near else f"leave it out; {fix}"
+        flags = [name[2:] for a in error.argument_collection if a.parse for name in a.names]
+        near = get_close_matches(word.partition("=")[0].lstrip("-"), flags, 1, 0.7)
+        fix = f"write --{near[0]}; {fix}" if near else f"leave it out; {fix}"
         return InputError.at(verb, wanted="an option of this verb", found=word, fix=fix)
     if isinstance(error, bad.UnusedCliTokensError):
         found = " ".join(error.unused_tokens or ())
