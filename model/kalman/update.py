@@ -73,9 +73,9 @@ class Update:
             Size("sd_max", name, line, sd, sd, self.cov[i, i].number)
             for i, (name, line, sd) in enumerate(named)
         ]
-        #: Of each error state: what others add to its standard deviation in a prediction, as shares
-        #: of what keeps it within `_GROWN`; empty where they keep it there.
-        self.growth: dict[int, dict[int, float]] = {}
+        #: Of each error state: others that take its standard deviation beyond `_GROWN` in a
+        #: prediction.
+        self.growth: dict[int, list[int]] = {}
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
         #: Elements of P from which updates have been subtracted, and how many.
@@ -161,7 +161,7 @@ class Update:
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
             self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
             self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
-            if self._is_grown(i):
+            if self.growth[i]:
                 k.remedies[PREDICTED + k.places[i]] = self._less_growth([i])
         changed: set[int] = set()
         for block in _blocks(rows):
@@ -240,11 +240,9 @@ class Update:
             for j, d in row.items()
         }
         spread, noise = math.fsum(parts.values()), size(variance) + k.noise_floor[i]
-        own = parts.pop(i, 0.0)
-        most = _GROWN * max(k.largest_sd[i], math.hypot(own, math.sqrt(noise)))
-        room = 0.95 * (math.sqrt(most * most - noise) - own)  # messages round it
-        shares = {j: part / room for j, part in parts.items()}
-        self.growth[i] = shares if math.fsum(shares.values()) > 1.0 else {}
+        own = math.hypot(parts.pop(i, 0.0), math.sqrt(noise))
+        grows = math.hypot(spread, math.sqrt(noise)) > _GROWN * max(k.largest_sd[i], own)
+        self.growth[i] = _largest(parts) if grows else []
         return math.sqrt(spread * spread + noise)
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
@@ -386,26 +384,20 @@ class Update:
         require(not own or m.sd_max is None, where, wanted, m.sd_max, fix)
         parts = {j: size * self.bounds[j] for j, size in sizes.items()}
         spread = math.fsum(parts.values())
-        grown = [j for j in _largest(parts) if self._is_grown(j)]
+        grown = [j for j in _largest(parts) if self.growth[j]]
         self.kalman.remedies[m.line] = self._less_growth(grown) if grown else ""
         if m.sd_max is None or m.sd_max >= spread:
             return spread, INDEFINITE
         return m.sd_max, CLAIMED
 
-    def _is_grown(self, i: int) -> bool:
-        """Whether others may move a state far beyond its largest standard deviation."""
-        return bool(self.growth[i]) and self.bounds[i] > _GROWN * self.kalman.largest_sd[i]
-
     def _less_growth(self, grown: Sequence[int]) -> str:
-        """What keeps the standard deviations of ``grown`` states in a prediction lower."""
-        k, large = self.kalman, [(i, j) for i in grown for j in _largest(self.growth[i])]
-        inputs = sorted(inputs_of(*(self.rows[i][j] for i, j in large)))
-        cures = [f"narrow the range of {name}" for name in inputs]
-        cures.append(f"lower sd_max of {', '.join(dict.fromkeys(k.errors[j] for _, j in large))}")
-        sds = zip(k.errors, k.largest_sd, self.bounds, strict=True)
+        """What input keeps the standard deviations of ``grown`` states in a prediction lower."""
+        inputs = inputs_of(*(self.rows[i][j] for i in grown for j in self.growth[i]))
+        sds = zip(self.kalman.errors, self.kalman.largest_sd, self.bounds, strict=True)
         texts = [f"of {name} from {sd:.3g} to {bound:.3g}" for name, sd, bound in sds]
-        grows = " and ".join(texts[i] for i in grown)
-        return f"{', or '.join(cures)} (one prediction may take the standard deviation {grows})"
+        text = f"narrow the range of {', or '.join(sorted(inputs))} (one prediction may take the "
+        text += f"standard deviation {' and '.join(texts[i] for i in grown)})"
+        return text if inputs else ""
 
     def _within(self, value: Scalar, spread: float, unless: str) -> Any:
         """A value within a standard deviation, where its interval is wider."""

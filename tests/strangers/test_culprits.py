@@ -126,8 +126,10 @@ def test_what_widens_a_predicted_variance_is_named_and_the_cure_helps(cure: str)
     """64 = the largest growth that `Kalman` allows."""
     log = {"z": np.random.default_rng(1).normal(0.0, 0.01, N), "dt": np.full(N, 0.01)}
     (result,) = boresight.check(Pulled, log, levels=("fixed",), word=24)["results"]
-    said = r"narrow the range of dt, or lower sd_max of a \(one prediction may take the standard "
-    said += r"deviation of v from 1 to 64\); sd_max of a .* wastes 12 bits: sd_max=(\S+) suffices"
+    said = (
+        r"narrow the range of dt \(one prediction may take the standard deviation of v from 1 to "
+    )
+    said += r"64\); sd_max of a .* wastes 12 bits: sd_max=(\S+) suffices"
     found = re.search(said, str(result))
     assert found, str(result)
     z, dt, v, a = *Pulled.inputs, *Pulled.states
