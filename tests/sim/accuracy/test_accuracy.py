@@ -176,6 +176,7 @@ def test_an_estimator_without_attitude() -> None:
     result = boresight.accuracy(Speed, log, jobs=1)
     assert result["estimators"][0]["mean"]["v"] == pytest.approx(0.1 / 2**0.5, rel=1e-5)
     assert result["estimators"][0]["units"] == {"v": "m/s"}
+    assert "speed v m/s" in str(result).split("error on each log")[1]
     with pytest.raises(InputError, match="wanted attitudes"):
         boresight.accuracy(Speed, log, align="heading")
     with pytest.raises(InputError, match="the bundled ones are of attitudes"):
