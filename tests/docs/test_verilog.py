@@ -39,8 +39,6 @@ def test_every_block(
             if program == "boresight":
                 assert main([*words, "--quiet"]) == 0
                 continue
-            if program == "make":
-                words.append("MODES=2005")  # all of them: tests/gateware/texts
             done = subprocess.run([program, *words], capture_output=True, text=True, check=True)
             said = done.stdout
             if program == "make":

@@ -102,7 +102,6 @@ def test_one_command_runs_the_bench_in_every_mode(
     words = 72 if kind == "one" else 72 + 48
     passed = re.findall(rf"^(\S+) +PASS (\w+): {words} words of ", done.stdout, re.M)
     assert passed == [(mode, module) for module in MODULES for mode in modes]
-    assert f"\nMODES    ?= {' '.join(MODES)}\n" in (folder / "tb" / "Makefile").read_text()
 
 
 #: A port of a module, its value in terms of the true one (``it``) and of words or cycles so far
