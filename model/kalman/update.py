@@ -305,7 +305,8 @@ class Update:
         innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
         move = ops.saturated(innovation * weight, MOST_SD)
-        valid, gains = m.valid, [c * weight for c in column]
+        valid, pairs = m.valid, zip(column, self.bounds, strict=True)
+        gains = [_claimed(c * weight, -most, most, "root of a variance") for c, most in pairs]
         if m.gate is not None:
             # A condition of its own: cheaper once for each L than wherever these are used.
             limit = m.gate * math.sqrt(self.intervals(variance)[1])
@@ -322,8 +323,7 @@ class Update:
         else:
             self.counts["accepted"] += _if_valid(valid, 1.0)
         self.counts["nis"] += _if_valid(valid, move * move)
-        pairs = zip(gains, self.bounds, strict=True)
-        self.gains.append([_claimed(g, -most, most, "root of a variance") for g, most in pairs])
+        self.gains.append(gains)
         self.moves.append(move)
         self.conditions.append(valid)
 

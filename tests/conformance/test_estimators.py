@@ -200,7 +200,7 @@ CYCLES = [
     ("battery", "small", 275, 275),
     ("battery", "fast", 257, 257),
     ("ekf2", "small-2048", 2910, 109),
-    ("ekf2", "fast-2048", 1465, 79),
+    ("ekf2", "fast-2048", 1466, 79),
     ("ins_gnss", "small-1024", 2912, 116),
     ("ins_gnss", "fast-1024", 1473, 78),
     ("mls_attitude", "small", 707, 600),
