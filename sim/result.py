@@ -216,9 +216,15 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     figure is worse than accepted, or missing. Raises InputError if they cannot be compared.
     """
     old, new = _figures(before, judged), _figures(now, judged)
+    was_of, is_of = _subjects(before), _subjects(now)
+    good = not was_of or not is_of or bool({*was_of} & {*is_of})
+    fix = "compare results of the same estimator and log"
+    require(good, str(file), f"results of {', '.join(is_of)}", ", ".join(was_of), fix)
     equal = 0
     changes, rows, notes = list[dict[str, Any]](), list[dict[str, Any]](), list[str]()
     told = set[str]()
+    if "value" in {x.figure.kind for x in new.values()} - {x.figure.kind for x in old.values()}:
+        notes.append(f"{file} has no values of float64, so that none is compared: write it anew")
     for name in dict.fromkeys((*old, *new)):
         a, b = old.get(name), new.get(name)
         found = b or a
@@ -254,7 +260,7 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
     changes.sort(key=lambda c: (not c["worse"], c["kind"] != "parameter", -(c["share"] or 0.0)))
     for change in changes:
         share = None
-        if change["share"] is not None and change["kind"] != "parameter":
+        if change["share"] is not None and change["kind"] not in FIXED:
             # Of the figure itself: a clock that falls has a minus.
             share = f"{(change['now'] - change['before']) / abs(change['before']):+.1%}"
         row = {"figure": change["figure"]} | {end: _shown(change, end) for end in ("before", "now")}
@@ -271,6 +277,12 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
         failures = [f"{kind} {file}: {text}{others}"]
     data = {"file": str(file), "equal": equal, "changes": changes}
     return Result(data, {"changes": rows} if rows else {}, summary, notes, failures)
+
+
+def _subjects(data: Any) -> list[str]:
+    """The estimator and the log of each result of `check`."""
+    results = data.get("results", ()) if isinstance(data, dict) else ()
+    return [f"{x.get('estimator')} on {x.get('log')}" for x in results if isinstance(x, dict)]
 
 
 def _change(
@@ -290,8 +302,10 @@ def _change(
 
 
 def _shown(change: Mapping[str, Any], end: str) -> Number:
-    """The value before or now, of a parameter in every digit."""
+    """The value before or now, of a parameter in every digit, of an output in nine."""
     value: Number = change[end]
+    if change["kind"] == "value" and isinstance(value, float):
+        return f"{value:.9g}"
     return str(value) if change["kind"] == "parameter" and value is not None else value
 
 

@@ -45,6 +45,7 @@ JUDGED: Mapping[str, Figure] = {
     "results.*.waived.*": Figure("waived", "count"),
     "results.*.truth.*.tolerance": Figure("limit of the error from the truth", "parameter"),
     "results.*.truth.*.rms": Figure("error from the truth, rms", "truth"),
+    "results.*.accuracy.outputs.*.unit": Figure("unit", "parameter"),
     "results.*.accuracy.outputs.*.float64.*": Figure("float64", "value"),
     "results.*.accuracy.outputs.*.max": Figure("fixed point from float64", "rounding"),
     "results.*.accuracy.saturated_updates": Figure("updates that saturated", "count"),

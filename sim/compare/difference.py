@@ -103,6 +103,8 @@ class Difference:
             verdict = "not judged"
         else:
             verdict = f"{'within' if self.good else 'BEYOND'} {self.tolerance:.3g}"
+            if not self.good and f"{self.largest:.3g}" == f"{self.tolerance:.3g}":
+                verdict += f", by {self.largest - self.tolerance:.1g}"
             if self.output == ATTITUDE and self.largest == 180.0:
                 verdict += ": one has a norm beyond 0.5 to 2, or is half a turn off"
         where = "" if self.at_step is None else f" in step {self.at_step}"

@@ -198,8 +198,9 @@ class CheckResult:
         none = [] if self.levels else ["no form was run"]
         claims = [claim.failure for claim in self.claims if claim.failure]
         wrong = [f"against truth: {e.line()}" for e in self.truth if not e.good]
-        faults = [*claims, *book, *self.book.faults, *([] if self.comparison else wrong)]
-        return [*levels, *self.accuracy.faults(), *faults, *none]
+        # What is wrong in the model is the cause of the others.
+        model = [*self.book.faults, *self.accuracy.faults()]
+        return [*levels, *model, *claims, *book, *([] if self.comparison else wrong), *none]
 
     @property
     def exact(self) -> bool | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -70,6 +71,8 @@ class Accuracy:
             "good": self.good,
             "outputs": [
                 {**d.to_json(), "float64": plain(self.values.get(d.output, {}))}
+                if d.tolerance
+                else d.to_json()
                 for d in self.differences
             ],
             "saturated_updates": self.saturated_updates,
@@ -186,8 +189,12 @@ class Judge:
         self._errors.add(run.outputs, reference.outputs)
         start, self._rows = self._rows, self._rows + len(records)
         for step in (k for k in (0, *_KEPT_STEPS) if start <= k < self._rows):
-            for name, values in self._values.items():
-                values[f"step {step}"] = float(reference.outputs[name][step - start])
+            kept = {name: float(reference.outputs[name][step - start]) for name in self._values}
+            if kept.keys() >= {*QUATERNION}:  # q and -q are one attitude
+                sign = math.copysign(1.0, max((kept[n] for n in QUATERNION), key=abs))
+                kept |= {n: sign * kept[n] for n in QUATERNION}
+            for name, value in kept.items():
+                self._values[name][f"step {step}"] = value
         if run.words is None or not len(records):
             return np.zeros((len(records), 0), dtype=np.int64)
         self._models = self._models or [CModel(self._program), CModel(self._program)]

@@ -26,7 +26,7 @@ CHANGES = {
     "check mine.py mine.csv --levels c,fixed": (
         "x.vel + p.beta",
         "x.vel + 1.001 * p.beta",
-        "not as in before.json: mine, vel, step 0: float64 0.13 -> 0.1301 m/s\n",
+        "not as in before.json: mine, vel, step 0: float64 0.13 -> 0.13013 m/s\n",
     ),
     "check mine.py mine.csv --levels c": (
         "    params = (",
@@ -85,3 +85,25 @@ def test_of_another_verb(here: Path) -> None:
     Path("other.json").write_text("{}")
     with pytest.raises(InputError, match="other.json: wanted an earlier result"):
         boresight.baseline(result, "other.json")
+
+
+def test_what_passes_and_what_is_told(here: Path, data, said, refused) -> None:
+    """Other numerics pass, also of outputs without a tolerance; other logs and units are told."""
+    line = "check mine.py mine.csv --levels fixed"
+    source = Path("mine.py")
+    bare = source.read_text().replace('"m/s", tolerance=1e-4, truth=0.5', '"m/s"')
+    source.write_text(bare)
+    earlier = data(line)
+    Path("before.json").write_text(json.dumps(earlier))
+    source.write_text(bare.replace("ahead + p.alpha * innovation", "p.alpha * innovation + ahead"))
+    said(f"{line} --baseline before.json -q")
+    source.write_text(bare.replace('Output("vel", "m/s"', 'Output("vel", "km/s"'))
+    assert "vel: unit m/s -> km/s" in said(f"{line} --baseline before.json -q", 1)
+    source.write_text(bare)
+    Path("other.csv").write_bytes(Path("mine.csv").read_bytes())
+    other = line.replace("mine.csv", "other.csv")
+    assert "wanted results of mine on other" in refused(f"{other} --baseline before.json -q")
+    for output in earlier["results"][0]["accuracy"]["outputs"]:
+        output.pop("float64", None)
+    Path("before.json").write_text(json.dumps(earlier))
+    assert "has no values of float64" in said(f"{line} --baseline before.json -q")
