@@ -60,8 +60,8 @@ def fit(
     half of the bits up to its computed range, at most `sim.fit.fitting.MOST_BITS`. Inputs,
     parameters, states and next states, angles that wrap, divisors and arguments of roots keep
     their formats. The profile is empty if it would make an output less exact
-    (`sim.fit.fitting.select_ranges`). Nothing is written if a word saturates on the sources, or if
-    more variances are negative than without the profile.
+    (`sim.fit.fitting.select_ranges`). Nothing is written if no format is kept, a word saturates
+    on the sources, or more variances are negative than without the profile.
 
     Of board, with settings, the calibration registers of the complete system are fitted to records
     of raw counts, and written as a file of parameters (docs/systems/ma2014.md).
@@ -124,16 +124,18 @@ def fit(
             f"not written: a variance is NEGATIVE after {after.negative_updates} stress-test "
             f"updates{without}: declare the ranges of the covariance's values with ops.bounded"
         )
-    else:
-        target.write(_text(fit_result))
     errors = _errors(before, after)
+    formats = len(profile.ranges)
+    empty = not formats and not place.exists()
+    if not failures and not empty:
+        target.write(_text(fit_result))
     dropped = _errors(before, choice.full) if choice.full is not after else []
     limits = [
         {"line": expressions[number].line, "low": low, "high": high}
         for number, (low, high) in profile.limits.items()
     ]
     wasted = wasted_ranges(fit_result, word)
-    formats, updates = len(profile.ranges), fit_result.updates
+    updates = fit_result.updates
     count = sum(1 for e in fit_result.trace.needed if e.args)
     runs = ", ".join(f"{name} ({n} updates)" for name, n in updates.items())
     lines = [
@@ -142,6 +144,8 @@ def fit(
     ]
     if isinstance(before, str):
         lines.append(f"without it: {before}")
+    if empty:
+        lines.append("not written: no format is kept, so that the profile would be empty")
     if formats and errors and all(e["before"] == e["after"] for e in errors):
         lines.append("no error changes: the profile gains nothing in these records")
     if dropped:

@@ -9,16 +9,18 @@ def test_a_profile(here: Path, data, said) -> None:
     source = Path("mine.py")
     wide = source.read_text().replace('"vel", -32.0, 32.0', '"vel", -4096.0, 4096.0')
     source.write_text(wide)
-    before = data("check mine.py mine.csv --levels c")["results"][0]["accuracy"]["outputs"]
-    found = data("fit mine.py mine.csv")
+    check = "check mine.py mine.csv --levels c --word 22 --tolerance pos=1 --tolerance vel=1"
+    before = data(check)["results"][0]["accuracy"]["outputs"]
+    found = data("fit mine.py mine.csv --word 22")
     place = Path(found["profile"])
     assert place.exists() and [e["output"] for e in found["errors"]] == ["pos", "vel"]
-    after = data("check mine.py mine.csv --levels c")["results"][0]["accuracy"]["outputs"]
-    without = data("check mine.py mine.csv --levels c --profile none")["results"][0]
+    after = data(check)["results"][0]["accuracy"]["outputs"]
+    without = data(f"{check} --profile none")["results"][0]
     assert without["accuracy"]["outputs"] == before
     for error, output in zip(found["errors"], after, strict=True):
-        assert error["after"] == output["max"] <= error["before"]
-    assert "formats of" in said("fit mine.py mine.py mine.csv -o own.json -q")
+        assert error["after"] == output["max"] < error["before"]
+    assert "not written" in said("fit mine.py mine.csv -o own.json -q")
+    assert not Path("own.json").exists()
 
 
 def test_a_log_that_restarts(here: Path, data) -> None:
