@@ -174,7 +174,7 @@ class Record:
             raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
         parts = round(1.0 / factor) if 0.0 < factor < 1.0 else 1
         # A quotient is rounded once: 123466 ms are 123.466 s.
-        return (values / parts if factor == 1.0 / parts else values * factor) + offset
+        return (values / parts if abs(parts * factor - 1.0) < 1e-14 else values * factor) + offset
 
     def steps(self) -> FloatArray:
         """Time steps (n,) in seconds: the column ``dt``, or the differences of ``t``."""

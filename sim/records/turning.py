@@ -238,12 +238,14 @@ def contradictions(
     if field is not None:
         finding, line = _field_finding(rates, field, short, fitted)
         findings.append(finding)
-    if force is not None and not line:
-        _, line = _errors(fitted, rates, force, True)
     own = None
     if attitude is not None:
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
         findings.append(own)
+    # What a field or an attitude confirms is not put in doubt by forces, which accelerations turn.
+    beside = findings[force is not None :]
+    if force is not None and not line and not any(f and f.fits and not f.cause for f in beside):
+        _, line = _errors(fitted, rates, force, True)
     lines = [*_rate_lines(rates.names, findings)]
     is_scale = all(f is None or not f.cause or "scale" in f.cause.about for f in findings)
     if line and (not lines or (line.startswith(f"{rates.names}: an offset") and is_scale)):
