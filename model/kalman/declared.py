@@ -178,7 +178,7 @@ class Measurement:
         for name, slope in self.slope_max.items():
             check_kind(where, f"slope_max of {name}", slope, "float")
             positive = 0.0 < slope < math.inf
-            larger = math.ceil(math.log2(slope)) if positive else 0
+            larger = exponent(slope) if positive else 0
             wanted = f"a power of two as slope_max of {name}"
             fix = f"state the next larger one, 2**{larger}" if positive else "it is above 0"
             require(positive and slope == 2.0**larger, where, wanted, slope, fix)
@@ -268,6 +268,12 @@ def spread(
             check_number(f"{where}, {member}", number)
         out |= dict(zip(group, values, strict=True))
     return out
+
+
+def exponent(x: float) -> int:
+    """Exponent of the least power of two that is x or more; exact, unlike that of `math.log2`."""
+    mantissa, power = math.frexp(x)
+    return power - (mantissa == 0.5)
 
 
 def upwards(x: float) -> float:

@@ -20,7 +20,15 @@ from boresight.model.algebra import quaternion
 from boresight.model.arrays import FloatArray, is_held
 from boresight.model.errors import placed
 from boresight.model.estimator import SecondForm
-from boresight.model.kalman.declared import RESERVE, Attitude, Measurement, grouped, spread, upwards
+from boresight.model.kalman.declared import (
+    RESERVE,
+    Attitude,
+    Measurement,
+    exponent,
+    grouped,
+    spread,
+    upwards,
+)
 from boresight.model.kalman.slopes import AttitudeView
 from boresight.model.kalman.update import MOST_SD, inputs_of, measurements_of, moved, noise_of
 from boresight.model.lowering.graph import Intervals
@@ -246,14 +254,14 @@ class Textbook:
                 yield (
                     f"{subject}: the innovation is beyond {MOST_SD:g} standard deviations in "
                     f"{limited} of {updates} updates, and limited to these; raise r, sd_max or the "
-                    f"process noise, or give it a gate below {MOST_SD:g}"
+                    "process noise, or give it a gate (at most 32)"
                 )
         for n, i in np.argwhere(self._steepest > 1.0):
             largest, name = self._steepest[n, i], k.errors[i]
             yield (
                 f"{placed(self.measurements[n].line, 'measurement')}: the derivative by {name} is "
                 f"limited, being up to {largest:.2g} times its slope_max; multiply slope_max of "
-                f"{name} by 2**{math.ceil(math.log2(largest))}"
+                f"{name} by 2**{exponent(largest)}"
             )
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
         for i in np.flatnonzero((self._held > 0) & shown):

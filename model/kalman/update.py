@@ -282,7 +282,8 @@ class Update:
         require(low > 0.0, where, "a variance above 0", f"[{low:g}, {high:g}]", fix)
         slope_max = declared.spread(m.slope_max, self.kalman.groups, where, "slope_max")
         for name, limit in slope_max.items():
-            i, stated = self.kalman.errors.index(name), 2.0 ** math.floor(math.log2(limit * m.turn))
+            i = self.kalman.errors.index(name)
+            stated = math.ldexp(0.5, math.frexp(limit * m.turn)[1])  # a power of two, or the last
             if i in row and self.intervals.size(row[i]) > limit:
                 size = Size("slope_max", name, m.line, stated, limit, row[i].number)
                 self.kalman.sizes.append(size)
@@ -448,7 +449,11 @@ class Update:
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         k = self.kalman
         shown = self._shown(self._view(values))
-        results = {**self.decisions, **self.counts, **self.memory, **values, **shown}
+        own = {**self.decisions, **self.counts}
+        results = {**own, **self.memory, **values, **shown}
+        taken = ", ".join(own.keys() & {*self.memory, *values, *shown})
+        wanted = "states and results of shown with other names than what a Kalman counts"
+        require(not taken, k.name, wanted, taken, "rename it")
         units = {s.name: s.unit for s in k.states if s.name not in shown}
         known = [n for n in results if n not in k.covariance_states]
         for o in k.outputs:
@@ -608,7 +613,7 @@ def _in_half_turns(m: Measurement) -> Measurement:
     turn = h.args[1].data[0]
     sd_max = None if m.sd_max is None else m.sd_max / turn
     # Up to the next power of two.
-    slope_max = {n: 2.0 ** math.ceil(math.log2(most / turn)) for n, most in m.slope_max.items()}
+    slope_max = {n: 2.0 ** declared.exponent(most / turn) for n, most in m.slope_max.items()}
     z, r = m.z * (1.0 / turn), m.r * (1.0 / turn**2)
     largest = {"sd_max": sd_max, "slope_max": slope_max, "turn": turn}
     return replace(m, z=z, h=h.args[0], r=r, wrap=True, **largest)
@@ -655,9 +660,14 @@ def in_range(value: Any, s: Any) -> Any:
 def measurements_of(kalman: Kalman, x: Any, u: Any, p: Any) -> list[Measurement]:
     """What ``measure`` returns of predicted states ``x``; z and h of a late one are those of then.
 
-    InputError: as of `checked_measurements`; a delay without a known time step.
+    Of several of one line each has its number there. InputError: as of `checked_measurements`; a
+    delay without a known time step.
     """
     found = checked_measurements(kalman, kalman.measure(x, u, p))
+    lines = [m.line for m in found]
+    numbers = [lines[: n + 1].count(line) for n, line in enumerate(lines)]
+    several = (f", no. {n}" * (lines.count(x) > 1) for n, x in zip(numbers, lines, strict=True))
+    found = [replace(m, line=m.line + text) for m, text in zip(found, several, strict=True)]
     for delay in sorted({m.delay for m in found} - {0.0}):
         line = next(m.line for m in found if m.delay == delay)
         earlier = _earlier(kalman, x, u, p, delay, line)

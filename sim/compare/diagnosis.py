@@ -19,7 +19,7 @@ from boresight.firmware.build import WordRanges
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
 from boresight.model.estimator import Estimator, Size
-from boresight.model.kalman.declared import HELD, RESERVE, upwards
+from boresight.model.kalman.declared import HELD, RESERVE, exponent, upwards
 from boresight.model.kalman.update import CLAIMED, INDEFINITE, PREDICTED, SPREAD
 from boresight.model.lowering.graph import ASIN_LIMIT, LEAVES, Node, declared_name
 from boresight.model.lowering.profile import OBSERVED, Range
@@ -224,8 +224,11 @@ def _more_bits(of: Traced, node: Node) -> str:
     limits = f"[{arg.low:.3g}, {arg.high:.3g}]"
     if node.kind == "rsqrt" and node.line in remedies:
         cures = [*filter(None, [remedies[node.line]]), *map(str, oversized(of))]
-        cures = cures or ["lower sd and sd_max of the states that h reads"]
-        return f"the range {limits} of {SPREAD} is wide: {'; '.join(cures)}{IF_ALWAYS}"
+        wider = "use a wider word, or " * (of.program.arithmetic.word < _WIDEST)
+        text = "; ".join(cures) + IF_ALWAYS
+        if not cures:
+            text = f"{wider}lower sd and sd_max of the states that h reads"
+        return f"the range {limits} of {SPREAD} is wide: {text}"
     return f"scale {_argument(arg)} up, or declare a narrower range than {limits}"
 
 
@@ -311,7 +314,7 @@ def needs_of(
     for size in sizes:
         low, high = reached.get(size.value, (0.0, 0.0))
         if size.name == "slope_max" and (steepest := max(-low, high) / size.largest) > 0.0:
-            needs[size] = size.stated * 2.0 ** math.ceil(math.log2(steepest))
+            needs[size] = size.stated * 2.0 ** exponent(steepest)
         elif size.name == "sd_max" and high > 0.0:
             needs[size] = size.stated * RESERVE * math.sqrt(high) / size.largest
     return needs
@@ -319,26 +322,34 @@ def needs_of(
 
 def oversized(of: Traced) -> list[Wasted]:
     """What an author declares larger than the logs need, where less gives more bits."""
-    groups = dict[tuple[str, str, float], dict[Size, float]]()
+    groups = dict[tuple[str, str, bool], dict[Size, float]]()
+    known: Mapping[str, Sequence[str]] = getattr(of.estimator, "groups", {})
+    vectors = {x: name for name, members in known.items() if len(members) > 1 for x in members}
     for size, need in of.needs.items():
-        own = size.stated if size.state and size.name == "sd_max" else 0.0
-        groups.setdefault((size.name, size.line or size.state, own), {})[size] = need
+        # Components of a vector have one sd_max; derivatives of a measurement are one argument.
+        own = size.name == "sd_max" and bool(size.state)
+        whose = size.line + vectors.get(size.state, size.state) * own
+        groups.setdefault((size.name, whose, own), {})[size] = need
     wasted = []
-    for (name, line, of_states), needs in groups.items():
-        need, states = max(needs.values()), dict.fromkeys(size.state for size in needs)
+    for (name, _, of_states), needs in groups.items():
+        need, states = max(needs.values()), dict.fromkeys(x.state for x in needs)
+        size = next(iter(needs))
         if name == "slope_max":
             most = {x: max(n for s, n in needs.items() if s.state == x) for x in states}
-            text = ", ".join(f'"{state}": 2**{round(math.log2(n))}' for state, n in most.items())
+            text = ", ".join(f'"{state}": 2**{exponent(n)}' for state, n in most.items())
             whose, text = "slope_max", f"slope_max={{{text}}}"
-            bits = max(math.log2(size.stated / most[size.state]) for size in needs)
+            bits = max(math.log2(x.stated / most[x.state]) for x in needs)
         else:
             need = upwards(need)
             whose = f"sd_max of {', '.join(states) if of_states else 'this Measurement'}"
             text, bits = f"sd_max={need:g}", math.log2(max(s.stated for s in needs) / need)
-            bits *= 2.0 if of_states else 1.0  # a variance
+            if of_states:  # the word of a variance
+                scaled = (x * size.largest / size.stated for x in (size.stated, need))
+                before, after = (exponent(x * x) for x in scaled)
+                bits = before - after
         if bits >= 1.0:
-            value, cure = _bounded_by(of, next(iter(needs))), f"{text} suffices"
-            wasted.append(Wasted(value, whose, line, math.floor(bits), -need, need, cure))
+            value, cure = _bounded_by(of, size), f"{text} suffices"
+            wasted.append(Wasted(value, whose, size.line, math.floor(bits), -need, need, cure))
     return sorted(wasted, key=lambda w: -w.bits)
 
 
@@ -459,8 +470,8 @@ def rounding_text(
     wider = "use a wider word, or " * (program.arithmetic.word < _WIDEST)
     if estimator.sizes:
         return (
-            f"{text}no sd_max or slope_max is larger than this log needs: {wider}lower sd, if the "
-            "states are better known at the start"
+            f"{text}no smaller sd_max or slope_max gains a bit on this log: {wider}lower sd, and "
+            "sd_max with it, if the states are better known at the start"
         )
     if by_hand:
         return f"{text}its covariance is written by hand: {wider}{_MODEL}"

@@ -129,7 +129,7 @@ def test_what_widens_a_predicted_variance_is_named_and_the_cure_helps(cure: str)
     said = (
         r"narrow the range of dt \(one prediction may take the standard deviation of v from 1 to "
     )
-    said += r"64\); sd_max of a .* wastes 12 bits: sd_max=(\S+) suffices"
+    said += r"64\); sd_max of a .* wastes 13 bits: sd_max=(\S+) suffices"
     found = re.search(said, str(result))
     assert found, str(result)
     z, dt, v, a = *Pulled.inputs, *Pulled.states

@@ -615,3 +615,11 @@ def test_a_filter_without_measure_is_refused() -> None:
         states = Cart.states
 
     assert "a method measure(self, x, u, p)" in refused(Blind)
+
+
+def test_names_of_what_the_filter_counts_are_its_own() -> None:
+    for name in ("nis", "accepted", "gate_accepted_0"):
+        shown = {"shown": lambda self, x, u, p, name=name: {name: x.pos}}
+        taken = type("Taken", (Gated,), {**shown, "outputs": (Output(name),)})
+        with pytest.raises(InputError, match=f"found '{name}'; rename it"):
+            taken().compile()
