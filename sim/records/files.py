@@ -77,6 +77,8 @@ _FOREIGN = {
     *(".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".feather", ".json", ".npy", ".pkl"),
     *(".tsv", ".py", ".zst"),
 }
+#: Tables that are no logs: they would be missed in a folder of logs.
+_UNREAD = {".zst", ".feather", ".tsv", ".h5", ".hdf5"}
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
 RECORDINGS: dict[str, tuple[Reader, str]] = {
     ".ulg": (read_ulog, "px4"),
@@ -107,6 +109,10 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
             # In hidden folders are files that are being written, or were when a process was killed.
             hidden = (p for p in logs if any(x[0] == "." for x in p.relative_to(path).parts[:-1]))
             logs = logs - {*hidden}
+            unread = [p.name for p in path.rglob("*") if p.suffix.lower() in _UNREAD]
+            found, fix = f"{', '.join(unread[:1])} beside them", "convert it, or name each log"
+            wanted = f"logs alone ({', '.join(FORMATS)})"
+            require(not unread or not logs, str(path), wanted, found, fix)
         wanted = f"a log, or a folder with logs ({', '.join(FORMATS)})"
         require(bool(logs), str(path), wanted, "a folder without any", "name a log file")
         out += sorted(logs)

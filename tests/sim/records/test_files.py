@@ -178,6 +178,9 @@ def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
     assert [p.relative_to(tmp_path).as_posix() for p in result] == [
         *("notes.txt", "a.npz", "b.csv", "deep/c.csv", "e.csv.gz", "f.CSV")
     ]
+    (tmp_path / "g.csv.zst").touch()
+    with pytest.raises(InputError, match="found g.csv.zst beside them; convert it, or name each"):
+        log_files([tmp_path])
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
         log_files([tmp_path / "empty"])
