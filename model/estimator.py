@@ -33,7 +33,7 @@ from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic, check_word
 from boresight.model.words.program import InPort, Kind, Port, Program
 
-#: Kinds of faults of a model that an estimator may waive: a gate that passes hardly an innovation,
+#: Kinds of faults of a model that an estimator may waive: a gate that accepts few innovations,
 #: a held sample that is fused again, a constant time step that is not the log's.
 WAIVED = ("gate", "hold", "time step")
 #: Angle [deg] of a start that needs no warning.

@@ -451,7 +451,7 @@ class Update:
         shown = self._shown(self._view(values))
         own = {**self.decisions, **self.counts}
         results = {**own, **self.memory, **values, **shown}
-        taken = ", ".join(own.keys() & {*self.memory, *values, *shown})
+        taken = ", ".join(sorted(own.keys() & {*self.memory, *values, *shown}))
         wanted = "states and results of shown with other names than what a Kalman counts"
         require(not taken, k.name, wanted, taken, "rename it")
         units = {s.name: s.unit for s in k.states if s.name not in shown}
@@ -665,9 +665,9 @@ def measurements_of(kalman: Kalman, x: Any, u: Any, p: Any) -> list[Measurement]
     """
     found = checked_measurements(kalman, kalman.measure(x, u, p))
     lines = [m.line for m in found]
-    numbers = [lines[: n + 1].count(line) for n, line in enumerate(lines)]
-    several = (f", no. {n}" * (lines.count(x) > 1) for n, x in zip(numbers, lines, strict=True))
-    found = [replace(m, line=m.line + text) for m, text in zip(found, several, strict=True)]
+    for n, line in enumerate(lines):
+        if lines.count(line) > 1:
+            found[n] = replace(found[n], line=f"{line}, no. {lines[: n + 1].count(line)}")
     for delay in sorted({m.delay for m in found} - {0.0}):
         line = next(m.line for m in found if m.delay == delay)
         earlier = _earlier(kalman, x, u, p, delay, line)

@@ -74,8 +74,8 @@ FORMATS = {
 }
 #: Suffixes of other kinds of files, which are not read as CSV.
 _FOREIGN = {
-    *(".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".feather", ".json", ".npy", ".pkl"),
-    *(".tsv", ".py", ".zst"),
+    *(".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".feather", ".zst"),
+    *(".json", ".npy", ".pkl", ".py"),
 }
 #: Tables that are no logs: they would be missed in a folder of logs.
 _UNREAD = {".zst", ".feather", ".tsv", ".h5", ".hdf5"}
@@ -133,9 +133,9 @@ def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
 
 def check_written(path: str | os.PathLike[str]) -> None:
     """Refuse the name of a log to be written whose suffix is that of another kind of file."""
-    wanted, known = f"a suffix of logs, {', '.join(FORMATS)}", ("", ".txt", ".dat", *FORMATS)
+    wanted = f"a suffix of logs, {', '.join(FORMATS)}"
     name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
-    is_log = suffix in known or name.endswith(tuple(FORMATS))
+    is_log = suffix in ("", ".txt", ".dat") or name.endswith(tuple(FORMATS))
     require(is_log, str(path), wanted, suffix, "choose one; .txt, .dat and no suffix are CSV")
 
 
@@ -179,8 +179,8 @@ def _blocks(path: Path) -> Iterator[Record]:
     found = "a table, whose columns are inputs"
     require(selection().map is None, str(path), wanted, found, "leave --map out")
     form, suffix, wanted = _format(path), path.suffix.lower(), ", ".join((*FORMATS, *RECORDINGS))
-    is_log = suffix not in _FOREIGN or suffix == ".tsv"
-    require(is_log, str(path), f"a log, {wanted}", suffix, "export it as one of these")
+    fix = "export it as one of these"
+    require(suffix not in _FOREIGN, str(path), f"a log, {wanted}", suffix, fix)
     with opened(path, "a log file that can be read") as file:
         try:
             yield from form.read(path, file)

@@ -242,10 +242,11 @@ def contradictions(
     if attitude is not None:
         own = _finding(attitude.names, short, _axes(short, attitude.values, attitude.new), False)
         findings.append(own)
-    # What a field or an attitude confirms is not put in doubt by forces, which accelerations turn.
-    beside = findings[force is not None :]
-    if force is not None and not line and not any(f and f.fits and not f.cause for f in beside):
+    if force is not None and not line:
         _, line = _errors(fitted, rates, force, True)
+        # Accelerations turn forces, too: rates that a field or an attitude confirms are right.
+        confirmed = any(f and f.fits and not f.cause for f in findings[1:])
+        line = "" if confirmed and line.startswith(rates.names) else line
     lines = [*_rate_lines(rates.names, findings)]
     is_scale = all(f is None or not f.cause or "scale" in f.cause.about for f in findings)
     if line and (not lines or (line.startswith(f"{rates.names}: an offset") and is_scale)):

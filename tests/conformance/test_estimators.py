@@ -230,29 +230,24 @@ def test_cycles(name: str, config: str, interval: int, latency: int) -> None:
     assert schedule.latency <= latency
 
 
-#: A word of the meaning of each status bit, by its number.
+#: Numbers of the status bits that each filter sets.
 STATUS = {
-    "complementary": "0:aligning 1:heading 2:accelerometer 3:magnetometer 4:strength 5:gyro"
-    " 6:near 7:passed",
-    "mekf": "0:attitude 1:heading 2:accelerometer 3:magnetometer 4:odd 5:rest 6:scale",
-    "vqf": "0:attitude 1:heading 2:accelerometer 3:magnetometer 4:field 5:rest",
-    "ekf_bias": "0:aligning 1:heading 3:magnetometer 4:field",
-    "ekf_quaternion": "0:aligning 2:force 3:magnetometer",
-    "mls_attitude": "0:aligning 1:magnetometer",
-    "satcom": "0:acceleration 1:tracking 2:gate 3:covariance",
-    "registration": "0:sample 1:track 2:horizon 3:gate 4:biases 5:corrected",
-    "array_attitude": "0:aligning 1:erection 2:before 3:beyond 4:scale 5:variance 6:used 7:turn"
-    " 8:known",
+    "complementary": "01234567",
+    "mekf": "0123456",
+    "vqf": "012345",
+    "ekf_bias": "0134",
+    "ekf_quaternion": "023",
+    "mls_attitude": "01",
+    "satcom": "0123",
+    "registration": "012345",
+    "array_attitude": "012345678",
 }
 
 
 @pytest.mark.parametrize("name", STATUS)
 def test_every_status_bit_is_documented(name: str) -> None:
     meanings = ALL[name]().status_bits
-    words = {int(n): word for n, _, word in (x.partition(":") for x in STATUS[name].split())}
-    assert sorted(meanings) == sorted(words)
-    for number, word in words.items():
-        assert word in meanings[number], number
+    assert "".join(map(str, sorted(meanings))) == STATUS[name] and all(meanings.values())
 
 
 # -- filters of nine axes: any attitude, the furthest restart, fixed point on a recording ---------
