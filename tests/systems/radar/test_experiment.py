@@ -1,4 +1,4 @@
-"""The radars' experiment: runs, bound, page."""
+"""The radars' experiment: runs, bound."""
 
 import numpy as np
 import pytest
