@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import io
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from boresight.model.tools.external import matplotlib_environment, optional
+from boresight.model.tools.external import optional
 
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {
@@ -34,22 +33,9 @@ INK = "#222222"
 RED = "#b3400a"
 
 
-def _matplotlib() -> Any:
-    """Import matplotlib, with a folder for its font cache if the home cannot be written."""
-    variables = matplotlib_environment()
-    os.environ.update(variables)
-    try:
-        matplotlib = optional("matplotlib")
-        optional("matplotlib.font_manager")  # reads the folder once more
-    finally:
-        for name in variables:
-            del os.environ[name]
-    return matplotlib
-
-
 def settings() -> Any:
     """Context with the style."""
-    return _matplotlib().rc_context(
+    return optional("matplotlib").rc_context(
         {
             "svg.fonttype": "none",
             "font.size": 9.0,
@@ -61,6 +47,11 @@ def settings() -> Any:
             "ytick.color": INK,
             "axes.linewidth": 0.7,
             "axes.axisbelow": True,
+            "axes.grid": True,
+            "grid.color": "#dddddd",
+            "grid.linewidth": 0.6,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
             "lines.linewidth": 1.1,
             "legend.frameon": False,
             "path.simplify": False,
@@ -72,17 +63,11 @@ def figure_and_axes(
     height: float, rows: int = 1, columns: int = 1, **keywords: Any
 ) -> tuple[Any, Any]:
     """A figure as wide as the page, ``height`` inches high, and its axes (one, or an array)."""
-    _matplotlib()
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    optional("matplotlib")
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.4, height), layout="constrained")
-    FigureCanvasSVG(figure)
-    axes = figure.subplots(rows, columns, **keywords)
-    for axis in getattr(axes, "flat", [axes]):
-        axis.grid(True, which="major", color="#dddddd", linewidth=0.6)
-        axis.spines[["top", "right"]].set_visible(False)
-    return figure, axes
+    return figure, figure.subplots(rows, columns, **keywords)
 
 
 def legend(axes: Any, columns: int) -> None:
@@ -94,7 +79,7 @@ def legend(axes: Any, columns: int) -> None:
 def svg(figure: Any, salt: str) -> str:
     """A figure as an SVG element for HTML: no XML head, no metadata, no outside address."""
     text = io.StringIO()
-    with _matplotlib().rc_context({"svg.hashsalt": salt}):
+    with optional("matplotlib").rc_context({"svg.hashsalt": salt}):
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     out = text.getvalue()
     out = out[out.index("<svg") :]
@@ -162,22 +147,17 @@ def unit(text: str) -> str:
     return text.replace("uT", "\N{MICRO SIGN}T")
 
 
-def page(package: str, name: str, /, **values: Any) -> str:
-    """Render the jinja2 template in file ``name`` of a package.
+def page(name: str, **values: Any) -> str:
+    """Render the jinja2 template in file ``name``.
 
     Templates have the filters ``number`` and ``unit``. A missing value is an error; values are
     escaped.
     """
     import jinja2
 
-    def source(template_name: str) -> str:
-        """Text of a template in the package, or of one that all pages share."""
-        path = files(package).joinpath(template_name)
-        template = path if path.is_file() else files("boresight.sim").joinpath(template_name)
-        return template.read_text(encoding="utf-8")
-
+    here = Path(__file__).parent
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(source),
+        loader=jinja2.FileSystemLoader([here, here / "report"]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -210,4 +190,4 @@ def page_of(
 ) -> str:
     """The text of a page of paragraphs, sections and a note at its end."""
     values = {"title": title, "intro": intro, "sections": sections, "note": note}
-    return page("boresight.sim", "sections.html", **values)
+    return page("sections.html", **values)

@@ -99,23 +99,11 @@ def cache_folder(name: str) -> Path:
 
 
 def yosys_environment() -> dict[str, str]:
-    """Environment for YoWASP with a cache folder that can be written."""
-    return _unless_writable("YOWASP_CACHE_DIR", "YoWASP", [])
-
-
-def matplotlib_environment() -> dict[str, str]:
-    """Environment for matplotlib with a cache folder that can be written."""
-    base = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
-    return _unless_writable("MPLCONFIGDIR", "matplotlib", [Path(base) / "matplotlib"])
-
-
-def _unless_writable(variable: str, name: str, folders: list[Path]) -> dict[str, str]:
-    """Set a variable, unless the user has set it or all folders of the tool can be written."""
-    if variable in os.environ:
+    """Environment for YoWASP with a cache folder that can be written, where its own cannot."""
+    folder = cache_folder("YoWASP")
+    if "YOWASP_CACHE_DIR" in os.environ or private_folder() not in folder.parents:
         return {}
-    folder = cache_folder(name)
-    unwritable = private_folder() in folder.parents or not all(map(_writable, folders))
-    return {variable: str(folder)} if unwritable else {}
+    return {"YOWASP_CACHE_DIR": str(folder)}
 
 
 @functools.cache

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import EXACT_UNITS, QUATERNION
+from boresight.model.declarations import QUATERNION
 from boresight.sim.compare.claims import claim_lines
 from boresight.sim.compare.difference import Difference, Differences, differences
 from boresight.sim.compare.results import CheckResult, Part
@@ -35,14 +35,12 @@ def _number(x: float, digits: int = 6) -> float | None:
 class _Bins:
     """A column of n rows, piece by piece, in at most `BINS` runs of equal length.
 
-    Values that are no finite numbers do not count; NaN, later None, stands for a run without any.
+    Of each run its first, least and greatest finite value; NaN, later None, of one without any.
     """
 
     def __init__(self, n: int) -> None:
-        self.size = -(-n // BINS)
-        count = -(-n // self.size)
-        self.first, self.low, self.high = (np.full(count, np.nan) for _ in range(3))
-        self._sum, self._count, self._rows = np.zeros(count), np.zeros(count), 0
+        self.size, self._rows = -(-n // BINS), 0
+        self.first, self.low, self.high = (np.full(-(-n // self.size), np.nan) for _ in range(3))
 
     def add(self, x: FloatArray) -> None:
         """The next rows."""
@@ -53,14 +51,6 @@ class _Bins:
         self.first[held] = np.where(np.isnan(self.first[held]), x[where], self.first[held])
         np.fmin.at(self.low, bins, x)
         np.fmax.at(self.high, bins, x)
-        np.add.at(self._sum, bins, x)
-        np.add.at(self._count, bins, 1.0)
-
-    def mean(self, unit: str) -> FloatArray:
-        """Mean of each run; of words, and of angles that pass half a turn, the first value."""
-        first = (unit in EXACT_UNITS) | (unit == "deg") & (self.high - self.low > 180.0)
-        with np.errstate(invalid="ignore"):
-            return np.where(first | (self.size == 1), self.first, self._sum / self._count)
 
 
 def _numbers(values: FloatArray) -> list[float | None]:
@@ -192,9 +182,9 @@ class _Rows:
     def series(self) -> dict[str, Any]:
         """Every output: values, truth, error against float64, tolerance.
 
-        Where a point stands for several samples ``fixed`` and ``truth`` are means, and ``low`` and
-        ``high`` the least and the greatest of fixed point. ``beyond_from`` is when the error first
-        exceeds the tolerance.
+        Where a point stands for several samples ``fixed`` and ``truth`` are the first of them, and
+        ``low`` and ``high`` the least and the greatest of fixed point. ``beyond_from`` is when the
+        error first exceeds the tolerance.
         """
         units = {o.name: o.unit for o in self._outputs}
         bins, size = self._bins, self._bins["t", ""].size
@@ -206,9 +196,9 @@ class _Rows:
             ends = {} if fixed is None or size == 1 else {"low": fixed.low, "high": fixed.high}
             return {
                 "unit": unit,
-                "fixed": None if fixed is None else _numbers(fixed.mean(unit)),
+                "fixed": None if fixed is None else _numbers(fixed.first),
                 **{end: _numbers(values) for end, values in ends.items()},
-                "truth": None if truth is None else _numbers(truth.mean(unit)),
+                "truth": None if truth is None else _numbers(truth.first),
                 "error": _numbers(bins["error", name].high),
                 "tolerance": (180.0 if d.unit == "ht" else 1.0) * (d.tolerance or 0.0) or None,
                 "beyond_from": None if first is None else _number(self.times[first]),

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from boresight.gateware.core import Core
-from boresight.gateware.schedule.slots import Schedule, Slot
 from boresight.gateware.synthesis.family import Device
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
@@ -210,15 +209,6 @@ def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:
     }
 
 
-def _kind(schedule: Schedule, slot: Slot) -> str:
-    if slot.op is None:
-        return "emit"
-    if slot.term is None:
-        return "capture"
-    term = schedule.program.ops[slot.op].terms[slot.term]
-    return "multiply-add" if term.coefficient is None else "function table"
-
-
 def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
     """Source lines with most slots; a part of a sum has the line of the sum, a copy has None."""
     s, lines = core.schedule, dict(lines)
@@ -232,32 +222,17 @@ def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
 
 
 def schedule_section(core: Core, lines: Mapping[int, str]) -> dict[str, Any]:
-    """Totals, source ``lines`` with most slots, and the chart.
-
-    ``emitted`` are the slots that only send an output. In ``chart``, ``slots`` are
-    [cycle, lane, kind, op], ``gets`` [cycle, name] and ``outputs`` [cycle of the emit slot,
-    name, latency].
-    """
+    """Totals, and source ``lines`` with most slots; ``emitted`` slots only send an output."""
     s = core.schedule
-    names = [v.name for v in s.program.values]
-    slots = [[x.cycle, x.lane, _kind(s, x), x.op] for x in s.slots]
     return {
         "lanes": s.machine.lanes,
         "ops_total": len(core.program.ops),
         "copies": len(s.program.ops) - len(core.program.ops),
-        "slots_total": len(slots),
+        "slots_total": len(s.slots),
         "cycles": s.length,
+        "busy_percent": round(100.0 * len(s.slots) / (s.machine.lanes * s.length), 1),
         "lines": _by_line(core, lines),
         "emitted": sum(x.op is None for x in s.slots),
-        "chart": {
-            "slots": slots,
-            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.inputs, strict=True)],
-            "outputs": [
-                [x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
-                for x in s.slots
-                if x.emit is not None
-            ],
-        },
     }
 
 

@@ -1,11 +1,10 @@
-"""The report as one HTML file that needs nothing else: styles, curves and the schedule's chart."""
+"""The report as one HTML file that needs nothing else: styles and curves."""
 
 from __future__ import annotations
 
-import itertools
 import json
-import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -18,37 +17,13 @@ from boresight.model.tools.files import output_folder
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.explore.measure import map_core
 from boresight.sim.levels.build import Build
-from boresight.sim.plotting import (
-    COLOUR,
-    INK,
-    PALETTE,
-    RED,
-    UNKNOWN,
-    figure_and_axes,
-    legend,
-    page,
-    settings,
-    svg,
-)
+from boresight.sim.plotting import INK, PALETTE, RED, figure_and_axes, legend, page, settings, svg
 from boresight.sim.plotting import unit as shown_unit
 from boresight.sim.report.accuracy import worst_output
 from boresight.sim.report.data import report_data
 
-#: Cycles whose chart is unfolded, at most.
-_MAX_CYCLES = 640
 #: Rows of the table of advice, at most.
 _MAX_ADVICE = 12
-#: Fill of each kind of slot: apart in hue and, printed in grey, in lightness.
-CHART_COLOURS = {
-    "multiply-add": COLOUR["heading"],
-    "function table": COLOUR["amber"],
-    "capture": COLOUR["sky"],
-    "emit": COLOUR["roll"],
-    "get": COLOUR["other"],
-    "idle": "#F1F1F1",
-}
-#: Cycles of one band, at most, and inches of a row and of a line of output names.
-_BAND, _ROW, _LINE = 128, 0.26, 0.13
 #: Values over time; None: there is none.
 Curve = Sequence[float | None]
 #: Data of outputs, by name: see `sim.report.accuracy`.
@@ -92,16 +67,11 @@ def render_html(data: Mapping[str, Any]) -> str:
         named = interface or r["state"] in ("saturated", "tight")
         (prominent if named else others).append((r, _range_bar(r)))
     return page(
-        "boresight.sim.report",
         "report.html",
         d=data,
-        most_cycles=_MAX_CYCLES,
         worst=worst_output,
         advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
         most_advice=_MAX_ADVICE,
-        unknown=UNKNOWN,
-        chart=schedule_chart(data["schedule"]),
-        colours=CHART_COLOURS,
         plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
         tables=[
             ("Inputs, parameters, states, outputs, and what needs attention", True, prominent),
@@ -144,12 +114,6 @@ def _panels(
     return figure, zip(axes[:, 0], *zip(*outputs.items(), strict=True), strict=True)
 
 
-def _colours(names: Collection[str]) -> dict[str, str]:
-    """A colour for each curve: its own, or the next unused one."""
-    unused = itertools.cycle(c for c in PALETTE if c not in {COLOUR.get(name) for name in names})
-    return {name: COLOUR[name] if name in COLOUR else next(unused) for name in names}
-
-
 def output_plot(
     t: FloatArray, time_label: str, panels: Mapping[str, Outputs], truth: str, *, salt: str
 ) -> str:
@@ -165,7 +129,7 @@ def output_plot(
         figure, plots = _panels(panels, time_label)
         for axes, unit, outputs in plots:
             step = {"drawstyle": "steps-post"} if unit in EXACT_UNITS else {}
-            for name, colour in _colours(outputs).items():
+            for name, colour in zip(outputs, cycle(PALETTE), strict=False):
                 o = outputs[name]
                 axes.plot(t, wrapped(o["fixed"], unit), color=colour, label=name, **step)
                 if "low" in o:
@@ -188,7 +152,7 @@ def error_plot(t: FloatArray, time_label: str, panels: Mapping[str, Outputs], *,
     with settings():
         figure, plots = _panels(panels, time_label)
         for axes, unit, outputs in plots:
-            for name, colour in _colours(outputs).items():
+            for name, colour in zip(outputs, cycle(PALETTE), strict=False):
                 _draw_log(axes, t, np.array(outputs[name]["error"], dtype=np.float64), colour, name)
             for limit in dict.fromkeys(filter(None, (o["tolerance"] for o in outputs.values()))):
                 style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
@@ -215,53 +179,3 @@ def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -
     present = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
     isolated = present[1:-1] & ~present[:-2] & ~present[2:]
     axes.plot(t[isolated], y[isolated], color=colour, marker=".", markersize=2.5, linestyle="")
-
-
-def schedule_chart(schedule: Mapping[str, Any]) -> str:
-    """SVG element of ``schedule`` (`schedule_section`), in bands of cycles."""
-    cycles, chart, lanes = schedule["cycles"], schedule["chart"], schedule["lanes"]
-    size = -(-cycles // -(-cycles // _BAND))
-    bands = [(first, min(cycles, first + size)) for first in range(0, cycles, size)]
-    # (row, kind) of bars: start and width. Slots of one result stand together; a gap parts others.
-    op_at = {(lane, cycle): op for cycle, lane, _, op in chart["slots"]}
-    bars: dict[tuple[int, str], list[tuple[float, float]]] = {}
-    for cycle, lane, kind, op in chart["slots"]:
-        gap = 0.0 if op is not None and op_at.get((lane, cycle + 1)) == op else 0.12
-        bars.setdefault((lane, kind), []).append((cycle, 1.0 - gap))
-    bars[lanes, "get"] = [(cycle, 0.88) for cycle, _ in chart["gets"]]
-    outputs = sorted(chart["outputs"])
-    named = [_lines([o for o in outputs if a <= o[0] < b], a, size) for a, b in bands]
-    tops = [_LINE * (1 + max((line for *_, line in names), default=0)) for names in named]
-    heights = [top + _ROW * (lanes + 1) + 0.3 for top in tops]
-    with settings():
-        figure, plots = figure_and_axes(
-            sum(heights), len(bands), squeeze=False, gridspec_kw={"height_ratios": heights}
-        )
-        for axes, (first, stop), names, top in zip(plots[:, 0], bands, named, tops, strict=True):
-            axes.grid(False)
-            axes.spines[:].set_visible(False)
-            axes.set_xlim(first, first + size)
-            axes.set_ylim(lanes + 0.5, -0.5 - top / _ROW)
-            axes.set_yticks(range(lanes + 1), [*(f"lane {k}" for k in range(lanes)), "inputs"])
-            axes.tick_params(axis="y", length=0)
-            axes.set_xticks(range(-(-first // 10) * 10, stop + 1, 10))
-            idle = {(row, "idle"): [(first, stop - first)] for row in range(lanes + 1)}
-            for (row, kind), spans in (idle | bars).items():
-                here = [x for x in spans if first <= x[0] < stop]
-                axes.broken_barh(here, (row - 0.4, 0.8), color=CHART_COLOURS[kind], linewidth=0)
-            for cycle, text, line in names:
-                y = -0.5 - line * _LINE / _ROW
-                axes.vlines(cycle + 0.5, y - 0.4, -0.3, color=CHART_COLOURS["emit"])
-                axes.text(cycle + 0.9, y, text, fontsize=7.5)
-        return svg(figure, "schedule")
-
-
-def _lines(outputs: list[Any], first: int, size: int) -> list[tuple[int, str, int]]:
-    """Cycle, text and line of each output; one that would run into the next stands above it."""
-    named, line, right = list[tuple[int, str, int]](), -1, math.inf
-    for cycle, name, latency in reversed(outputs):
-        text = f"{name}: {latency}"
-        fits = (cycle - first) / size + 0.008 + 0.0057 * len(text) < right
-        line, right = 0 if fits else line + 1, (cycle - first) / size
-        named.append((cycle, text, line))
-    return named

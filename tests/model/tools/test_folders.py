@@ -8,19 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from boresight.model.tools.external import (
-    cache_folder,
-    matplotlib_environment,
-    private_folder,
-    yosys_environment,
-)
+from boresight.model.tools.external import cache_folder, private_folder, yosys_environment
 
 
 @pytest.fixture(autouse=True)
 def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A home and a temporary folder of the test's own."""
     (tmp_path / "tmp").mkdir()
-    for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "YOWASP_CACHE_DIR", "MPLCONFIGDIR"):
+    for name in ("XDG_CACHE_HOME", "YOWASP_CACHE_DIR"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
@@ -37,7 +32,7 @@ def closed(tmp_path: Path) -> None:
 
 def test_open_home(tmp_path: Path) -> None:
     assert cache_folder("boresight") == tmp_path / "home" / ".cache" / "boresight"
-    assert yosys_environment() == {} == matplotlib_environment()
+    assert yosys_environment() == {}
     assert not list((tmp_path / "tmp").glob("boresight-*/*"))
 
 
@@ -54,8 +49,7 @@ def test_closed_home(tmp_path: Path) -> None:
     assert cache_folder("boresight") == private / "boresight"
     assert stat.S_IMODE(private.stat().st_mode) == 0o700
     assert yosys_environment() == {"YOWASP_CACHE_DIR": str(private / "YoWASP")}
-    assert matplotlib_environment() == {"MPLCONFIGDIR": str(private / "matplotlib")}
-    assert all((private / name).is_dir() for name in ("boresight", "YoWASP", "matplotlib"))
+    assert all((private / name).is_dir() for name in ("boresight", "YoWASP"))
 
 
 @pytest.mark.parametrize("kind", ["link", "open to others", "file"])
