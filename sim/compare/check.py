@@ -285,9 +285,8 @@ class Check:
         late = (*book.remarks, *told, *strange, *sure, *near, *bare)
         for text in late:
             self.progress(f"warning: {text}")
-        given = dataclasses.replace(
-            given, clamped=dict(case.clamped), warnings=(*case.told, *case.warnings, *late)
-        )
+        notes = (*case.told, *case.warnings, *late)
+        given = dataclasses.replace(given, clamped=dict(case.clamped), notes=notes, doubts=tuple)
         if self.search and number not in self._examined:
             self.progress(f"stated ranges of {estimator.name}")
             self._examined[number] = examine(Traced.of(self.build, number))

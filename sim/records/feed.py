@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from inspect import signature
 from itertools import pairwise
 from pathlib import Path
@@ -55,7 +56,14 @@ class Feed:
     #: (n,): samples that begin from the initial states: where a column ``restart``, which is no
     #: input of the estimator, is above 0.
     restarts: BoolArray
-    warnings: tuple[str, ...]  #: about times and implausible values, up to here.
+    notes: tuple[str, ...]  #: warnings about times, up to here.
+    #: Gives warnings about implausible values: examining them takes longer than many a run.
+    doubts: Callable[[], tuple[str, ...]] = tuple
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """About times and implausible values, up to here."""
+        return (*self.notes, *self.doubts())
 
     def __len__(self) -> int:
         return len(self.inputs)
@@ -151,7 +159,9 @@ class Feeder:
         self.estimator = estimator
         self._start, self._place = 0, Place("")
         self._clock: Clock | None = None
-        self._notes, self._implausible = dict[str, None](), tuple[str, ...]()
+        self._notes = dict[str, None]()
+        self._misspelt = list[str]()
+        self._doubts: Callable[[], tuple[str, ...]] = tuple
 
         def place(row: int, _: int, name: str) -> str:
             return self._place(row - self._start, name)
@@ -184,8 +194,13 @@ class Feeder:
                 text = f"column restart is an input of {estimator.name}: no row restarts it"
                 self._notes[f"{text}; rename the input if rows are to"] = None
                 begins = np.zeros_like(begins)
-        warnings = self._warnings(record, inputs, new, truth)
-        return Feed(record, t, inputs, new, reader.clamped, truth, counts, begins, warnings)
+        if not self._start:
+            clamped, self._misspelt = dict(reader.clamped), [*_misspelt(estimator, record)]
+            self._doubts = cache(lambda: warnings_of(estimator, inputs, new, truth, clamped))
+        notes = self._warnings(record)
+        return Feed(
+            record, t, inputs, new, reader.clamped, truth, counts, begins, notes, self._doubts
+        )
 
     def _complete(self, record: Record) -> Record:
         """A slice from the first row on in which every held input has had a sample."""
@@ -199,16 +214,9 @@ class Feeder:
         self._notes[note] = None
         return rows_of(record, start, len(record))
 
-    def _warnings(
-        self, record: Record, inputs: FloatArray, new: BoolArray, truth: Mapping[str, FloatArray]
-    ) -> tuple[str, ...]:
-        """Warnings up to now: values are judged by the first piece, gaps are counted in all."""
+    def _warnings(self, record: Record) -> tuple[str, ...]:
+        """Warnings about times and columns up to now: gaps are counted in all pieces."""
         is_first = not self._start
-        if is_first:
-            self._implausible = (
-                *_misspelt(self.estimator, record),
-                *warnings_of(self.estimator, inputs, new, truth, self._reader.clamped),
-            )
         self._notes |= dict.fromkeys(record.notes)
         if self.estimator.states and _timed(record) and not selection().gaps:
             if is_first and len(record) > 2:
@@ -217,7 +225,7 @@ class Feeder:
                 self._clock = self._clock.extended(record.steps())
         lines = [] if self._clock is None else [*_irregular_steps(self.estimator, self._clock)]
         notes = [n for n in self._notes if not any(line.startswith(n) for line in lines)]
-        return (*notes, *lines, *self._implausible)
+        return (*notes, *lines, *self._misspelt)
 
     def _values(self, record: Record, declared: Input) -> FloatArray:
         """Values of an input's column in its unit, NaN where there is no new sample.

@@ -126,11 +126,13 @@ def matrix_to_quaternion(c_nb: npt.ArrayLike) -> FloatArray:
 
 def rotate(q: npt.ArrayLike, v_b: npt.ArrayLike) -> FloatArray:
     """Turn vectors (..., 3): ``v_n = q v_b q*``. With the conjugate of q it goes from n to b."""
-    q = quaternion_normalise(q)
-    v_b = _components(v_b, (3,), "v_b")
+    w, x, y, z = np.moveaxis(quaternion_normalise(q), -1, 0)
+    a, b, c = np.moveaxis(_components(v_b, (3,), "v_b"), -1, 0)
     # t = 2 r x v,  v' = v + w t + r x t   with q = (w, r) of norm one
-    t = 2.0 * np.cross(q[..., 1:], v_b)
-    return np.asarray(v_b + q[..., :1] * t + np.cross(q[..., 1:], t), dtype=np.float64)
+    t, u, v = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return _stack(
+        a + w * t + (y * v - z * u), b + w * u + (z * t - x * v), c + w * v + (x * u - y * t)
+    )
 
 
 def euler_to_matrix(euler: npt.ArrayLike) -> FloatArray:
