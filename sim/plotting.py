@@ -11,9 +11,13 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from boresight.model.arrays import FloatArray
 from boresight.model.tools.external import optional
 
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
@@ -91,6 +95,47 @@ def svg(figure: Any, salt: str) -> str:
     return re.sub(r"\n\s*", "\n", out).strip()
 
 
+def histories(
+    panels: Mapping[str, Mapping[str, FloatArray]], *, step_s: float, log: bool, name: str
+) -> str:
+    """SVG of curves (n,) over time, in plots below one another; at most 3,000 points of each.
+
+    ``panels`` are curves by their names in the legend, by the label of a plot; ``step_s`` is the
+    time between two values. With ``log`` values have logarithmic axes; else a first eighth that
+    would hide the rest is cut. ``name`` is the salt of `svg`.
+    """
+    optional("matplotlib")
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    with settings():
+        figure, plots = figure_and_axes(0.4 + 1.4 * len(panels), len(panels), sharex=True)
+        names = dict.fromkeys(name for curves in panels.values() for name in curves)
+        colours = dict(zip(names, cycle(PALETTE), strict=False))
+        for plot, (label, curves) in zip(plots, panels.items(), strict=True):
+            for key, curve in curves.items():
+                every = max(1, len(curve) // 3000)
+                t = step_s * np.arange(len(curve))[::every]
+                plot.plot(t, curve[::every], color=colours[key], label=key, linewidth=0.8)
+            if log:
+                plot.set_yscale("log")
+                low, high = plot.get_ylim()
+                digits = (1.0,) if high > 100.0 * low else (1.0, 3.0)  # of each decade
+                plot.yaxis.set_major_locator(LogLocator(base=10.0, subs=digits))
+                plot.yaxis.set_major_formatter(FuncFormatter(lambda x, _: number(x)))
+                plot.yaxis.set_minor_formatter(NullFormatter())
+            else:
+                shown = np.stack(list(curves.values()))
+                late = shown[:, shown.shape[1] // 8 :]
+                shown = late if np.ptp(shown) > 2.0 * np.ptp(late) else shown
+                edge = 0.1 * np.ptp(shown) or 1.0
+                plot.set_ylim(shown.min() - edge, shown.max() + edge)
+            plot.set_ylabel(label)
+            if len(curves) > 1:
+                legend(plot, len(curves))
+        plots[-1].set_xlabel("time, s")
+        return svg(figure, name)
+
+
 #: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
 
@@ -113,6 +158,7 @@ class Section:
     """
 
     title: str = ""
+    text: str = ""
     columns: Sequence[str] = ()
     rows: Sequence[Sequence[str | float | Verdict]] = ()
     figures: Sequence[tuple[str, str]] = ()

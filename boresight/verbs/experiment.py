@@ -28,7 +28,7 @@ def experiment(
     runs: int | None = None,
     progress: Progress = None,
 ) -> Result:
-    """Run an experiment and write ``NAME.json``, and its pages if it makes any.
+    """Run an experiment and write ``NAME.json``, and the pages that it makes.
 
     Returns ``figures``; ``targets``, each with ``name``, ``source``, ``value``, ``limit`` (least
     and greatest good value) and ``pass``; ``files``. Raises InputError for an unknown name, a seed
@@ -74,7 +74,8 @@ def experiment(
     reported = sum(not (target.good or target.binding) for target in judged)
     besides = f"; {reported} missed that are reported, not binding" if reported else ""
     missed = [t.to_json()["name"] for t in targets if t.binding and not t.good]
+    heads = ("what", "source", "value", "target", "verdict")
+    rows = [{head: row[head] for head in heads} for row in target_rows(targets)]
     places = "\n".join(data["files"])
     summary = f"{places}\ntargets met: {met} of {len(judged)}{besides}"
-    tables = {**result.tables, "targets": target_rows(targets)}
-    return Result(data, tables, summary, failures=missed)
+    return Result(data, {"targets": rows}, summary, failures=missed)

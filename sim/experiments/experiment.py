@@ -88,8 +88,6 @@ class Target:
             "value": self.value if math.isfinite(self.value) else None,
             "limit": [self.low, self.high],
             "pass": self.good if self.judged else None,
-            "beside": dict(self.beside),
-            "note": self.note,
         }
 
 
@@ -98,13 +96,12 @@ class ExperimentResult:
     """Result of a run of an experiment.
 
     ``figures`` are numbers by name, all finite; ``targets`` the judged ones; ``details`` further
-    plain data; ``tables`` rows by title, for people; ``pages`` the contents of `Experiment.pages`.
+    plain data: curves, tables; ``pages`` the contents of the experiment's `Experiment.pages`.
     """
 
     figures: Mapping[str, float]
     targets: tuple[Target, ...]
     details: Mapping[str, Any] = field(default_factory=dict)
-    tables: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     pages: Mapping[str, str] = field(default_factory=dict)
 
     @property

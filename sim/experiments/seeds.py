@@ -39,6 +39,7 @@ class Runs:
     """Results of the runs of one case."""
 
     figures: dict[str, FloatArray]  #: (runs,) by name.
+    shown: Mapping[Any, Any] = field(default_factory=dict)  #: of the first run, for plots.
     each: list[Any] = field(default_factory=list)  #: further results of every run.
 
     def pooled(self) -> dict[str, float]:
@@ -99,4 +100,4 @@ def run_cases(
 def _joined(parts: Sequence[Runs]) -> Runs:
     names = parts[0].figures
     figures = {name: np.concatenate([part.figures[name] for part in parts]) for name in names}
-    return Runs(figures, [result for part in parts for result in part.each])
+    return Runs(figures, parts[0].shown, [result for part in parts for result in part.each])

@@ -1,15 +1,15 @@
-"""Targets of an experiment: read from ``targets.csv`` beside its code, and as a table."""
+"""Targets of an experiment: read from ``targets.csv`` beside its code, and as a page."""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
 from boresight.sim.experiments.experiment import Target
-from boresight.sim.plotting import number, unit
+from boresight.sim.plotting import Section, Verdict, number, page_of, section_of, unit
 
 
 def targets_of(
@@ -67,13 +67,28 @@ def _target(
     )
 
 
+def render(
+    name: str, intro: Sequence[str], targets: Sequence[Target], sections: Sequence[Section]
+) -> str:
+    """HTML text that needs nothing else: sections, then targets.
+
+    A target without limits is shown and not judged.
+    """
+    judged = [target for target in targets if target.judged]
+    met = f"Targets met: {sum(target.good for target in judged)} of {len(judged)}."
+    table = section_of("Targets", target_rows(targets))
+    return page_of(f"Experiment {name}", [*intro, met], [*sections, table])
+
+
 def target_rows(targets: Iterable[Target]) -> list[dict[str, object]]:
     """Targets as rows of a table."""
-    rows = list[dict[str, object]]()
+    rows, before = list[dict[str, object]](), ("", "", "")
     for target in targets:
-        verdict = "pass" if target.good else "FAIL" if target.binding else "miss"
-        unknown = f"not judged: needs {target.needs}" if target.needs else None
+        text = "pass" if target.good else "FAIL" if target.binding else "miss"
+        verdict = Verdict(text, target.good) if target.judged else None
         least = "" if target.spread is None else " to ".join(number(v, 3) for v in target.spread)
+        said = target.name, target.source, target.note
+        note, before = target.note if said != before else "", said  # of parts: it stands once
         row: dict[str, object] = {
             "what": f"{target.name}, {target.part}" if target.part else target.name,
             "source": target.source,
@@ -81,7 +96,8 @@ def target_rows(targets: Iterable[Target]) -> list[dict[str, object]]:
             "runs, least to most": least or None,
             **target.beside,
             "target": target.limits or None,
-            "verdict": verdict if target.judged else unknown,
+            "verdict": verdict or (f"not judged: needs {target.needs}" if target.needs else None),
+            "note": "; ".join(filter(None, ["reported" * (not target.binding), note])) or None,
         }
         rows.append(row)
     return rows

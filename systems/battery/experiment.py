@@ -1,4 +1,4 @@
-"""The cell: every case, and its figures."""
+"""The cell: every case, its figures, its page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Battery(CasesExperiment):
     """State of charge of a lithium cell: loads, rest, charge; cells and sensors that are off."""
 
     runs = 25
-    world, estimator = Discharge, Filter
+    world, estimator, step_s = Discharge, Filter, DT
     cases = {name: Case(cell.meaning, {"cell": name}) for name, cell in CELLS.items()} | {
         "aged_told": Case(
             "aged, the filter has its capacity and resistances",
@@ -36,6 +36,12 @@ class Battery(CasesExperiment):
             "cold, the filter has its resistances", {"cell": "cold"}, _resistances(2.0)
         ),
     }
+    intro = """
+        Two hours of changing loads, ten minutes of rest, a charge; the filter begins at half,
+        the cell nearly full. {runs} runs of the integer program, seeds {seed} to {last}; charges
+        as shares of a full cell, after ten minutes. Counted: the sum of the measured current
+        alone, from the true charge on.
+    """
     columns = {
         "charge, rms": "charge_rms",
         "most": "charge_max",
@@ -44,11 +50,13 @@ class Battery(CasesExperiment):
         "NIS": "nis",
         "fixed less float64, most": "fixed_float_max",
     }
+    shown = ("known", "offset", "cold")
+    shown_text = "Charge, true and estimated; error, and three standard deviations."
 
     @staticmethod
     def figures(
         case: Case, world: Discharge, loop: Loop, reference: Mapping[str, FloatArray]
-    ) -> dict[str, Any]:
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Charges as shares of a full cell, seconds.
 
         ``counted_max``: error of a sum of the measured current that begins at the true charge.
@@ -61,6 +69,7 @@ class Battery(CasesExperiment):
         current = loop.inputs[..., [i.name for i in Filter.inputs].index("i")]
         capacity = 3600.0 * case.params.get("capacity", CAPACITY)
         counted = truth[0] - np.cumsum(DT * current[1:], axis=0) / capacity - truth[1:]
+        sd = 3.0 * loop.outputs["sd_z"][:, 0]
         return {
             "charge_rms": np.sqrt(np.mean(error[start:] ** 2, axis=0)),
             "charge_max": np.abs(error[start:]).max(axis=0),
@@ -68,4 +77,7 @@ class Battery(CasesExperiment):
             "known_s_max": DT * settling_steps,
             "nis": loop.outputs["nis"][start:].mean(axis=0),
             "fixed_float_max": np.abs(z[:, 0] - reference["z"]).max(),
+        }, {
+            "charge": {"estimated": z[:, 0], "true": truth[:, 0]},
+            "error": {"error": error[:, 0], "3 sd": sd, "-3 sd": -sd},
         }

@@ -1,4 +1,4 @@
-"""The landing-system array: Figures 3 to 7 of the paper, in numbers."""
+"""The landing-system array: Figures 3 to 7 of the paper, with figures of our own."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from boresight.model.arrays import FloatArray
 from boresight.sim.experiments.cases import Case, CasesExperiment
 from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.seeds import Runs
+from boresight.sim.plotting import COLOUR, Section, figure_and_axes, legend, settings, svg
 from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
 from boresight.sim.rotations.zyx import angles_of, wrapped
 from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.phases import Array, ArrayPhases, direction, lobe
-from boresight.systems.mls.world import SCANS, Deck, SensorErrors, deck, records
+from boresight.systems.mls.world import RATE_HZ, SCANS, Deck, SensorErrors, deck, records
 
 AZIMUTHS = {"m60": -60.0, "0": 0.0, "60": 60.0}  #: of receivers [deg], by name.
 GLIDE_DEG = 3.0  #: elevation of receivers.
@@ -26,6 +27,11 @@ LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 STEP_DEG = 0.05  #: between beams of a scan.
 _SCAN = SCANS["azimuth"]
 _HIGH = 30.0  #: elevation at which Z is looked at as well.
+_PULSES = (
+    "Elements displaced along {} by b d N(0, 1), 64 elements, one draw: what receivers at -60, 0 "
+    "and 60 deg get over time, a pulse while the beam goes to 62 deg and one while it comes back "
+    "(bars), with a pause of 0.6 ms between."
+)
 
 
 def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
@@ -36,14 +42,16 @@ def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
     return np.stack([run.outputs[f"phase_{k}"] for k in range(array.elements)], axis=1)
 
 
-def patterns_of(array: Array, draws: int, seed: int) -> dict[str, float]:
-    """Figures of pulses (`_figures`) by their names.
+def patterns_of(
+    array: Array, draws: int, seed: int
+) -> tuple[dict[str, float], dict[str, tuple[FloatArray, FloatArray]]]:
+    """Figures of pulses (`_figures`) and one draw's scan [deg] and amplitudes, by their names.
 
     A name has axis, b and azimuth (``x_05_m60``), at the higher elevation ``z_05_0_at_30``. The
     phases are those of the core for beams every `STEP_DEG`, the deck level.
     """
     scan = np.linspace(_SCAN.low, _SCAN.high, round(2.0 * _SCAN.half / STEP_DEG) + 1)
-    figures = dict[str, float]()
+    figures, shown = dict[str, float](), {}
     for elevation in (GLIDE_DEG, _HIGH):
         phases = phases_of(array, np.tile(LEVEL, (len(scan), 1)), direction(scan, elevation))
         for axis, (k, b), (key, azimuth) in product(
@@ -58,7 +66,8 @@ def patterns_of(array: Array, draws: int, seed: int) -> dict[str, float]:
             name += "" if elevation == GLIDE_DEG else f"_at_{elevation:.0f}"
             values = _figures(array, scan, amplitude, azimuth).items()
             figures |= {f"{name}_{figure}": float(value) for figure, value in values}
-    return figures
+            shown[name] = scan, amplitude[0]
+    return figures, shown
 
 
 def _figures(
@@ -84,6 +93,24 @@ def _figures(
         **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(main_lobe.sidelobe_db)},
         "merged": (between > np.sqrt(0.5) * main_lobe.peak).mean(),
     }
+
+
+def _pulses(patterns: Mapping[str, tuple[FloatArray, FloatArray]], axis: str) -> str:
+    """Figures 3 to 5: what receivers at three azimuths get over time."""
+    with settings():
+        figure, grid = figure_and_axes(3.4, 2, 3, sharex=True, sharey=True)
+        for row, b in zip(grid, (1, 5), strict=True):
+            row[0].set_ylabel("amplitude")
+            for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
+                time, amplitude = _SCAN.waveform(*patterns[f"{axis}_0{b}_{key}"])
+                for at in _SCAN.times(azimuth):
+                    axes.axvline(1e3 * at, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
+                axes.plot(1e3 * time, amplitude, color=COLOUR["heading"], linewidth=0.8)
+                axes.set_title(f"{azimuth:g} deg, b = 0.{b}", fontsize=9)
+                axes.set_ylim(0.0, 1.05)
+        for axes in grid[1]:
+            axes.set_xlabel("time, ms")
+        return svg(figure, f"pulses-{axis}")
 
 
 AXES = ("roll", "pitch", "heading")
@@ -122,19 +149,35 @@ CASES = {
         for n in (4, 5, 6)
     },
 }
+_BEAMS = (
+    "Azimuth antenna (above) and elevation antenna (below), receivers at azimuths of -60, 0 and 60 "
+    "deg, 3 deg high (bars), the ship turned by up to 10 deg about each axis: pulses with phases "
+    "of a level array, and of beams up to 3 deg away with phases turned by the filter's attitude."
+)
 
 
 class Mls(CasesExperiment):
     """Landing-system array on a moving deck, Wang Ding et al. (2018)."""
 
-    estimator, at_once = MlsAttitude, 50
+    estimator, step_s, at_once = MlsAttitude, 1.0 / RATE_HZ, 50
     cases, most_runs = CASES, {name: FEW for name in CASES if name not in _ALL_RUNS}
+    intro = """
+        Wang Ding et al. (2018) show pulses of a phased array whose elements are out of place
+        (Figures 3 to 5), a quaternion Kalman filter on a turntable (6), and pulses after
+        compensation (7), without numbers. Here are numbers, of the core's integer programs;
+        {runs} runs, seeds {seed} to {last}.
+    """
     columns = {
         **{f"{axis}, deg": f"{axis}_deg" for axis in (*AXES, "worst")},
         **{"largest, deg": "max_deg", "from the encoder, deg": "encoder_deg"},
         **{"fixed less float, deg": "fixed_float_rms_deg", "most, deg": "fixed_float_deg"},
         **{"saturated words": "saturated", "norm of q": "norm"},
     }
+    shown = ("corrected", "lag_5ms")
+    shown_text = (
+        "Figure 6: encoder of 1024 lines (0.088 deg) and filter, and the error. Every 1.5 s an "
+        "axis jumps by 8 deg in 60 ms."
+    )
 
     def run_case(self, name: str, seeds: range) -> Runs:
         """Figures of each run after three seconds, if ``steered`` of its beams too.
@@ -153,12 +196,17 @@ class Mls(CasesExperiment):
         figures |= {f"{axis}_deg": _rms(late[:, :, k], 0) for k, axis in enumerate(AXES)}
         figures["max_deg"] = np.abs(late).max(axis=(0, 2))
         figures["encoder_deg"] = _rms(wrapped(angles - encoder, 360.0)[SETTLED:], (0, 2))
+        panels: dict[Any, Any] = {"angle, deg": {}, "error, deg": {}}
+        for k, axis in enumerate(AXES):
+            panels["angle, deg"] |= {axis: angles[:, 0, k], f"{axis}, encoder": encoder[:, 0, k]}
+            panels["error, deg"][axis] = error[:, 0, k]
         if case.world.get("steered"):
+            panels = {}  # of Figure 7
             for antenna, (key, azimuth) in product(SCANS, AZIMUTHS.items()):
-                after, before = beam_errors(decks, q, antenna, azimuth)
+                after, before, panels[antenna, key] = beam_errors(decks, q, antenna, azimuth)
                 figures[f"{antenna}_{key}_deg"] = _rms(after, 1)
                 figures[f"uncompensated_{antenna}_{key}_deg"] = _rms(before, 1)
-        return Runs(figures, [*spread])
+        return Runs(figures, panels, [*spread])
 
     def further(
         self, outcomes: Mapping[str, Runs], *, seed: int, runs: int, say: Callable[[str], None]
@@ -176,9 +224,9 @@ class Mls(CasesExperiment):
                 figures[f"mls_{name}_lag_ms"] = float(spread.argmin(axis=0).max())
         figures |= {f"mls_{axis}_deg": pooled["corrected"][f"{axis}_deg"] for axis in AXES}
         figures["mls_fixed_float_deg"] = max(pooled[n]["fixed_float_deg"] for n in COMPARED)
-        for elements in (16, 64):
+        for elements in (16, 64):  # the plots are those of 64
             say(f"patterns of {elements} elements")
-            some = patterns_of(Array(elements), 4 * max(runs, FEW), seed)
+            some, self.patterns = patterns_of(Array(elements), 4 * max(runs, FEW), seed)
             figures |= {f"array{elements}_{name}": value for name, value in some.items()}
         for config, parts in schedules_of(
             MlsAttitude(), ArrayPhases(), ArrayPhases(axis="z")
@@ -186,6 +234,14 @@ class Mls(CasesExperiment):
             for name, schedule in zip(("mls", "phases64", "phases64_z"), parts, strict=True):
                 figures[f"{name}_interval_cycles_{config}"] = float(schedule.interval)
         return figures
+
+    def sections(self, outcomes: Mapping[str, Runs]) -> list[Section]:
+        pulses = [(_PULSES.format(axis.upper()), _pulses(self.patterns, axis)) for axis in "xyz"]
+        beams = [("", _beams(outcomes["rolling"].shown))]
+        return [
+            Section(title="Figures 3 to 5: elements out of place", figures=pulses),
+            Section(title="Figure 7: compensation", text=_BEAMS, figures=beams),
+        ]
 
 
 def flown(
@@ -228,10 +284,11 @@ def phases_fixed_float(seed: int, axis: str) -> float:
 
 def beam_errors(
     decks: Sequence[Deck], q: FloatArray, antenna: str, azimuth_deg: float
-) -> list[FloatArray]:
+) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
     """Error of a receiver's angle at one of `SCANS` (runs, 24 instants) [deg], by -3 dB gates.
 
-    With phases turned by the estimated attitude ``q``, and with those of a level array.
+    With phases turned by the estimated attitude ``q``, and with those of a level array; then scan
+    [deg] and amplitude of both, level first, at the last instant of the first run.
     """
     scan = SCANS[antenna]
     array, place = Array(axis=scan.axis), {"azimuth": azimuth_deg, "elevation": GLIDE_DEG}
@@ -252,7 +309,26 @@ def beam_errors(
         level.append(np.abs(array.field(fixed, receiver)))
         fields = map(array.field, np.split(turned, len(at)), receiver)
         steered.append(np.abs(np.stack(list(fields))))
-    return [
+    before, after = (
         lobe(angles, np.stack(amplitudes), 2.0).centre - place[antenna]
-        for angles, amplitudes in ((narrow, steered), (wide, level))
-    ]
+        for angles, amplitudes in ((wide, level), (narrow, steered))
+    )
+    return after, before, ((wide, level[0][-1]), (narrow, steered[0][-1]))
+
+
+def _beams(pulses: Mapping[Any, Any]) -> str:
+    """Figure 7: pulses of both antennas with and without compensation."""
+    with settings():
+        figure, grid = figure_and_axes(4.4, len(SCANS), 3, sharey=True)
+        for row, (antenna, scan) in zip(grid, SCANS.items(), strict=True):
+            row[0].set_ylabel("amplitude")
+            for axes, (key, azimuth) in zip(row, AZIMUTHS.items(), strict=True):
+                middle = azimuth if antenna == "azimuth" else GLIDE_DEG
+                axes.axvline(middle, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
+                styles = ("grey", "level array"), ("heading", "compensated")
+                for pulse, (name, label) in zip(pulses[antenna, key], styles, strict=True):
+                    axes.plot(*pulse, color=COLOUR[name], label=label)
+                low, high = max(middle - 18.0, scan.low - 2.0), min(middle + 18.0, scan.high + 2.0)
+                axes.set(xlabel=f"{antenna}, deg (receiver at {azimuth:g} deg)", xlim=(low, high))
+        legend(grid[0][0], 2)
+        return svg(figure, "beams")

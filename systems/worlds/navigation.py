@@ -38,8 +38,8 @@ def errors_of(
     outages: Iterable[tuple[float, float]],
     dt: float,
     axes: str,
-) -> tuple[dict[str, Any], slice]:
-    """Figures of `CasesExperiment`, and the records after half a minute.
+) -> tuple[dict[str, Any], dict[str, Any], slice]:
+    """Figures and panels of `CasesExperiment`, and the records after half a minute.
 
     Velocity and position count outside the outages [s] and two seconds after each, ``drift`` is
     the largest error of the position within; degrees, m/s, m.
@@ -60,4 +60,5 @@ def errors_of(
         "drift_max": p[late][blind].max(axis=0, initial=0.0),
         "fixed_float_max": largest_turn_deg(attitude_of(fixed), attitude_of(reference)),
     }
-    return figures, late
+    panels = {"attitude, deg": attitude, "velocity, m/s": v, "position, m": p}
+    return figures, {label: {"": error[:, 0]} for label, error in panels.items()}, late

@@ -65,3 +65,4 @@ def test_fixed_point_is_near_float64(system: str) -> None:
 def test_binding_targets_are_met(system: str, tmp_path: Path) -> None:
     result = boresight.experiment(system, runs=2, output=tmp_path)
     assert result.good, str(result)
+    assert (tmp_path / f"{system}.html").read_text().count("<svg") >= 1

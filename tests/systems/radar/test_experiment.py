@@ -1,4 +1,4 @@
-"""The radars' experiment: runs, bound."""
+"""The radars' experiment: runs, bound, page."""
 
 import numpy as np
 import pytest

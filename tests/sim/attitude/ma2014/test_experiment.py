@@ -1,4 +1,7 @@
-"""The experiment of 2014: figures and targets."""
+"""The experiment of 2014: figures, targets, page."""
+
+import html
+import re
 
 import numpy as np
 import pytest
@@ -75,3 +78,10 @@ def test_lines_and_shares_of_a_spectrum():
     t = np.arange(4800) / 8.0
     x = 5.0 + 0.3 * np.sin(2 * np.pi * t / 6.0) + 0.4 * np.cos(2 * np.pi * t / 100.0)
     assert slow_and_line(x) == pytest.approx((0.64, 0.3))
+
+
+def test_the_page_has_the_targets_and_the_tables(result):
+    page = html.unescape(result.pages["ma2014.html"])
+    assert not re.search(r'<script|(src|href)="http', page)
+    for text in ("Table 3", "Figure 8", "Targets met", "complementary filter", "--seed 5"):
+        assert text in page, text
