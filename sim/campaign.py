@@ -29,6 +29,8 @@ from boresight.model.settings import CURRENT, Settings, using
 from boresight.model.tools.external import ToolFailed, optional
 
 BATCH = 5  #: Tasks that one process runs before it returns their results.
+_SECONDS = 5.0  #: Time from one line of progress to the next.
+_LONGEST = 1 << 24  #: Longest line of a journal, bytes.
 
 Label = TypeVar("Label")
 Result = TypeVar("Result")
@@ -167,14 +169,19 @@ class Journal:
         self.path, self.rows = path, dict[str, Row]()
         if not path.exists():
             return
+        found, line = dict[str, Row](), b"{"
         try:
-            lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-            rows = [json.loads(line) for line in lines if line.endswith("}\n")]
-            found = {row.pop("key"): row for row in rows}
-        except (OSError, ValueError, KeyError, AttributeError) as error:
+            if not path.is_dir() and not path.is_file():
+                raise OSError("a pipe or a device")
+            with path.open("rb") as file:
+                while line[:1] == b"{" and (line := file.readline(_LONGEST)):
+                    if line.endswith(b"}\n"):
+                        row = json.loads(line)
+                        found[row.pop("key")] = row
+        except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
             raise self._unusable(error) from None
-        if lines and not rows:
-            raise self._unusable("no rows")
+        if line:
+            raise self._unusable("lines that are no rows")
         self.rows = {} if again else found
 
     def add(self, rows: Mapping[str, Row]) -> None:
@@ -228,7 +235,7 @@ def complete(
     if known:
         say(f"{known} of {len(tasks)} runs are in {journal.path} already")
     own = jobs if shared else 1
-    start, done = time.monotonic(), known
+    start, done, told = time.monotonic(), known, 0.0
     with cluster(scheduler) as workers:
         size = batch if workers is not None or processes(own) > 1 else 1
         batches = [remaining[k : k + size] for k in range(0, len(remaining), size)]
@@ -236,6 +243,9 @@ def complete(
         for keys, rows in dispatch(own, calls, workers):
             journal.add(dict(zip(keys, rows, strict=True)))
             done += len(keys)
+            if done < len(tasks) and time.monotonic() < told + _SECONDS:
+                continue
+            told = time.monotonic()
             refused = sum(bool(journal.rows.get(key, {}).get("refused")) for key in tasks)
             seconds = (time.monotonic() - start) * (len(tasks) - done) / (done - known)
             line = f"{done} of {len(tasks)} runs" + (f", {refused} refused" if refused else "")

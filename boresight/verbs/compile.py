@@ -132,8 +132,6 @@ def compile(
         expected += project_files(board, system=system is not None)
     check_sound(build)
     with output_folder(output, "compile", files=expected) as folder:
-        if choice is not None:
-            say(str(choice))
         core = build.core
         if target in TARGETS:
             check_memory(core.machine, core.image, TARGETS[target])

@@ -172,9 +172,9 @@ def _copied(log: Any, output: str | Path | None) -> Result:
     is_log = isinstance(log, str | Path) and ".py" not in str(log) and Path(log).exists()
     fix = "name both; a log alone is written as another file"
     require(is_log, "run", "an estimator and a log, a world or board", f"{log} alone", fix)
-    if output is None or not str(output).lower().endswith(tuple(files.FORMATS)):
-        wanted = f"a file name that ends with {', '.join(files.FORMATS)}"
-        raise InputError.at("--output", wanted=wanted, found=str(output or "none"), fix="name it")
+    if output is None:
+        raise InputError.at("--output", wanted="the file to write", found="none", fix="name it")
+    files.check_written(output)
     count, notes = 0, dict[str, None]()
 
     def counted() -> Iterator[Record]:
@@ -296,7 +296,8 @@ def _in_loop(
         "unused": loop.unused,
         "causes": accuracy.causes(),
     }
-    return Result(data, {"errors": rows}, "\n".join(lines), accuracy.causes(), failures)
+    notes = [*wrong_steps(build, loop.inputs, loop.step_s), *accuracy.causes()]
+    return Result(data, {"errors": rows}, "\n".join(lines), notes, failures)
 
 
 class _Summary:
@@ -312,7 +313,7 @@ class _Summary:
         outputs = loop.outputs
         _check_finite(self.estimator, outputs, self.rows)
         if not self.rows:
-            self.warnings = wrong_steps(self.build, columns)
+            self.warnings = wrong_steps(self.build, columns.inputs, columns.step_s)
             declared = self.estimator.outputs
             self.truth = Differences(declared, columns.truth, judged=False, curves=self.whole)
         self.truth.add(outputs, columns.truth)

@@ -100,14 +100,12 @@ def tune(
         return [fixed.errors for fixed, *_ in runs.run({**start, **values}, indices)]
 
     def search(indices: Sequence[int], subject: str) -> tuning.Tuned:
-        tuned = tuning.pattern_search(
+        return tuning.pattern_search(
             lambda values: figure(scores(values, indices)),
             axes,
             rounds,
-            progress=lambda text: say(f"{subject}, {text}"),
+            progress=lambda text: say(f"{subject}: {text}"),
         )
-        say(f"{subject}: {tuned.history[0]:.4g} to {tuned.history[-1]:.4g}")
-        return tuned
 
     every = range(len(trials))
     before = scores({}, every)
@@ -179,7 +177,7 @@ def tune(
         why = "there is one log" if len(trials) == 1 else "there is one fold"
         said.append(f"no cross-validation, since {why}: the error on other logs is not known")
     summary = (
-        f"{made.name}: {best.history[0]:.4g} to {best.history[-1]:.4g} in "
+        f"{made.name}, W = {word}: {best.history[0]:.4g} to {best.history[-1]:.4g} in "
         f"{best.evaluations} evaluations over {len(trials)} logs"
     )
     tables = {"error, mean over the logs": errors, "parameters": moved}

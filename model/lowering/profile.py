@@ -119,7 +119,7 @@ def read_profile(path: str | Path) -> Profile:
     """
     found = "another kind of file"
     try:
-        data = parse_json(Path(path).read_bytes())
+        data = parse_json(b"" if Path(path).is_char_device() else Path(path).read_bytes())
         rows = (data["values"], data["limits"])
         values, limits = ({int(r["number"]): _range(*r["chosen"]) for r in each} for each in rows)
         logs = [str(log["log"]) for log in data["made_from"]]

@@ -93,10 +93,11 @@ def read_trials(
             units = dict.fromkeys(ANGLES, "deg")
         if units and (comparisons or not log.comparison):
             trials.append(Trial(log, feeds, units))
+            first = [(member, fed, next(fed.parts())) for member, fed in feeds.values()]
             told = dict.fromkeys(
                 text
-                for member, fed in feeds.values()
-                for text in (*fed.warnings, *wrong_steps(Build(member), next(fed.parts())))
+                for member, fed, part in first
+                for text in (*fed.warnings, *wrong_steps(Build(member), part.inputs, part.step_s))
             )
             notes += [f"{log.name}: {text}" for text in told]
         else:

@@ -130,8 +130,9 @@ def pattern_search(
         return known[point]
 
     def descended(values: Mapping[str, float]) -> Tuned:
-        own = [Axis(axis.param, values[axis.param.name]) for axis in axes]
-        return _descent(figure, own, rounds, lambda text: progress(f"{text}, {len(known)} runs"))
+        found = _descent(figure, [Axis(a.param, values[a.param.name]) for a in axes], rounds)
+        progress(f"{found.history[-1]:.4g} after {len(known)} runs")
+        return found
 
     start = {axis.param.name: axis.value(0.0) for axis in axes}
     best = descended(start)
@@ -147,10 +148,7 @@ def pattern_search(
 
 
 def _descent(
-    figure: Callable[[Mapping[str, float]], float],
-    axes: Sequence[Axis],
-    rounds: int,
-    progress: Callable[[str], None],
+    figure: Callable[[Mapping[str, float]], float], axes: Sequence[Axis], rounds: int
 ) -> Tuned:
     """Least figure that coordinate moves and pattern moves find.
 
@@ -168,7 +166,7 @@ def _descent(
     point, sign, step = np.zeros(len(axes)), np.ones(len(axes)), np.full(len(axes), FIRST_STEP)
     best = figure(values_at(point))
     history = [best]
-    for number in range(rounds):
+    for _ in range(rounds):
         base, base_best = point, best
         for k in np.flatnonzero(step >= LAST_STEP):
             changed = False
@@ -190,7 +188,6 @@ def _descent(
                 break
             point, best, move = candidate, found, 2.0 * move
         history.append(best)
-        progress(f"round {number + 1} of {rounds}: {best:.4g}")
         if (step < LAST_STEP).all():
             break
     return Tuned(values_at(point), 0, history)

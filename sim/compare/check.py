@@ -201,10 +201,6 @@ class Check:
             text = f"no core, as compile would make it: {shortage}"
             for case in cases:
                 case.warnings[text] = None
-        pairs = zip(cases, blocks, strict=True)
-        texts = (text for case, block in pairs for text in (*block.warnings, *case.warnings))
-        for text in dict.fromkeys(texts):
-            self.progress(f"warning: {text}")
         slow = {"icarus": " (slow: --simulator verilator is faster)"}
         names = (f"{x.kind.name} in {x.tool}{slow.get(x.tool, '')}" for x in attempts)
         self.progress(", ".join(["float64", *names]))
@@ -283,8 +279,6 @@ class Check:
             if o.truth is not None and not np.isfinite(given.truth.get(o.name, np.nan)).any()
         ]
         late = (*book.remarks, *told, *strange, *sure, *near, *bare)
-        for text in late:
-            self.progress(f"warning: {text}")
         notes = (*case.told, *case.warnings, *late)
         given = dataclasses.replace(given, clamped=dict(case.clamped), notes=notes, doubts=tuple)
         if self.search and number not in self._examined:

@@ -84,18 +84,18 @@ def beside_textbook(build: Build, number: int, given: Feed, floating: Run, gates
     )
 
 
-def wrong_steps(build: Build, given: Feed) -> list[str]:
-    """Constant time steps of the model of a build's estimator that are not the log's, a line each.
+def wrong_steps(build: Build, inputs: FloatArray, step: float | None) -> list[str]:
+    """Constant time steps of the model of a build's estimator that are not ``step``, a line each.
 
-    ``given`` has the first rows of the log. A textbook form that raises is left to
+    ``inputs`` (n, n_inputs) are the first records. A textbook form that raises is left to
     `beside_textbook`.
     """
     (estimator,) = build.estimators
-    if given.step_s is None or any(i.name == "dt" for i in estimator.inputs):
+    if step is None or any(i.name == "dt" for i in estimator.inputs):
         return []
     with suppress(InputError):
-        if book := _second_form(build, 0, given.inputs[:_PROBED]):
-            return _wrong_steps(estimator, book, given.step_s)
+        if book := _second_form(build, 0, inputs[:_PROBED]):
+            return _wrong_steps(estimator, book, step)
     return []
 
 
@@ -118,7 +118,7 @@ def _wrong_steps(estimator: Estimator, book: SecondForm, step: float | None) -> 
         return []
     return [
         f"estimator {estimator.name}: the model moves {name} by a time step of {abs(own):.4g} s, "
-        f"the log has one of {step:.4g} s; take dt as an input, use the log's rate, or "
+        f"the records have one of {step:.4g} s; take dt as an input, use their rate, or "
         'write waived = ("time step",)'
         for name, (own, *others) in book.time_steps.items()
         if own and not any(1 / _STEPS < abs(s) / step < _STEPS for s in (own, *others))

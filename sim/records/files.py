@@ -72,6 +72,8 @@ FORMATS = {
     ".parquet": Format(partial(records_of, read_parquet), write_parquet, "a Parquet file"),
     ".mat": Format(partial(records_of, read_mat), write_mat, "a MAT file up to version 7", True),
 }
+#: Suffixes of CSV that is written. It is read from any other that is not `_FOREIGN`.
+_PLAIN = (".txt", ".dat", ".log")
 #: Suffixes of other kinds of files, which are not read as CSV.
 _FOREIGN = {
     *(".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".feather", ".zst"),
@@ -135,8 +137,9 @@ def check_written(path: str | os.PathLike[str]) -> None:
     """Refuse the name of a log to be written whose suffix is that of another kind of file."""
     wanted = f"a suffix of logs, {', '.join(FORMATS)}"
     name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
-    is_log = suffix in ("", ".txt", ".dat") or name.endswith(tuple(FORMATS))
-    require(is_log, str(path), wanted, suffix, "choose one; .txt, .dat and no suffix are CSV")
+    is_log = suffix in ("", *_PLAIN) or name.endswith(tuple(FORMATS))
+    fix = f"choose one; {', '.join(_PLAIN)} and no suffix are CSV"
+    require(is_log, str(path), wanted, suffix, fix)
 
 
 def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:

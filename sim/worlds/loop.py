@@ -37,11 +37,18 @@ class Loop:
     clamped: dict[str, int]  #: samples so far beyond the range of inputs that are to be clamped.
     seconds: float
     unused: tuple[str, ...] = ()  #: columns of the source so far without a use.
+    dt: FloatArray | None = None  #: (n,): time steps of a world, s; None where it gives none.
 
     @property
     def outputs(self) -> dict[str, FloatArray]:
         """Outputs of the level (n,), in their units."""
         return self.run.outputs
+
+    @property
+    def step_s(self) -> float | None:
+        """Median of the time steps above 0 of a world; None without any."""
+        steps = np.zeros(0) if self.dt is None else self.dt[self.dt > 0.0]
+        return float(np.median(steps)) if len(steps) else None
 
     @property
     def records_per_s(self) -> float:
@@ -61,19 +68,24 @@ class Loop:
             for name in run.outputs
             if any(name in part.truth for part in parts)
         }
+        dt = [part.dt for part in parts if part.dt is not None]
+        steps = np.concatenate(dt) if len(dt) == len(parts) else None
         seconds = sum(part.seconds for part in parts)
-        return cls(last.level, inputs, new, run, truth, last.clamped, seconds, last.unused)
+        return cls(last.level, inputs, new, run, truth, last.clamped, seconds, last.unused, steps)
 
     def record(self, estimator: Estimator, name: str) -> Record:
         """The inputs of the level as a record, with truths: any level can be run on it again.
 
-        NaN where there was no new sample; a flag of validity has no column. Times where a rate is
-        declared, and no input ``dt``.
+        NaN where there was no new sample; a flag of validity has no column. Without an input
+        ``dt`` times where the world gives time steps above 0, or a rate is declared.
         """
         samples = np.where(self.new, self.inputs, np.nan)
         columns = dict[str, Column]()
-        if "dt" in estimator.rates_hz and all(i.name != "dt" for i in estimator.inputs):
-            columns["t"] = Column(np.arange(len(samples)) / estimator.rates_hz["dt"])
+        if all(i.name != "dt" for i in estimator.inputs):
+            if self.dt is not None and (self.dt > 0.0).all():
+                columns["t"] = Column(np.cumsum(self.dt))
+            elif "dt" in estimator.rates_hz:
+                columns["t"] = Column(np.arange(len(samples)) / estimator.rates_hz["dt"])
         columns |= {
             i.name: Column(samples[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
         }
@@ -147,8 +159,8 @@ def _world(
             break
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
-        if not reader.rows and "dt" in columns:
-            dt = reader.number("dt", columns["dt"], n)
+        dt = reader.number("dt", columns["dt"], n)[:, axis] if "dt" in columns else None
+        if not reader.rows and dt is not None:
             rates = 1.0 / dt[dt > 0.0]  # a step below 0 restarts
             if len(rates):
                 rate, fix = float(np.median(rates)), "correct dt, or rates_hz"
@@ -170,7 +182,8 @@ def _world(
             kept = {name: values for name, values in run.outputs.items() if name in keep}
             run = Run(kept, saturated=run.saturated, fault=run.fault)
         samples, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
-        yield Loop(level.name, *samples, run, truth, reader.clamped, seconds, tuple(unused))
+        counts, others = reader.clamped, tuple(unused)
+        yield Loop(level.name, *samples, run, truth, counts, seconds, others, dt)
     fix = "let record() return None only at the end"
     require(reader.rows > 0, where, "at least one record", None, fix)
 

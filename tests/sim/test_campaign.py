@@ -54,8 +54,13 @@ def test_a_file_that_is_not_a_journal_is_left_alone(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="wanted a journal that can be read and written"):
             Journal(path)
         assert path.read_text() == text
-    with pytest.raises(InputError, match="wanted a journal"):
-        Journal(tmp_path)
+    os.truncate(path, 0)
+    os.truncate(path, 1 << 40)  # zeros without end, a pipe, a device
+    os.mkfifo(tmp_path / "pipe")
+    for other in (path, tmp_path, tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(InputError, match="wanted a journal"):
+            Journal(other)
+    path.unlink()
     journal = Journal(tmp_path / "new")
     journal.path.mkdir()
     with pytest.raises(InputError, match="/new: wanted a journal that can be read and written"):

@@ -161,11 +161,13 @@ def test_levels_that_part_fail(here: Path, monkeypatch, said) -> None:
     assert "fixed and c part" in said("run mine.py mine.py --levels fixed,c --steps 5 -q", 1)
 
 
-def test_a_log_as_another_kind_of_file(here: Path, data, refused) -> None:
+def test_a_log_as_another_kind_of_file(here: Path, data, said, refused) -> None:
     assert data("run mine.csv -o copy.npz --to 1s")["rows"] < 60
     copy, log = read_record("copy.npz"), read_record("mine.csv")
     assert copy.columns["z"].values[0] == log.columns["z"].values[0]
-    assert "wanted a file name that ends with" in refused("run mine.csv -o copy.doc")
+    said("run mine.csv -o copy.log")
+    assert len(read_record("copy.log")) == len(log)
+    assert "wanted a suffix of logs" in refused("run mine.csv -o copy.doc")
     assert "wanted an estimator and a log" in refused("run mine.py")
 
 

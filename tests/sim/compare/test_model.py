@@ -17,6 +17,7 @@ from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
+from boresight.sim.worlds.world import World
 
 N = 200
 DT = 0.01
@@ -141,7 +142,7 @@ def test_a_short_log_of_a_held_sensor_fails(rows: int, each: int) -> None:
             {"flagged": False, "inputs": Track.inputs[:1]},
             "z holds its last sample in 75% of the updates",
         ),
-        ("time step", {"dt": 2.0 * DT}, "by a time step of 0.02 s, the log has one of 0.01 s"),
+        ("time step", {"dt": 2.0 * DT}, "by a time step of 0.02 s, the records have one of 0.01 s"),
     ],
 )
 def test_a_fault_of_the_model_fails_unless_it_is_waived(
@@ -177,6 +178,15 @@ def test_a_wrong_time_step_is_told_from_each_source_of_times(
     result = boresight.run(estimator, log)
     assert result.good and result.notes == faults
     assert [*boresight.accuracy(estimator, log).notes] == [f"log: {text}" for text in faults]
+
+    class Wave(World):
+        def pieces(self) -> Any:
+            yield {**times, "z": np.sin(T)}
+
+    if "dt" in times:
+        assert [*boresight.run(estimator, Wave()).notes] == faults
+        (checked_world,) = boresight.check(estimator, Wave(), levels=("c",))["results"]
+        assert [*checked_world.book.faults] == faults
 
 
 @pytest.mark.parametrize(("scale", "told"), [(1.0, False), (-1.0, True), (0.1, True)])
