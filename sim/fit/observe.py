@@ -1,7 +1,7 @@
 """Range of every expression of a step in float64, on records and on hostile inputs.
 
 The states before each update are known from a run; from them all updates of the trace are computed
-at once. Hostile inputs stay within the declared ranges; those of attitude filters are motions.
+at once. Hostile inputs stay within the declared ranges.
 """
 
 from __future__ import annotations
@@ -14,14 +14,11 @@ import numpy as np
 from boresight.firmware.floating import FloatCModel
 from boresight.model import ops
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import GRAVITY, Output
-from boresight.model.errors import require_choice
+from boresight.model.declarations import Output
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Trace
 from boresight.model.recorded import evaluate
-from boresight.sim.records.nine_axis import TRIADS
-from boresight.sim.rotations import rotation
 
 #: Smallest and largest value by the number of an expression; for a comparison, of the difference.
 Reached = dict[int, Range]
@@ -124,23 +121,12 @@ def joined(*seen: Reached) -> Reached:
     return out
 
 
-#: Stimuli that `manoeuvre` makes.
-MANOEUVRES = ("still", "tumble", "spin", "blows", "fall", "magnet", "gaps", "restarts", "uneven")
 #: Stimuli that `within` makes.
 WITHIN = ("still", "noise", "slow", "jumps", "ends", "gaps")
-_FIELD = np.array([0.0, 20.0, -44.0])  # uT
-#: Columns of `manoeuvre`.
-_COLUMNS = ("dt", *(name for key in ("gyr", "mag", "acc") for name in TRIADS[key][0]))
 
 
 def hostile(estimator: Estimator, steps: int, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """Inputs (steps, n_inputs) by the name of the stimulus.
-
-    Motions for an estimator that reads a gyro and an accelerometer, perhaps a magnetometer, alone.
-    """
-    if {i.name for i in estimator.inputs} | {*TRIADS["mag"][0]} == {*_COLUMNS}:
-        place = [_COLUMNS.index(i.name) for i in estimator.inputs]
-        return {name: manoeuvre(name, steps, rng)[:, place] for name in MANOEUVRES}
+    """Inputs (steps, n_inputs) within the declared ranges, by the name of the stimulus."""
     return {name: within(estimator, name, steps, rng) for name in WITHIN}
 
 
@@ -178,38 +164,3 @@ def within(estimator: Estimator, name: str, steps: int, rng: np.random.Generator
             valid = new[:, [place[f] for f in declared.flags]].all(axis=1)
             values[:, k] = np.clip(valid.astype(np.float64), declared.low, declared.high)
     return np.asarray(values)
-
-
-def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005) -> FloatArray:
-    """Records (steps, 10) in the order of every attitude estimator: dt, gyro, field, force."""
-    require_choice("manoeuvre", name, MANOEUVRES)
-    t = dt * np.arange(steps)[:, None]
-    rate = {"still": 0.0, "spin": 35.0}.get(name, 3.0)
-    gyr = rate * np.sin(rng.uniform(0.2, 4.0, 3) * t + rng.uniform(0, 6.28, 3))
-    if name == "spin":
-        gyr[:] = rate * np.sign(gyr[:1])
-    start = rotation.quaternion_normalise(rng.normal(size=4))
-    q = rotation.quaternion_running_product(start, rotation.rotation_vector_to_quaternion(dt * gyr))
-    to_body = rotation.quaternion_conjugate(q)
-    acc = GRAVITY * rotation.rotate(to_body, np.array([0.0, 0.0, 1.0]))
-    mag = rotation.rotate(to_body, _FIELD)
-    blow = rng.random((steps, 1)) < 0.05
-    if name == "blows":
-        acc = acc + blow * rng.uniform(-150.0, 150.0, (steps, 3))
-    elif name == "fall":
-        acc = acc * (np.sin(0.5 * t) > 0.0)
-    elif name == "magnet":
-        mag = mag * (1.0 + 4.0 * blow) + 100.0 * rng.normal(size=3) * (np.sin(0.3 * t) > 0.5)
-    elif name == "gaps":
-        mag = mag * (rng.random((steps, 1)) < 0.1)
-        mag[steps // 3 : 2 * steps // 3] = 0.0
-    step = np.full((steps, 1), dt)
-    if name == "restarts":
-        step[rng.random(steps) < 0.002] = -dt
-    elif name == "uneven":
-        step = np.exp(rng.uniform(np.log(5e-4), np.log(0.24), (steps, 1)))
-    noise = np.array([0.02] * 3 + [1.0] * 3 + [0.3] * 3)
-    sensors = np.concatenate([gyr, mag, acc], axis=1)
-    present = np.repeat([np.ones(steps), (mag != 0.0).any(axis=1), np.ones(steps)], 3, axis=0).T
-    sensors = sensors + present * noise * rng.normal(size=sensors.shape)
-    return np.concatenate([step, np.clip(sensors, -159.9, 159.9)], axis=1)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude.vqf import Vqf
 from boresight.model.resolve import estimator_of
-from boresight.sim.fit.observe import MANOEUVRES, manoeuvre
+from boresight.sim.fit.observe import hostile
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import feed, fitted
@@ -166,8 +166,10 @@ def _hostile(made: Vqf, dt: float) -> dict[str, Any]:
     full = np.stack([rng.uniform(i.low, i.high, 1500) for i in made.inputs], axis=1)
     full[:, 0] = np.where(rng.random(1500) < 0.01, -0.1, dt)
     ends = np.array([[rng.choice([i.low, i.high]) for i in made.inputs] for _ in range(150)])
-    motions = {n: inputs_of(made, manoeuvre(n, 700, rng, dt)) for n in MANOEUVRES}
-    return motions | {"full": full, "ends": np.repeat(ends, 10, axis=0)}
+    stimuli = hostile(made, 700, rng)
+    for records in stimuli.values():
+        records[:, 0] = dt
+    return stimuli | {"full": full, "ends": np.repeat(ends, 10, axis=0)}
 
 
 @pytest.mark.parametrize("rate_hz, mag_rate_hz", [(10.0, 1.0), (200.0, 200.0), (1000.0, 30.0)])
