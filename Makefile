@@ -45,7 +45,7 @@ lint: $(VENV)/.test    ## Rules and format (ruff)
 	$(BIN)/ruff format --check --quiet .
 
 formal: $(VENV)/.test  ## Prove what docs/proofs.md claims
-	$(BIN)/python -m boresight.sim.formal
+	$(BIN)/pytest -q tests/sim/formal -m "soak or not soak"
 
 docs: $(VENV)/.docs    ## The site, build/site/index.html (warnings are errors), and the page of commands
 	$(BIN)/python -c "from boresight.cli import app; from boresight.verbs import VERBS; print(app(*VERBS).generate_docs().replace('# boresight', '# Commands', 1))" >docs/reference/commands.md

@@ -16,7 +16,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,7 +178,7 @@ class ProofError(RuntimeError):
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """A statement about a component: the first paragraph of its harness's docstring."""
+    """A statement about a component: the docstring of its harness."""
 
     #: ``part.statement``.
     name: str
@@ -192,12 +191,6 @@ class Proof:
     induction: bool = False
     #: Cycles after which each ``Cover`` is reached; by default ``depth``.
     cover: int | None = None
-
-    @property
-    def claim(self) -> str:
-        """First paragraph of the harness's docstring."""
-        text = self.harness.__doc__ or ""
-        return " ".join(text.partition("\n\n")[0].split())
 
 
 class Result(NamedTuple):
@@ -215,23 +208,13 @@ class Result(NamedTuple):
     def proven(self) -> bool:
         return not self.failed
 
-    def __str__(self) -> str:
-        if self.proven:
-            return f"proven, {self.covers} covers"
-        how = "assertion fails" if self.refuted else "cover not reached"
-        return f"FAILED, {how}: {', '.join(self.failed)}"
 
-
-def prove(proof: Proof, *, folder: Path | None = None) -> Result:
+def prove(proof: Proof, folder: Path) -> Result:
     """Prove or refute; raises ProofError without an answer, ToolMissing without the tools.
 
-    ``folder`` keeps the files of SymbiYosys, among them the traces of counterexamples
-    (``NAME_check/engine_0/trace.vcd``); by default it is a temporary one.
+    ``folder`` gets the files of SymbiYosys, among them the traces of counterexamples
+    (``NAME_check/engine_0/trace.vcd``).
     """
-    if folder is None:
-        with tempfile.TemporaryDirectory(prefix="proof") as name:
-            return prove(proof, folder=Path(name))
-    folder.mkdir(parents=True, exist_ok=True)
     for name, reset in (("design.il", True), ("quiet.il", False)):
         (folder / name).write_text(_rtlil(proof, reset=reset))
     cover = proof.depth if proof.cover is None else proof.cover
