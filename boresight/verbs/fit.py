@@ -28,7 +28,6 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.settings import CURRENT, using
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
-from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.boards import board_system
 from boresight.sim.compare.diagnosis import IF_ALWAYS, NAMED
 from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
@@ -104,8 +103,7 @@ def fit(
         while name in records:
             name += f" {len(records) + 1}"
         records[name] = partial(_inputs, found, log)
-    starts = initial_covariances(found)
-    fit_result = fitted(found, records, params=values, starts=starts, progress=say)
+    fit_result = fitted(found, records, params=values, progress=say)
     say("fixed point, by intervals and with the profile")
     choice = select_ranges(fit_result, records, params=values, word=word)
     before, after, profile = choice.before, choice.after, choice.profile

@@ -1,4 +1,4 @@
-"""The covariance among an estimator's states, and parameter sets of several initial ones.
+"""The covariance among an estimator's states.
 
 A covariance is what the estimator says (`Estimator.covariance_elements`) or what its states are
 named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the upper or the lower half.
@@ -13,17 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import Param
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import Estimator
 from boresight.model.step import called
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
-#: Initial variances of an attitude, rad^2.
-P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
-#: Share of their default of other initial variances; of initial deviations the roots.
-SHARES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
 _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
 
 
@@ -58,24 +53,6 @@ def covariance_of(estimator: Estimator) -> Covariance:
         tuple(axes),
         tuple((axes.index(i), axes.index(j), k) for i, j, k in entries if {i, j} <= {*axes}),
     )
-
-
-def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
-    """Parameter sets of several initial covariances, of the parameters named ``p0_...``.
-
-    Angles, in rad and rad^2, take each of `P0`, or its root. Where none is an angle, all take
-    `SHARES` of their default, within their range; one empty set where there is none.
-    """
-    found = [p for p in estimator.params if p.name.startswith("p0_")]
-    angles = [p for p in found if p.unit in ("rad", "rad^2")]
-
-    def value(p: Param, p0: float, share: float) -> float:
-        power = 1.0 if p.unit.endswith("^2") else 0.5
-        wanted = float(p0**power if angles else share**power * p.default)
-        return min(max(wanted, p.low), p.high)
-
-    sets = zip(P0, SHARES, strict=True) if found else [(0.0, 0.0)]
-    return [{p.name: value(p, *of) for p in angles or found} for of in sets]
 
 
 def own_covariance(

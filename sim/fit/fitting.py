@@ -163,13 +163,13 @@ def fitted(
     records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
-    starts: Sequence[Mapping[str, float]] = ({},),
+    stressed: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Fitted:
     """Run an estimator in float64 and choose ranges from those of its values.
 
     ``records`` are inputs (n, n_inputs) by the name of the log or world, or functions that give
-    them in pieces; ``starts`` further parameter values of the hostile runs, one after the other.
+    them in pieces; ``stressed``: hostile runs count, too.
     Raises InputError as `intervals`.
     """
     say = progress or (lambda text: None)
@@ -187,15 +187,13 @@ def fitted(
     for name, inputs in records.items():
         say(f"float64 on {name}")
         updates[name] = run(observer, inputs)
-    seen, provoked, hostile_updates = observer.reached, Reached(), 0
-    for start in starts:
-        observer = Observer(trace, estimator, overrides | dict(start))
-        stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
-        for name, stimulus in stimuli.items():
-            say(f"float64, stress test, {name}")
-            hostile_updates += run(observer, stimulus)
-        provoked = joined(provoked, observer.reached)
-    profile = profile_of(trace, estimator, seen, provoked, [*records])
+    seen, hostile_updates = observer.reached, 0
+    observer = Observer(trace, estimator, overrides)
+    stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
+    for name, stimulus in stimuli.items() if stressed else ():
+        say(f"float64, stress test, {name}")
+        hostile_updates += run(observer, stimulus)
+    profile = profile_of(trace, estimator, seen, observer.reached, [*records])
     return Fitted(estimator, trace, seen, profile, updates, hostile_updates)
 
 

@@ -7,8 +7,9 @@ import pytest
 
 from boresight.kalman import Kalman, Measurement, State
 from boresight.model.declarations import Input, Output, Param
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
-from boresight.sim.accuracy.covariance import covariance_of, initial_covariances
+from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.fit.observe import hostile
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import CompiledFloat, Emitted
@@ -27,6 +28,30 @@ FILTERS = {
 }
 #: Least eigenvalue that rounding explains, in last bits of the covariance's words.
 LEAST = -4.0
+
+
+#: Initial variances of an attitude, rad^2.
+P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
+#: Share of their default of other initial variances; of initial deviations the roots.
+SHARES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
+
+
+def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
+    """Parameter sets of several initial covariances, of the parameters named ``p0_...``.
+
+    Angles, in rad and rad^2, take each of `P0`, or its root. Where none is an angle, all take
+    `SHARES` of their default, within their range; one empty set where there is none.
+    """
+    found = [p for p in estimator.params if p.name.startswith("p0_")]
+    angles = [p for p in found if p.unit in ("rad", "rad^2")]
+
+    def value(p: Param, p0: float, share: float) -> float:
+        power = 1.0 if p.unit.endswith("^2") else 0.5
+        wanted = float(p0**power if angles else share**power * p.default)
+        return min(max(wanted, p.low), p.high)
+
+    sets = zip(P0, SHARES, strict=True) if found else [(0.0, 0.0)]
+    return [{p.name: value(p, *of) for p in angles or found} for of in sets]
 
 
 def stays_positive(name: str, updates: int, steps: int) -> None:

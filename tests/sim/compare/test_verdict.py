@@ -172,7 +172,7 @@ def test_a_claim_that_is_too_wide_with_a_profile() -> None:
     """A profile leaves its margins; only its author may say less."""
     claimed, inputs = Claimed(), [0.1 * k - 1.0 for k in range(21)]
     assert "choose formats by boresight fit" in judge(claimed, inputs, 18).culprit
-    full = fitted(claimed, {"log": np.array(inputs)[:, None]}, starts=()).profile
+    full = fitted(claimed, {"log": np.array(inputs)[:, None]}, stressed=False).profile
     for claimed.profile in (full, replace(full, ranges={})):
         assert "boresight fit" not in judge(claimed, inputs, 18).culprit
     assert str(claimed.profile).endswith("no formats, since none observed in log is more exact")
@@ -184,7 +184,7 @@ class ByHand(Wide):
     def __init__(self, wide: float) -> None:
         self.states = (State("p00", -wide, wide),)
         inputs = {"log": np.ones((20, 1))}
-        self.profile = fitted(self, inputs, starts=()).profile
+        self.profile = fitted(self, inputs, stressed=False).profile
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         """Two products, as of matrices."""

@@ -98,7 +98,7 @@ def test_under_hostile_inputs_variances_stay_positive(records: dict[str, Any]) -
 def test_without_hostile_inputs_they_would_not(records: dict[str, Any]) -> None:
     """That the test before this one can fail."""
     estimator = copy.copy(Motor())
-    result = fitted(estimator, records, starts=())
+    result = fitted(estimator, records, stressed=False)
     assert result.hostile_updates == 0
     with_hostile = fitted(estimator, records).profile.ranges
     assert any(abs(r[1]) < abs(with_hostile.get(n, r)[1]) for n, r in result.profile.ranges.items())
@@ -136,7 +136,7 @@ def test_the_advice_of_check_is_followed_with_success() -> None:
     run, reference = (level(build).run_anew(inputs) for level in (Emitted, CompiledFloat))
     made = judge(build, 0, inputs, run, reference, {})
     assert not made.good and "choose formats by boresight fit" in made.culprit
-    result = fitted(estimator, {"log": inputs}, starts=())
+    result = fitted(estimator, {"log": inputs}, stressed=False)
     after = effect(estimator, result.profile, {"log": inputs})
     assert isinstance(after, Effect)
     assert after.differences[0].largest < 0.5 * made.differences[0].largest

@@ -12,7 +12,6 @@ import pytest
 from boresight.model.attitude import FILTERS
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
-from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.fit.fitting import Effect, effect, fitted, select_ranges
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
@@ -36,7 +35,7 @@ def test_half_of_a_log(name: str) -> None:
     estimator.profile = None
     whole = {"log": feed(estimator, record).inputs}
     half = {"log": whole["log"][: len(whole["log"]) // 2]}
-    fit = fitted(estimator, half, starts=initial_covariances(estimator))
+    fit = fitted(estimator, half)
     for profile in (fit.profile, select_ranges(fit, half).profile):
         on_all = effect(estimator, profile, whole)
         assert isinstance(on_all, Effect)

@@ -195,7 +195,7 @@ def test_check_fails_where_the_search_breaks_a_claim() -> None:
 def test_a_profile_leaves_the_reason_and_is_what_to_do_again() -> None:
     quiet = claiming(lambda x, u, p: 0.5 * u.a * u.b, -4.0, 4.0)
     small = 0.01 * np.ones((20, 2)) * np.arange(20.0)[:, None] / 20.0
-    quiet.profile = fitted(quiet, {"quiet": small}, starts=()).profile
+    quiet.profile = fitted(quiet, {"quiet": small}, stressed=False).profile
     assert checked(quiet, a=small[:, 0], b=small[:, 1]).claims[0].reason == "so it is"
     culprit = checked(quiet, a=np.ones(5), b=np.ones(5)).accuracy.culprit
     assert culprit.endswith(
