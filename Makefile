@@ -35,7 +35,6 @@ main test: export PYTHONDONTWRITEBYTECODE :=
 setup: $(VENV)/.setup  ## The environment .venv with what `make` needs
 
 test: $(VENV)/.test lint ## Set up, then lint, types and all tests
-	@"$(PYTHON)" -I model/tools/needs.py tests
 	@# Types are checked beside the tests.
 	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -n auto --dist worksteal $(TESTS); tests=$$?; \
 	  wait $$types && exit $$tests

@@ -29,7 +29,7 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.machine import machine_named
-from boresight.gateware.microcode.image import check_memories, rom_pieces
+from boresight.gateware.microcode.image import check_memories
 from boresight.gateware.synthesis.family import Router
 from boresight.gateware.synthesis.routed import Mapped, Routed, check_memory, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
@@ -373,15 +373,5 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "identity": core.identity,
         "resources": reports[0]["resources"],
         "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
-        "microcode": {
-            "words": len(core.image.rom),
-            "depth": sum(rom_pieces(len(core.image.rom))),
-            "bits": core.machine.word_bits,
-            "first_word": dict(zip(core.names, core.image.bases[: len(core.names)], strict=True)),
-        },
-        "states": {
-            "used": sum(len(p.program.states) for p in core.parts),
-            "available": core.machine.lanes * core.machine.state_slots,
-        },
         "programs": dict(zip(core.names, reports, strict=True)),
     }

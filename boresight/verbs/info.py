@@ -146,21 +146,6 @@ _OPTIONAL_PROGRAMS = {
     "riscv64-unknown-elf-gcc": ("sudo apt-get install gcc-riscv64-unknown-elf", "C on a soft core"),
     "xst": ("ISE 14.7, from AMD", "bitstreams for Spartan-6"),
 }
-#: What the packages of an extra are for.
-_USES = {
-    "plots": "plots and reports",
-    "board": "projects of boards, serial line",
-    "softcore": "C on a soft core",
-    "systems": "the systems of the literature",
-    "published": "published attitude filters",
-    "logs": "Parquet, MAT",
-    "ulog": "flight logs of PX4",
-    "ros": "bags of ROS",
-    "cluster": "campaigns on a Dask cluster",
-    "ecp5": "routing of ECP5",
-    "ice40": "routing of iCE40",
-    "nexus": "routing of Nexus",
-}
 #: Extras for developers.
 _OURS = ("docs", "release", "test")
 
@@ -188,7 +173,7 @@ def _installed() -> Result:
             router = name.removeprefix("yowasp-") if name.startswith("yowasp-nextpnr") else ""
             found = _program(router) or _package(name)
             line = f"pip install 'boresight[{extra}]'"
-            tools.append(row(name, found, line, _USES.get(extra, extra)))
+            tools.append(row(name, found, line, extra))
     cache = Cache()
     names = {
         "estimators": names_of_entry_points(ESTIMATOR_GROUP),

@@ -2,7 +2,6 @@
 
 `make` runs this file with the system's Python before there is an environment, so it imports only
 the standard library. It prints a line for each program that is missing and exits with status 2.
-With the argument ``tests`` it also names what some tests need: without it they are skipped.
 """
 
 from __future__ import annotations
@@ -74,15 +73,10 @@ def install_line(*names: str) -> str:
 
 
 def main() -> int:
-    status = 0
-    for name, need in NEEDS.items():
-        if need.optional and "tests" not in sys.argv[1:] or need.present():
-            continue
-        kind = "note" if need.optional else "error"
-        line = f"{kind}: {name} not found ({need.use}): {install_line(name)}"
-        print(line, file=sys.stdout if need.optional else sys.stderr)
-        status = status if need.optional else 2
-    return status
+    missing = [name for name, need in NEEDS.items() if not (need.optional or need.present())]
+    for name in missing:
+        print(f"error: {name} not found ({NEEDS[name].use}): {install_line(name)}", file=sys.stderr)
+    return 2 if missing else 0
 
 
 if __name__ == "__main__":

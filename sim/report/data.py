@@ -43,8 +43,6 @@ _FIGURES = {
     "resources.blkmem": Figure("RAM", "area"),
     "timing.fmax_mhz.*.p75": Figure("clock, slow nets", "clock", "MHz", falls=True),
     "timing.fmax_mhz.*.routed": Figure("clock, routed", "clock", "MHz", falls=True),
-    "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
-    "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
     "parameters.*": Figure("value", "parameter"),
     "tolerances.*": Figure("tolerance", "identity"),
     "digest": Figure("program digest", "identity"),
@@ -73,7 +71,6 @@ def core_data(
     ``levels`` counted cycles; ``rate_hz`` are records a second, with which the core is to keep up.
     """
     program, warnings = core.program, list[str]()
-    uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
     if area is None:
         warnings.append("resources and clock: not known, no synthesis was run")
     return {
@@ -85,10 +82,6 @@ def core_data(
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": CLOCK_MHZ},
         "timing": _timing(core, area, levels, grade, warnings.append, rate_hz),
         "resources": _resources(area, device),
-        "firmware": {
-            "ram_bytes": 4 * (len(program.of_kind(Kind.PARAM)) + len(program.states)),
-            "table_bytes": 4 * len(program.table_memory) if uses_table else 0,
-        },
         "warnings": warnings,
     }
 
