@@ -105,8 +105,6 @@ def histories(
     would hide the rest is cut. ``name`` is the salt of `svg`.
     """
     optional("matplotlib")
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     with settings():
         figure, plots = figure_and_axes(0.4 + 1.4 * len(panels), len(panels), sharex=True)
         names = dict.fromkeys(name for curves in panels.values() for name in curves)
@@ -118,11 +116,6 @@ def histories(
                 plot.plot(t, curve[::every], color=colours[key], label=key, linewidth=0.8)
             if log:
                 plot.set_yscale("log")
-                low, high = plot.get_ylim()
-                digits = (1.0,) if high > 100.0 * low else (1.0, 3.0)  # of each decade
-                plot.yaxis.set_major_locator(LogLocator(base=10.0, subs=digits))
-                plot.yaxis.set_major_formatter(FuncFormatter(lambda x, _: number(x)))
-                plot.yaxis.set_minor_formatter(NullFormatter())
             else:
                 shown = np.stack(list(curves.values()))
                 late = shown[:, shown.shape[1] // 8 :]
@@ -168,29 +161,13 @@ def number(x: Any, digits: int = 4) -> str:
     """Format a number with grouped thousands and its significant digits; NaN as None, unknown."""
     if x is None or math.isnan(x):
         return UNKNOWN
-    if math.isinf(x):
-        return ("" if x > 0 else "\N{MINUS SIGN}") + "\N{INFINITY}"
-    whole = float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
-    if x == 0 or 1e-3 <= abs(x) < 1e9:
-        text = f"{x:z,.0f}" if whole else f"{x:z.{digits}g}"
-        text = text.replace(",", "\N{NARROW NO-BREAK SPACE}")
-    else:
-        mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
-        mantissa = mantissa.rstrip("0").rstrip(".")
-        text = f"{mantissa}\N{MULTIPLICATION SIGN}10" + str(int(exponent)).translate(_RAISED)
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-#: Superscripts.
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    is_whole = math.isfinite(x) and (float(x).is_integer() or abs(x) >= 10 ** (digits - 1))
+    return f"{x:z,.0f}" if is_whole and abs(x) < 1e9 else f"{x:z.{digits}g}"
 
 
 def unit(text: str) -> str:
     """Format a unit."""
-    text = "half turns" if text == "ht" else text
-    text = re.sub(r"\((\w+)\)\^", r"\1^", text)
-    text = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), text)
-    return text.replace("uT", "\N{MICRO SIGN}T")
+    return "half turns" if text == "ht" else text
 
 
 def page(name: str, **values: Any) -> str:
@@ -231,9 +208,6 @@ def _cell(value: Any) -> str | float | Verdict:
     return "" if value is None else str(value)
 
 
-def page_of(
-    title: str, intro: Sequence[str | Verdict], sections: Sequence[Section], *, note: str = ""
-) -> str:
-    """The text of a page of paragraphs, sections and a note at its end."""
-    values = {"title": title, "intro": intro, "sections": sections, "note": note}
-    return page("sections.html", **values)
+def page_of(title: str, intro: Sequence[str | Verdict], sections: Sequence[Section]) -> str:
+    """The text of a page of paragraphs and sections."""
+    return page("sections.html", title=title, intro=intro, sections=sections)

@@ -41,11 +41,6 @@ JUDGED = {
     "estimators.*.vs_float.*.apart": Figure("fixed point from float64", "rounding"),
     "estimators.*.saturated_updates": Figure("updates that saturated", "count"),
 }
-_SOURCE = (
-    "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
-    "benchmark (doi 10.3390/data6070072); means over the logs with truth; fixed point is the "
-    "emitted C, whose words are the core's"
-)
 
 
 def accuracy(
@@ -115,7 +110,6 @@ def accuracy(
         for of_level in zip(*of, strict=True)
     ]
     data = {
-        "source": _SOURCE,
         "word": word,
         "align": align,
         "logs": [_log(trial) for trial in trials],

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from boresight import options
 from boresight.builds import build_for, build_in, changes_in, is_folder
@@ -24,7 +24,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import check_word
-from boresight.sim.compare.check import EXACT, ROWS, Check
+from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import Log, log_files, logs_of
@@ -68,7 +68,6 @@ def check(
     params: options.Params = None,
     output: options.OptionalFolder = None,
     progress: options.Progress = None,
-    rows: Annotated[int | None, options.PythonOnly] = None,
 ) -> Result:
     """Compare the forms of an estimator on logs; see `sim.compare.check.Check`.
 
@@ -93,8 +92,6 @@ def check(
         Parameter values; for several estimators a mapping of each by its name.
     output : path, optional
         Folder for report.html and report.json, with area and clock; for one estimator.
-    rows : int, optional
-        Rows that run at a time; does not change the results.
     """
     require_whole("steps", steps, 1)
     machine_named(config.removesuffix("-d7"))
@@ -141,7 +138,7 @@ def check(
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        results += checking.run(*records, rows=rows or ROWS)
+        results += checking.run(*records)
     lines = [] if choice is None else [str(choice)]
     lines += [line for result in results for line in result.lines()]
     if output is not None:

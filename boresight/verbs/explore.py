@@ -356,15 +356,16 @@ def _page(title: str, result: Result) -> str:
     figures = [] if cost is None or not error else [("", _plot(rows, error, cost))]
     good = [row for row in rows if row["good"]]
     commands = [(row["combination"], command) for row in good for command in row["commands"]]
-    summary = [text for text in result.summary.splitlines() if text != _ESTIMATED]
     return plotting.page_of(
         f"Exploration of {title}",
-        [*summary, *(plotting.Verdict(text, good=False) for text in result.failures)],
+        [
+            *result.summary.splitlines(),
+            *(plotting.Verdict(text, good=False) for text in result.failures),
+        ],
         [
             replace(plotting.section_of(name, shown), figures=figures),
             plotting.Section(title="Commands", columns=("combination", "command"), rows=commands),
         ],
-        note=_ESTIMATED if _ESTIMATED in result.summary else "",
     )
 
 

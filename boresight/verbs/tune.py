@@ -30,11 +30,6 @@ from boresight.sim.result import Result, Row
 
 GROUPS = (options.rows, options.profiles)
 
-_SOURCE = (
-    "root mean square error against truth of the emitted C (the core's words), mean over the logs; "
-    "of an attitude the angles, by BROAD's method, in deg"
-)
-
 
 def tune(
     estimator: options.EstimatorName,
@@ -151,7 +146,6 @@ def tune(
     data = {
         "estimator": made.name,
         "parameters": {**start, **best.values},
-        "source": _SOURCE,
         "units": units,
         "weights": {n: w for n, w in counted.items() if w},
         "error": {"default": at_start, "tuned": at_end},

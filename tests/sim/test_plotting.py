@@ -11,17 +11,17 @@ from tests.support.tree import ROOT
     [
         (None, "\N{EM DASH}"),
         (float("nan"), "\N{EM DASH}"),
-        (-float("inf"), "\u2212\u221e"),
+        (-float("inf"), "-inf"),
         (0, "0"),
         (0.0, "0"),
         (120, "120"),
-        (31600, "31\u202f600"),
+        (31600, "31,600"),
         (263.3, "263.3"),
         (1.2, "1.2"),
-        (8.18668e-6, "8.19\u00d710\u207b\u2076"),
-        (-0.5, "\u22120.5"),
-        (487804.9, "487\u202f805"),
-        (2e12, "2\u00d710\u00b9\u00b2"),
+        (8.18668e-6, "8.187e-06"),
+        (-0.5, "-0.5"),
+        (487804.9, "487,805"),
+        (2e12, "2e+12"),
         (76.7, "76.7"),
     ],
 )
@@ -30,10 +30,7 @@ def test_number(value: float | None, text: str) -> None:
 
 
 def test_units() -> None:
-    assert unit("(m/s^2)^2") == "(m/s\u00b2)\u00b2" and unit("ht") == "half turns"
-    assert unit("m^2/s^3") == "m\u00b2/s\u00b3" and unit("(m)^2") == "m\u00b2"
-    assert unit("s^-1") == "s\u207b\u00b9"
-    assert unit("uT") == "\u00b5T" and unit("") == ""
+    assert unit("ht") == "half turns" and unit("m/s^2") == "m/s^2"
 
 
 def test_there_is_one_style_sheet() -> None:
