@@ -42,7 +42,8 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.sim.boards import board_system
-from boresight.sim.compare.twin import check_sound
+from boresight.sim.compare.claims import unproven
+from boresight.sim.compare.twin import Traced, check_sound
 from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.rtl import recorded
@@ -213,21 +214,23 @@ def _result(
     routed = area.clock_mhz if isinstance(area, Routed) else None
     mhz = clock or routed or _CLOCK_MHZ
     word = core.machine.arithmetic.word
+    notes = [note for e in build.estimators if (note := e.start_note(word))]
     rows, told = list[Row](), [f"{head}{core.machine.name}, W = {word}, core {core.identity}"]
-    for part, estimator in zip(core.parts, build.estimators, strict=True):
+    for number, (part, estimator) in enumerate(zip(core.parts, build.estimators, strict=True)):
         program, schedule = part.program, part.schedule
         told.append(
             f"{program.name}: interval {schedule.interval} cycles, at {mhz:g} MHz up to "
             f"{1e6 * mhz / schedule.interval:,.0f} updates/s"
         )
         told += [str(estimator.profile)] if estimator.profile else []
+        claims, broken = unproven(Traced.of(build, number))
+        told, notes = told + claims, notes + broken
         rows += [
             {"program": program.name, "output": name, "latency, cycles": cycles}
             for name, cycles in zip(program.output_names, schedule.latencies, strict=True)
         ]
     slow = routed is not None and clock is not None and routed < clock
     failures = [f"clock {routed} MHz, below {clock:g} MHz"] if slow else []
-    notes = [note for e in build.estimators if (note := e.start_note(word))]
     return Result({}, {"outputs": rows}, "\n".join((*told, *lines)), notes, failures, JUDGED)
 
 

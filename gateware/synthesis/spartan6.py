@@ -14,11 +14,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import cache
-from graphlib import TopologicalSorter
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from boresight.gateware.synthesis.family import ClockEstimate
+from boresight.gateware.synthesis.tools import SynthesisError
 
 #: Statistics of routed nets: an optimistic and a pessimistic one.
 _NETS: Final = ("median", "p75")
@@ -104,7 +105,12 @@ class _Graph:
             net: [self.net(edge.load) for edge in edges if edge.load is not None]
             for net, edges in self.into.items()
         }
-        self.order = [*TopologicalSorter(before).static_order()]
+        try:
+            self.order = [*TopologicalSorter(before).static_order()]
+        except CycleError as error:
+            cells = sorted({self.driver[net].cell for net in error.args[1]})
+            text = f"a loop of logic through {', '.join(cells)}; put a register into it"
+            raise SynthesisError(text) from None
 
     def net(self, pin: _Pin) -> int:
         net: int = self.cells[pin.cell]["connections"][pin.port][pin.bit]

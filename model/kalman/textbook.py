@@ -278,16 +278,19 @@ class Textbook:
             )
         for n, (declared, added) in enumerate(zip(noise, k.noise_floor, strict=True)):
             subject = f"{placed(k.places[n], 'state')}: {k.errors[n]}"
-            other = "" if self._held[n] else ", or sd_max"
             if not declared and not added:
                 yield (
                     f"{subject} has no process noise and floor is 0, so that rounding may make its "
                     "variance negative; give it noise, or a floor"
                 )
             elif added > _MOST_FLOOR * declared > 0.0:
+                needed, most = upwards(RESERVE * deviations[n]), _MOST_FLOOR * declared / added
+                cure = f"lower sd_max to {needed:g}"
+                if self._held[n] or needed > math.sqrt(most) * k.largest_sd[n]:
+                    cure = f"raise the noise, or lower floor to {most * k.floor:.2g}"
                 yield (
                     f"{subject} gets {added:.3g} in each update by floor, {added / declared:.0%} "
-                    f"of its process noise of {declared:.3g}; lower floor{other}"
+                    f"of its process noise of {declared:.3g}; {cure}"
                 )
 
     def _absences(

@@ -376,8 +376,8 @@ class Update:
         fix = "limit what h divides by or takes a root of, by ops.maximum or ops.clip; leave "
         fix += "0 out of the range of x or y of an arc tangent; or give this Measurement the "
         fix += "largest derivatives that your log or geometry reaches, as powers of two: of a "
-        fix += "bearing in rad 1 / least distance, so that 256 m or more need "
-        fix += f"slope_max={{{limits}}}"
+        fix += "distance 1, of a bearing 1 / least distance in rad, 0.32 times that in ht, 57 "
+        fix += f"times in deg; in rad from 256 m on slope_max={{{limits}}}"
         require(not endless, placed(m.line, "measurement"), wanted, "an infinite one", fix)
         own, name = _is_unit(row), self.kalman.errors[next(iter(row))]
         where, wanted = placed(m.line, "measurement, sd_max"), f"none, for h is the state {name}"

@@ -13,7 +13,15 @@ from boresight.sim.compare.diagnosis import NAMED
 from boresight.sim.compare.twin import Traced, made_of
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.fit.observe import Observer
-from boresight.sim.ranges.claims import TOLERANCE, Claim, Examined, Witness, claims_of
+from boresight.sim.ranges.claims import (
+    FEWEST,
+    TOLERANCE,
+    Claim,
+    Examined,
+    Witness,
+    claims_of,
+    examine,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +107,25 @@ def claim_results(
         reached = status, log, search, share, witness
         results.append(ClaimResult(*stated, *reached, unless=claim.unless, sources=sources))
     return results
+
+
+def unproven(of: Traced) -> tuple[list[str], list[str]]:
+    """Without a log: a line about claims that intervals do not prove; some that are broken.
+
+    A short search looks for these. The line leaves out the ranges of states, as `claim_lines` does.
+    """
+    examined = examine(of, updates=FEWEST)
+    proven = [e.proven for e in examined if not e.claim.state]
+    text = f"stated ranges: {sum(proven)} of {len(proven)} proven by interval arithmetic; "
+    text += "boresight check compares the others with a log"
+    broken = [
+        ClaimResult(
+            c.reason, c.line, c.low, c.high, c.state, "broken", None, e.reach, 1.0, e.witness
+        )
+        for e in examined
+        if e.witness is not None and (c := e.claim).bounded and not c.unless
+    ]
+    return [text] * (not all(proven)), [claim.failure for claim in broken[:NAMED]]
 
 
 def _sources(program: Program, claim: Claim, witness: Witness | None) -> tuple[str, ...]:

@@ -430,13 +430,34 @@ def variances_of(estimator: Estimator) -> set[int]:
     }
 
 
-def positive_text(of: Traced) -> str:
-    """What keeps a variance above 0."""
+def positive_text(of: Traced, exact: float) -> str:
+    """Why a variance is below 0, and what keeps it above; ``exact`` is its least in float64."""
+    built = bool(of.estimator.covariance_elements)
+    if exact < 0.0:
+        cure = "raise the process noise" if built else f"{_MODEL}; or {_POSITIVE}"
+        return f"in float64, too ({exact:.3g}): the model makes the covariance indefinite; {cure}"
+    why = f"in float64 never below {exact:.3g}: rounding makes the covariance indefinite"
     wider = "use a wider word, or " * (of.program.arithmetic.word < _WIDEST)
-    if of.estimator.covariance_elements:
-        return f"{wider}raise floor, or the process noise"
+    if built:
+        return f"{why}; {wider}raise floor, or the process noise"
     fit = "choose formats by boresight fit, or " * (of.estimator.profile is None)
-    return f"{fit}{wider}{_MODEL}; or {_POSITIVE}"
+    return f"{why}; {fit}{wider}{_MODEL}; or {_POSITIVE}"
+
+
+def least_of(
+    of: Traced,
+    params: Mapping[str, float] | None,
+    name: str,
+    pieces: Iterable[tuple[FloatArray, IntArray, BoolArray]],
+) -> float:
+    """The least value of a state in float64; ``pieces`` as of `sim.compare.verdict`."""
+    observer = Observer(of.estimator.record(), of.estimator, params, limited=False)
+    column, least = [s.name for s in of.estimator.states].index(name), math.inf
+    for inputs, _, anew in pieces:
+        if len(anew) and anew[0]:
+            observer.reset()
+        least = min(least, observer.run(inputs)[:, column].min(initial=math.inf))
+    return least
 
 
 def rounding_text(

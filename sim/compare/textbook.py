@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
+from boresight.model import ops
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import Output
 from boresight.model.errors import InputError, placed, require_choice
@@ -17,6 +18,7 @@ from boresight.model.estimator import WAIVED, Estimator, SecondForm
 from boresight.model.kalman.declared import Measurement
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.kalman.textbook import Textbook
+from boresight.model.lowering.trace import Trace
 from boresight.model.step import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -193,39 +195,44 @@ class Gates:
 
 
 def gates_apart(
-    build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]]
+    build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]], steps: Sequence[int]
 ) -> tuple[int, str] | None:
-    """The first update in which a filter's gates reject more or less than in float64, in words.
+    """The first update in which a comparison, or gate, decides otherwise than in float64, in words.
 
-    None where they never do, or so often that they are not to blame.
-    ``pieces`` are records (n, n_inputs), and which of them begin from the initial states, as their
-    first ones do. The filter runs again in C, with an output that counts.
+    Of a filter the gates: None where they never do, or so often that they are not to blame. Of
+    another estimator the comparisons in ``steps``, and before each. ``pieces`` are records
+    (n, n_inputs), and which of them begin from the initial states, as their first ones do. The
+    estimator runs again in C, with other outputs.
     """
-    kalman = build.estimators[number]
+    kalman, wider = build.estimators[number], "use a wider word, or " * (build.word < 32)
     if not isinstance(kalman, Kalman):
+        deciding, places = _deciding(kalman)
+        for start, *both in _beside(deciding, build, number, pieces) if places and steps else ():
+            near = [k for k in range(len(both[0][0])) if {start + k, start + k + 1} & {*steps}]
+            for k, (place, a, b) in product(near, zip(places, *both, strict=True)):
+                if a[k] != b[k]:
+                    return start + k, (
+                        f"step {start + k}, a comparison ({place}) decides otherwise than in "
+                        f"float64: its sides are within rounding; {wider}accept that some "
+                        'decisions differ, by an Output of it with unit "bits" and a share'
+                    )
         return None
     lines = [str(m.line) for _, m in _gated(kalman)]
     if not lines:
         return None
     counting = copy(kalman)
     names = [o.name for o in kalman.outputs]
-    counting.outputs = (*kalman.outputs, *([] if _REJECTED in names else [Output(_REJECTED)]))
-    again = Build(counting, word=build.word, params=[build.params[number]])
-    levels: list[Level] = [Emitted(again), CompiledFloat(again)]
+    counting.outputs = (Output(_REJECTED),)
     first, step, apart, rows = "", 0, 0, 0
-    for records, anew in pieces:
-        for level in levels if len(anew) and anew[0] else ():
-            level.reset()
-        fixed, floating = (level.run(records).outputs[_REJECTED] for level in levels)
+    for start, (fixed,), (floating,) in _beside(counting, build, number, pieces):
         differ = np.flatnonzero(np.rint(fixed) != np.rint(floating))
         if len(differ) and not apart:
             k = int(differ[0])
-            step = rows + k
+            step = start + k
             first = f"{fixed[k]:.0f}, in float64 {floating[k]:.0f}"
-        apart, rows = apart + len(differ), rows + len(records)
-    if not 0 < apart <= _FEW * rows:
+        apart, rows = apart + len(differ), start + len(fixed)
+    if not 0 < apart <= 1.0 + _FEW * rows:
         return None
-    wider = "use a wider word, or " * (build.word < 32)
     counts = [name for name in names if name in (_ACCEPTED, _REJECTED)] or [_REJECTED]
     shares = [f'Output("{name}", "bits", share={2.0 * apart / rows:.1g})' for name in counts]
     return step, (
@@ -233,3 +240,32 @@ def gates_apart(
         f"{first}; an innovation is within rounding of the gate; {wider}accept that some decisions "
         f"differ, by {' and '.join(shares)}"
     )
+
+
+def _deciding(estimator: Estimator) -> tuple[Estimator, list[str]]:
+    """The estimator whose outputs are its comparisons, 1 or 0; and the line of each."""
+    made = copy(estimator)
+
+    def trace() -> Trace:
+        found = estimator.trace()
+        less = [e for e in found.needed if e.kind == "less"]
+        return replace(found, outputs={f"c{k}": ops.where(e, 1.0, 0.0) for k, e in enumerate(less)})
+
+    lines = [e.line for e in estimator.trace().needed if e.kind == "less"]
+    made.outputs = tuple(Output(f"c{k}") for k in range(len(lines)))
+    vars(made).update(trace=trace, profile=None)
+    return made, lines
+
+
+def _beside(
+    estimator: Estimator, build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]]
+) -> Iterator[tuple[int, list[FloatArray], list[FloatArray]]]:
+    """First step and outputs of each piece, in C and in float64; as another estimator's build."""
+    again, start = Build(estimator, word=build.word, params=[build.params[number]]), 0
+    levels: list[Level] = [Emitted(again), CompiledFloat(again)]
+    for records, anew in pieces:
+        for level in levels if len(anew) and anew[0] else ():
+            level.reset()
+        fixed, floating = ([*level.run(records).outputs.values()] for level in levels)
+        yield start, fixed, floating
+        start += len(records)

@@ -270,7 +270,7 @@ class Judge:
             errors,
             self._saturated,
             _by_name(self._of, self._ranges.saturations),
-            self._beyond(saturated, [claims[k] for k in sorted(broken)], reached),
+            self._beyond(saturated, [claims[k] for k in sorted(broken)], reached, again),
             clamped,
             self._culprit(errors, saturated, wasted, reached, again),
             tuple(wasted[: diagnosis.NAMED]),
@@ -283,7 +283,11 @@ class Judge:
         )
 
     def _beyond(
-        self, saturated: Sequence[int], broken: Sequence[Claim], reached: Mapping[int, Range]
+        self,
+        saturated: Sequence[int],
+        broken: Sequence[Claim],
+        reached: Mapping[int, Range],
+        again: Callable[[], Iterable[Piece]],
     ) -> tuple[str, ...]:
         """A line for each state and claim beyond its range; saturations are named already."""
         assert self._ranges is not None
@@ -291,9 +295,11 @@ class Judge:
         negative = sorted(self._negative.items(), key=lambda x: x[1][0])
         for k, (step, value) in negative[:1] if self._endless is None else ():
             name = declared_name(program, nodes, program.states[k][0])
+            params = self._build.params[self._number]
+            exact = diagnosis.least_of(self._of, params, name, again())
             lines.append(
-                f"the variance {name} is {value:.3g} in step {step}, below 0: rounding or the "
-                f"model makes the covariance indefinite; {diagnosis.positive_text(self._of)}"
+                f"the variance {name} is {value:.3g} in step {step}, below 0, "
+                f"{diagnosis.positive_text(self._of, exact)}"
             )
         named = {self._of.becomes(n) for n in saturated}
         diverges = "" if self._endless is None else "float64 diverges"
@@ -346,7 +352,8 @@ class Judge:
         pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
         first = diagnosis.find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
         rows = ((records, anew) for records, _, anew in again())
-        apart = gates_apart(self._build, self._number, rows) if bad else None
+        near = sorted(steps) if first is None else ()
+        apart = gates_apart(self._build, self._number, rows, near) if bad else None
         if self._endless is not None:
             widen = first is not None and first.cure.startswith(diagnosis.WIDEN)
             first = first._replace(cure=_CORRECT) if first is not None and widen else first

@@ -37,6 +37,15 @@ def test_all_files(here: Path, data, said) -> None:
     ]
 
 
+def test_a_stated_range_that_is_wrong_is_told_without_a_log(here: Path, said) -> None:
+    source = Path("mine.py").read_text().replace("p.alpha * innovation", "CLAIM")
+    claim = 'ops.bounded(p.alpha * innovation, -1.0, 1.0, "hoped")'
+    Path("mine.py").write_text("from boresight import ops\n" + source.replace("CLAIM", claim))
+    text = said("compile mine.py -o out -q")
+    assert "0 of 1 proven by interval arithmetic; boresight check compares the others" in text
+    assert "warning: stated range [-1, 1], hoped (mine.py, line " in text and "is BROKEN: " in text
+
+
 def test_a_part_that_is_too_small(here: Path) -> None:
     with pytest.raises(InputError, match=r"30 SB_RAM40_4K.*, found 31 .*narrower --word, or"):
         boresight.compile("mekf", target="ice40-up5k", word=26)

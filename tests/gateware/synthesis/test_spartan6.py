@@ -100,7 +100,11 @@ def test_the_faster_grade_is_faster():
     assert fast.clock.median_mhz > slow.clock.median_mhz
 
 
-def test_what_has_no_delays_is_refused():
+def test_what_has_no_delays_or_a_loop_is_refused():
     latch = "module top(input g, d, output reg q); always @* if (g) q = d; endmodule"
     with pytest.raises(SynthesisError, match="LD"):
         netlist_for(latch, "top", TARGETS["xc6slx9"])
+    loop = "module top(input clk, d, output reg q); wire a, b; assign a = ~(b & d);"
+    loop += "assign b = ~(a | q); always @(posedge clk) q <= a; endmodule"
+    with pytest.raises(SynthesisError, match="^a loop of logic through .*; put a register into it"):
+        netlist_for(loop, "top", TARGETS["xc6slx9"])

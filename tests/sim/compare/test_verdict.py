@@ -123,6 +123,20 @@ class Two(Slow):
         return {"fast": x.fast + 0.5 * (u.u - x.fast), "still": 0.5, **states}, outputs
 
 
+def test_a_comparison_that_decides_otherwise_than_in_float64_is_to_blame() -> None:
+    class Near(Estimator):
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("y", -8.0, 8.0),)
+        outputs = (Output("y", tolerance=1e-3),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            y = x.y + ops.where(u.u * u.u < 0.25, 0.1 * u.u, 0.0)
+            return {"y": y}, {"y": x.y}
+
+    said = r"step 2, a comparison \(test_verdict.py, line \d+\) decides otherwise than in float64:"
+    assert re.match(said, judge(Near(), [0.1, 0.2, 0.5 - 1e-7, 0.3, 0.1], 18).culprit)
+
+
 SAID = "no single operation is wrong: rounding adds up; "
 
 
@@ -237,9 +251,25 @@ def test_a_variance_below_0_is_no_range_to_widen(
     assert made.good != fault and not made.culprit
     if fault:
         (text,) = made.beyond_range
-        assert re.match(r"the variance p00 is -0.0195 in step 8, below 0: ", text)
-        assert "; choose formats by boresight fit, or write the model" in text
+        assert re.match(r"the variance p00 is -0.0195 in step 8, below 0, in float64, too", text)
+        assert "the model makes the covariance indefinite; write the model" in text
         assert "boresight.kalman" in text and "Joseph's form, or limit it by ops.maximum" in text
+
+
+def test_a_variance_that_float64_keeps_above_0_wants_a_wider_word() -> None:
+    class Hand(Estimator):
+        inputs = (Input("u", 0.0, 1.0),)
+        states = (State("p00", 0.0, 1.0, initial=0.5),)
+        outputs = (Output("y", tolerance=0.1),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            gain = x.p00 / (x.p00 + 1e-6)
+            return {"p00": x.p00 - gain * x.p00 + u.u}, {"y": x.p00}
+
+    (text,) = judge(Hand(), [0.1, 0.0, 0.03], 20).beyond_range
+    assert "below 0, in float64 never below 1e-06: rounding makes" in text
+    assert "; choose formats by boresight fit, or use a wider word, or write the model" in text
+    assert judge(Hand(), [0.1, 0.0, 0.03], 24).good
 
 
 def test_coefficients_that_have_names_of_variances_may_be_negative() -> None:
