@@ -57,7 +57,7 @@ def accuracy(
 
     Returns ``estimators``: each as the emitted C, whose words are those of the core (fixed), in
     compiled float64, or as its package: ``mean`` errors over the logs with truth, ``units``,
-    ``vs_float``, ``saturated_updates``, ``saturations`` by value, ``seconds``, and ``trials``, the
+    ``vs_float``, ``saturated_updates``, ``saturations`` by value, and ``trials``, the
     errors on each log. Good if fixed point is within the tolerances of float64. Raises InputError
     for bad logs, unknown names and illegal parameters; ToolMissing if the package of a named
     published filter is not installed.
@@ -175,7 +175,6 @@ def _row(name: str, trials: Sequence[runs.Trial], every: Sequence[runs.Scores]) 
         "vs_float": [_near(d) for d in zip(*(of.near for of in every), strict=True)],
         "saturated_updates": sum(saturated) if saturated else None,
         "saturations": dict(sum((Counter(of.saturations) for of in every), Counter[str]())),
-        "seconds": round(sum(of.seconds for of in every), 3),
         "trials": [
             {
                 "trial": trial.name,
@@ -218,7 +217,6 @@ def _tables(rows: Sequence[Row], trials: Sequence[runs.Trial]) -> dict[str, list
                 default=None,
             ),
             "saturated": row["saturated_updates"],
-            "seconds": row["seconds"],
         }
         for row in rows
     ]

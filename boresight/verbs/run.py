@@ -262,8 +262,7 @@ def _in_loop(
     if target is not None:
         target.write(files.content_of(str(output), loop.record(estimator, world.name)))
     lines = [
-        f"{world.name} and {estimator.name} on {first}: {len(loop.inputs):,} records, "
-        f"{loop.records_per_s:,.0f} a second",
+        f"{world.name} and {estimator.name} on {first}: {len(loop.inputs):,} records",
         *(p or f"the same records and outputs as on {n}, bit by bit" for n, p in partings.items()),
     ]
     parted = [n for n, p in partings.items() if p and not {first, n} & _FLOATS]
@@ -286,7 +285,6 @@ def _in_loop(
         "estimator": estimator.name,
         "levels": [*loops],
         "records": len(loop.inputs),
-        "records_per_s": round(loop.records_per_s),
         "parting": partings,
         "accuracy": [*accuracy.differences],
         "truth": truth,

@@ -40,12 +40,6 @@ class Mapped:
     def amounts(self) -> str:
         return ", ".join(f"{n:,g} {self.target.device.unit(key)}" for key, n in self.used.items())
 
-    @property
-    def source(self) -> str:
-        if self.clock is None:
-            return "not known: the target has no router and no estimate"
-        return "estimated from the netlist and delays of other routed designs, not by ISE"
-
     def __str__(self) -> str:
         text = f"{self.amounts} (cells of the netlist for {self.target.title}, not placed)"
         return f"{text}; clock {self.clock.band}" if self.clock is not None else text

@@ -6,7 +6,6 @@ log read. Threads share the logs; each log has levels of its own, whose calls re
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -127,7 +126,6 @@ class Scores:
     level: str
     errors: Mapping[str, float]
     units: Mapping[str, str]
-    seconds: float = 0.0
     saturated: int | None = None
     saturations: Mapping[str, int] = field(default_factory=dict)
     near: tuple[Difference, ...] = ()
@@ -180,12 +178,11 @@ class LogRuns:
         outputs = self.estimator.outputs
         comparison = Differences(outputs, [o.name for o in outputs])
         errors = [Errors(self.estimator) for _ in levels]
-        seconds, saturated = [0.0] * len(levels), 0
+        saturated = 0
         for k, part in enumerate(columns.parts()):
             loops = [loop for level in levels for loop in drive(part, level, anew=not k)]
             for n, loop in enumerate(loops):
                 errors[n].add(part, offsets[n].turned_outputs(loop.outputs))
-                seconds[n] += loop.seconds
             saturated += loops[0].run.n_saturated
             if len(loops) > 1:
                 comparison.add(loops[0].outputs, loops[1].outputs)
@@ -197,7 +194,6 @@ class LogRuns:
                 "float" if n else "fixed",
                 e.result(),
                 e.units,
-                seconds[n],
                 None if n else saturated,
                 {} if n else values,
                 () if n else near,
@@ -241,11 +237,9 @@ def run_peer(name: str, record: Record) -> FloatArray:
 
 def published(name: str, record: Record, align: str) -> Scores:
     """One of `PEERS` on a log."""
-    log, start = NineAxis.of(record), time.perf_counter()
-    q = run_peer(name, record)
-    seconds = time.perf_counter() - start
+    log, q = NineAxis.of(record), run_peer(name, record)
     offset = Alignment(align)
     offset.add(q, log.attitude, log.counts)
     errors = attitude_errors(offset.turned(q), log.attitude, log.counts)
     units = dict.fromkeys(ANGLES, "deg")
-    return Scores("package", errors, units, seconds, offset_deg=offset.offset_deg)
+    return Scores("package", errors, units, offset_deg=offset.offset_deg)

@@ -152,9 +152,6 @@ def _timing(
         if rate_hz is None
         else float(f"{rate_hz * s.interval / (CLOCK_MHZ * 1e4):.3g}"),
         **_clock(area, s.latency, grade, warn),
-        "source": "cycles: the schedule"
-        + (", and counted in simulation" if smallest is not None else "")
-        + (f"; clock: {area.source}" if area is not None else ""),
     }
 
 
@@ -233,9 +230,8 @@ class Observed:
     """One program on the logs of its checks.
 
     By the number of a value: ``nodes``, ``lines`` ("file.py, line 41"), ``errors`` of rounding on
-    all logs, values that are ``wasted``; its ``extremes``, the smallest and the largest word, each
-    with plus or minus the number of the first of ``logs`` that has it, and the sample; the same
-    words in its unit, ``reached``; ``saturations``, updates in which it was clamped.
+    all logs, values that are ``wasted``; its smallest and largest value, ``reached``;
+    ``saturations``, updates in which it was clamped.
     """
 
     def __init__(self, program: Program, checks: Sequence[CheckResult]) -> None:
@@ -244,19 +240,13 @@ class Observed:
         estimator = build.estimators[number]
         self.nodes, traced = build.nodes[number], Traced.of(build, number)
         # On the C model; states count with the words before each update.
-        ranges = [(c.accuracy.ranges, c.given.record.name) for c in checks if c.accuracy.ranges]
-        self.saturations: IntArray = np.sum([r.saturations for r, _ in ranges], axis=0)
-        self.extremes = [
-            (
-                min((int(r.low[n]), k, int(r.low_at[n])) for k, (r, _) in enumerate(ranges)),
-                max((int(r.high[n]), -k, int(r.high_at[n])) for k, (r, _) in enumerate(ranges)),
-            )
-            for n in range(len(program.values))
-        ]
-        self.logs = [log for _, log in ranges]
+        ranges = [c.accuracy.ranges for c in checks if c.accuracy.ranges]
+        self.saturations: IntArray = np.sum([r.saturations for r in ranges], axis=0)
+        low = np.min([r.low for r in ranges], axis=0)
+        high = np.max([r.high for r in ranges], axis=0)
         self.reached = {
-            n: (float(program.format(n).real(low[0])), float(program.format(n).real(high[0])))
-            for n, (low, high) in enumerate(self.extremes)
+            n: (float(program.format(n).real(low[n])), float(program.format(n).real(high[n])))
+            for n in range(len(program.values))
         }
         #: Largest error, sum of the squares, and number of updates.
         self.errors: dict[int, tuple[float, float, int]] = {}
@@ -361,10 +351,6 @@ def numerics_section(observed: Observed) -> list[dict[str, Any]]:
             lsb = round(largest / format.lsb, 2)
         if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
             headroom = round(headroom_bits(program, n, reached), 2)
-        ends = [
-            {"value": _digits(x), "log": observed.logs[abs(log)], "sample": sample}
-            for x, (_, log, sample) in zip(reached, observed.extremes[n], strict=True)
-        ]
         saturations = int(observed.saturations[n])
         rows.append(
             {
@@ -380,8 +366,8 @@ def numerics_section(observed: Observed) -> list[dict[str, Any]]:
                 "line": observed.lines.get(n),
                 "format_min": _digits(format.min),
                 "format_max": _digits(format.max),
-                "observed_min": ends[0],
-                "observed_max": ends[1],
+                "observed_min": _digits(reached[0]),
+                "observed_max": _digits(reached[1]),
                 "headroom_bits": headroom,
                 "wasted_bits": None if wasted is None else wasted.bits,
                 "advice": None if wasted is None else wasted.cure,

@@ -35,7 +35,7 @@ _DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alph
 def _range_bar(row: Mapping[str, Any]) -> dict[str, float]:
     """Where the observed range lies within the format, both ends in percent of the bar."""
     bottom, top = row["format_min"], row["format_max"]
-    ends = (row[end]["value"] for end in ("observed_min", "observed_max"))
+    ends = (row[end] for end in ("observed_min", "observed_max"))
     left, right = (100.0 * (x - bottom) / (top - bottom) for x in ends)
     left, right = max(0.0, left), min(100.0, right)
     return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -35,7 +34,6 @@ class Loop:
     run: Run  #: outputs, words, saturated updates and states of the level.
     truth: dict[str, FloatArray]  #: (n,): true values of the source, by output name; NaN: none.
     clamped: dict[str, int]  #: samples so far beyond the range of inputs that are to be clamped.
-    seconds: float
     unused: tuple[str, ...] = ()  #: columns of the source so far without a use.
     dt: FloatArray | None = None  #: (n,): time steps of a world, s; None where it gives none.
 
@@ -49,11 +47,6 @@ class Loop:
         """Median of the time steps above 0 of a world; None without any."""
         steps = np.zeros(0) if self.dt is None else self.dt[self.dt > 0.0]
         return float(np.median(steps)) if len(steps) else None
-
-    @property
-    def records_per_s(self) -> float:
-        """Records in a second of computing."""
-        return len(self.inputs) / self.seconds
 
     @classmethod
     def joined(cls, parts: Sequence[Loop]) -> Loop:
@@ -70,8 +63,7 @@ class Loop:
         }
         dt = [part.dt for part in parts if part.dt is not None]
         steps = np.concatenate(dt) if len(dt) == len(parts) else None
-        seconds = sum(part.seconds for part in parts)
-        return cls(last.level, inputs, new, run, truth, last.clamped, seconds, last.unused, steps)
+        return cls(last.level, inputs, new, run, truth, last.clamped, last.unused, steps)
 
     def record(self, estimator: Estimator, name: str) -> Record:
         """The inputs of the level as a record, with truths: any level can be run on it again.
@@ -117,11 +109,10 @@ def drive(
     if isinstance(source, World):
         yield from _world(source, level, steps, keep)
         return
-    start = time.perf_counter()
     spans = source.spans(anew)
     runs = [level.run_anew(rows) if begins else level.advance(rows) for rows, begins in spans]
-    run, seconds = Run.joined(runs), time.perf_counter() - start
-    yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped, seconds)
+    run = Run.joined(runs)
+    yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped)
 
 
 def _world(
@@ -152,7 +143,6 @@ def _world(
     level.reset()
     outputs: dict[str, Any] | None = None
     while steps is None or reader.rows < steps:
-        start = time.perf_counter()
         call = (world.record, outputs) if pieces is None else (next, pieces, None)
         columns, n = _guarded(world, *call, step=reader.rows), 1
         if columns is None:
@@ -181,9 +171,8 @@ def _world(
         if keep is not None:
             kept = {name: values for name, values in run.outputs.items() if name in keep}
             run = Run(kept, saturated=run.saturated, fault=run.fault)
-        samples, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
-        counts, others = reader.clamped, tuple(unused)
-        yield Loop(level.name, *samples, run, truth, counts, seconds, others, dt)
+        samples = inputs[:, axis], new[:, axis]
+        yield Loop(level.name, *samples, run, truth, reader.clamped, tuple(unused), dt)
     fix = "let record() return None only at the end"
     require(reader.rows > 0, where, "at least one record", None, fix)
 

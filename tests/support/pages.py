@@ -49,7 +49,7 @@ SETUP = ("python3", ".", "pip", "make", "source", "gtkwave")
 TOOLS = ("sed", "mkdir", "cp", "python")
 #: How far a decimal may be from the page's.
 NEAR = 0.2
-_VARIES = re.compile(r"\s+[\d.,]+ (s|a second)$|(?<=, core )[0-9a-f]{12}$")
+_VARIES = re.compile(r"\s+[\d.,]+ s$|(?<=, core )[0-9a-f]{12}$")
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,6 @@ def figures(folder: Path) -> list[Any]:
         tuned = boresight.tune(
             "complementary", folder, names=["kp_heading_per_s"], rounds=1, folds=2, jobs=2
         ).to_json()
-    for row in errors["estimators"]:
-        del row["seconds"]
     return [errors, tuned]
 
 

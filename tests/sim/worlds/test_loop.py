@@ -83,7 +83,7 @@ def test_by_hand() -> None:
     assert np.isnan(result.truth["u"][1::2]).all() and list(result.truth) == ["u"]
     assert result.clamped == {"c": 5}
     assert result.run.words is None and result.run.saturated is None
-    assert (result.level, result.records_per_s > 0) == ("numpy", True)
+    assert result.level == "numpy"
     assert plant.heard[0] is None
     assert plant.heard[1:] == [
         {n: v[k] for n, v in result.outputs.items()} for k in range(len(result.inputs))
@@ -339,7 +339,7 @@ def test_a_log_is_one_part() -> None:
     for _ in range(2):
         (result,) = drive(feed_columns, level)
         assert parting(seen, result) is None and (result.new == seen.new).all()
-        assert (result.run.words == seen.run.words).all() and result.seconds > 0.0
+        assert (result.run.words == seen.run.words).all()
         assert (result.truth["u"] == seen.truth["u"]).all() and result.clamped == {}
 
 
