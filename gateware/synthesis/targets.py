@@ -7,8 +7,10 @@ reports for xc6slx9; of Artix-7 and Cyclone V E, which no router of PyPI has, of
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping
 from itertools import product
+from pathlib import Path
 from typing import Final
 
 from boresight.gateware.synthesis.family import Absorption, Device, Family, FlipFlop, Router, Target
@@ -21,36 +23,24 @@ _BLOCK_18K: Final = {(512 << k, bits): 1.0 for k, bits in enumerate((36, 18, 9, 
 _NO_RW_CHECK: Final = "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
 
 
-def _parts(
-    grades: tuple[int, ...],
-    lut: str,
-    dsp: str,
-    ram: str,
-    sizes: Mapping[str, tuple[int, ...]],
-    memory: str = "ram",
-    **more: str,
-) -> tuple[Device, ...]:
-    """Parts by name, small first, with the number of each unit; flip-flops follow tables."""
-    units = {"lut": lut, "ff": "flip-flop", "dsp": dsp, memory: ram, **more}.items()
+def _parts(family: str, grades: tuple[int, ...], **units: str) -> tuple[Device, ...]:
+    """The parts of a family, small first: rows of ``parts.csv``, with the number of each unit."""
+    table = Path(__file__).with_name("parts.csv").read_text(encoding="utf-8")
     return tuple(
         Device(
-            name=name,
-            resources={key: (n, unit) for (key, unit), n in zip(units, numbers, strict=True)},
+            name=row["name"],
+            resources={key: (int(row[key]), unit) for key, unit in units.items()},
             grades=grades,
-            memory=memory,
+            memory="ramb16" if "ramb16" in units else "ram",
         )
-        for name, numbers in sizes.items()
+        for row in csv.DictReader(table.splitlines())
+        if row["family"] == family
     )
 
 
 def _each(use: Mapping[str, float], *names: str) -> dict[str, Mapping[str, float]]:
     """Types of cells with the same use of resources."""
     return dict.fromkeys(names, use)
-
-
-def _spartan6(slices: int, lut_ram: int, dsp: int, ram: int) -> tuple[int, ...]:
-    """Slices of four LUT6 and eight flip-flops each, every other one with a carry chain."""
-    return 4 * slices, 8 * slices, dsp, ram, lut_ram, slices // 2, 16
 
 
 #: No open tool routes it: its clock is an estimate. No latches, and no flip-flops on the falling
@@ -75,18 +65,12 @@ SPARTAN6: Final = Family(
         "BUFG": {"bufg": 1},
     },
     devices=_parts(
+        "spartan6",
         (2, 3),
-        "LUT6",
-        "DSP48A1",
-        "RAMB16, block RAM of 18 Kbit",
-        {
-            "xc6slx4": _spartan6(600, 1200, 8, 12),
-            "xc6slx9": _spartan6(1430, 1440, 16, 32),
-            "xc6slx16": _spartan6(2278, 2176, 32, 32),
-            "xc6slx25": _spartan6(3758, 3664, 38, 52),
-            "xc6slx45": _spartan6(6822, 6408, 58, 116),
-        },
-        memory="ramb16",
+        lut="LUT6",
+        ff="flip-flop",
+        dsp="DSP48A1",
+        ramb16="RAMB16, block RAM of 18 Kbit",
         lut_ram="LUT6 used as memory or shift register",
         carry4="CARRY4",
         bufg="BUFG",
@@ -158,15 +142,12 @@ ECP5: Final = Family(
         ),
     ),
     devices=_parts(
+        "ecp5",
         (6, 7, 8),
-        "LUT4",
-        "MULT18X18D",
-        "DP16KD, block RAM of 18 Kbit",
-        {
-            "ecp5-25k": (24288, 24288, 28, 56),
-            "ecp5-45k": (43848, 43848, 72, 108),
-            "ecp5-85k": (83640, 83640, 156, 208),
-        },
+        lut="LUT4",
+        ff="flip-flop",
+        dsp="MULT18X18D",
+        ram="DP16KD, block RAM of 18 Kbit",
     ),
     memory_shapes=_BLOCK_18K,
     # docs/targets.md#measured has the commands.
@@ -212,11 +193,12 @@ ICE40: Final = Family(
     },
     flip_flops=(FlipFlop(kind="SB_DFF", clock="C"),),
     devices=_parts(
+        "ice40",
         (1,),
-        "LUT4",
-        "SB_MAC16",
-        "SB_RAM40_4K, block RAM of 4 Kbit",
-        {"ice40-up5k": (5280, 5280, 8, 30, 4)},
+        lut="LUT4",
+        ff="flip-flop",
+        dsp="SB_MAC16",
+        ram="SB_RAM40_4K, block RAM of 4 Kbit",
         spram="SB_SPRAM256KA",
     ),
     memory_shapes={(256 << k, 16 >> k): 1 for k in range(4)},
@@ -264,15 +246,12 @@ NEXUS: Final = Family(
     ),
     drivers={"clk": ("DCC", {}, "CLKO"), "0": ("VLO", {}, "Z")},
     devices=_parts(
+        "nexus",
         (7, 8, 9),
-        "LUT4",
-        "MULT18X18",
-        "EBR, block RAM of 18 Kbit",
-        {
-            "lifcl-17": (13824, 13824, 24, 24),
-            "lifcl-40": (32256, 32256, 56, 84),
-            "lfd2nx-40": (32256, 32256, 56, 84),
-        },
+        lut="LUT4",
+        ff="flip-flop",
+        dsp="MULT18X18",
+        ram="EBR, block RAM of 18 Kbit",
     ),
     memory_shapes=_BLOCK_18K,
     # docs/targets.md#measured has the commands.
@@ -320,20 +299,12 @@ ARTIX7: Final = Family(
         "RAMB36E1": {"ram": 1},
     },
     devices=_parts(
+        "artix7",
         (1,),
-        "LUT6",
-        "DSP48E1",
-        "RAMB36E1, block RAM of 36 Kbit",
-        {
-            "artix7-12t": (8000, 16000, 40, 20),
-            "artix7-15t": (10400, 20800, 45, 25),
-            "artix7-25t": (14600, 29200, 80, 45),
-            "artix7-35t": (20800, 41600, 90, 50),
-            "artix7-50t": (32600, 65200, 120, 75),
-            "artix7-75t": (47200, 94400, 180, 105),
-            "artix7-100t": (63400, 126800, 240, 135),
-            "artix7-200t": (134600, 269200, 740, 365),
-        },
+        lut="LUT6",
+        ff="flip-flop",
+        dsp="DSP48E1",
+        ram="RAMB36E1, block RAM of 36 Kbit",
     ),
     memory_shapes=dict.fromkeys(_BLOCK_18K, 0.5),
 )
@@ -354,17 +325,7 @@ CYCLONE5: Final = Family(
         "MISTRAL_M10K": {"ram": 1},
     },
     devices=_parts(
-        (8,),
-        "ALM",
-        "variable-precision DSP block",
-        "M10K",
-        {
-            "cyclone5-a2": (9430, 37720, 25, 176),
-            "cyclone5-a4": (18480, 73920, 66, 308),
-            "cyclone5-a5": (29080, 116320, 150, 446),
-            "cyclone5-a7": (56480, 225920, 156, 686),
-            "cyclone5-a9": (113560, 454240, 342, 1220),
-        },
+        "cyclone5", (8,), lut="ALM", ff="flip-flop", dsp="variable-precision DSP block", ram="M10K"
     ),
     memory_shapes={(256 << k, bits): 1 for k, bits in enumerate((40, 20, 10, 5, 2, 1))},
 )

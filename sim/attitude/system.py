@@ -51,7 +51,6 @@ _SHOWN = {
     "in registers, us": "in_registers_us",
     "calibration, us": "beside_program_us",
     "frame end, us": "frame_end_us",
-    "cycles/s": "cycles_per_s",
 }
 _INTRO = (
     "The complete board in simulation at {clock_mhz:g} MHz, core {config}: sensors at the pins, "
@@ -249,6 +248,5 @@ def _figures(board: Board, filter: int, run: BoardRun, verdict: Judgement) -> di
         "timing_violations": trace.violations,
         "damaged_frames": run.dropped,
         "cycles": run.cycles,
-        "cycles_per_s": round(run.cycles / run.seconds),
         "good": clean and not len(trace.framing_errors) and len(run.frames) == verdict.updates > 0,
     }

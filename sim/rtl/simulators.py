@@ -164,11 +164,10 @@ def run_tool(
 
 
 RESET_CYCLES = 4  #: Cycles for which ``rst`` is held.
-#: Drives the clock; prints the number of cycles and their wall clock time.
+#: Drives the clock; prints the number of cycles.
 _MAIN = r"""
 #include "Vbench.h"
 #include "verilated.h"
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 
@@ -180,7 +179,6 @@ int main(int argc, char **argv) {
     const char *limit_text = context.commandArgsPlusMatch("max_cycles=");
     const unsigned long long limit = std::strtoull(limit_text + 12, nullptr, 10);
     Vbench bench{&context};
-    const auto start = std::chrono::steady_clock::now();
     unsigned long long cycles = 0;
     bench.clk = 0;
     bench.rst = 1;
@@ -193,10 +191,9 @@ int main(int argc, char **argv) {
         bench.eval();
         ++cycles;
     }
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
     bench.final();
     std::fflush(stdout);
-    std::fprintf(stderr, "@cycles %llu %d %.6f\n", cycles, int(context.gotFinish()), took.count());
+    std::fprintf(stderr, "@cycles %llu %d\n", cycles, int(context.gotFinish()));
     return 0;
 }
 """
@@ -204,11 +201,10 @@ int main(int argc, char **argv) {
 
 @dataclass(frozen=True)
 class CompletedRun:
-    """A bench's output, clock cycles, and wall clock time of the simulation loop, s."""
+    """A bench's output, and clock cycles."""
 
     stdout: str
     cycles: int
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -245,12 +241,12 @@ class Compiled:
                 f"compiled simulation failed: exit code {result.returncode}\n"
                 f"{result.stdout[-2000:]}\n{result.stderr[-2000:]}"
             )
-        _, cycles, finished, seconds = tail[-1].split()
+        _, cycles, finished = tail[-1].split()
         if finished != "1":
             raise SimulationFailed(
                 f"compiled simulation not finished after {cycles} cycles\n{result.stdout[-2000:]}"
             )
-        return CompletedRun(result.stdout, int(cycles), float(seconds))
+        return CompletedRun(result.stdout, int(cycles))
 
 
 def build(

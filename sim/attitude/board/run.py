@@ -158,8 +158,7 @@ class BoardRun:
 
     ``frames`` (n, 2 + outputs) are the signed words of the frames
     (`gateware.attitude.system.interface`), ``frame_ends`` (n,) the cycles of their last bytes,
-    ``dropped`` counts damaged ones; ``cycles`` and ``seconds`` (wall clock) are those of the
-    simulation.
+    ``dropped`` counts damaged ones; ``cycles`` are those of the simulation.
     """
 
     trace: Trace
@@ -167,7 +166,6 @@ class BoardRun:
     frame_ends: IntArray
     dropped: int
     cycles: int
-    seconds: float
 
 
 def frames_of(trace: Trace) -> tuple[IntArray, IntArray, int]:
@@ -208,7 +206,7 @@ def run_board(
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
         run = bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
         trace = read_trace((Path(folder) / "trace.txt").read_text())
-    return BoardRun(trace, *frames_of(trace), run.cycles, run.seconds)
+    return BoardRun(trace, *frames_of(trace), run.cycles)
 
 
 def cycles_limit(board: Board, updates: int) -> int:
