@@ -20,6 +20,7 @@ from boresight.model.errors import require, require_choice, require_whole
 from boresight.model.estimator import Estimator
 from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
+from boresight.model.tools.external import optional
 from boresight.model.words.fixed import check_word
 from boresight.sim.accuracy import runs
 from boresight.sim.accuracy.figures import ALIGNMENTS, gives_attitude, means
@@ -83,7 +84,8 @@ def accuracy(
     require_whole("jobs", jobs, 1)
     missing = peers if names == FIRST and not find_spec("vqf") else []
     peers = [] if missing else peers
-    runs.require_peers(peers)
+    if peers:
+        optional("vqf")
     wanted, fix = "an estimator with parameters", "name an estimator, or leave the values out"
     require(bool(ours) or not params, "parameters", wanted, "published filters only", fix)
     values = dict(zip((e.name for e in ours), options.params_of_each(ours, params), strict=True))

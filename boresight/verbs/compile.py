@@ -180,7 +180,7 @@ def compile(
         if choice is not None:
             data["depth"] = plain(choice)
         if whole is not None:
-            data["system"] = plain(figures_of(whole))
+            data["system"] = str(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
     lines = [str(choice)] if choice is not None else []
     lines.append(f"proven: {proven}")
@@ -188,22 +188,6 @@ def compile(
     result = _result(f"{output}: ", build, area, clock, lines)
     notes = () if system is None else system.rate_notes(estimators)
     return replace(result, data=data, notes=(*result.notes, *notes))
-
-
-def figures_of(made: Mapped | Routed) -> dict[str, Any]:
-    """Cells of a design by resource, its clock [MHz] after routing, and an estimate of it before.
-
-    The clock is that of the worst seed; the estimate is for ``median`` and ``p75`` (upper quartile)
-    delays of nets.
-    """
-    data: dict[str, Any] = {"clock_mhz": None, "seeds": {}, "estimate_mhz": None}
-    mapped = made.mapped if isinstance(made, Routed) else made
-    if isinstance(made, Routed):
-        data["clock_mhz"] = made.clock_mhz
-        data["seeds"] = {run.seed: run.clock_mhz for run in made.runs}
-    elif made.clock is not None:
-        data["estimate_mhz"] = made.clock.by_nets
-    return {"target": mapped.target.name, "used": mapped.used, **data}
 
 
 def _result(

@@ -203,12 +203,6 @@ class LogRuns:
         ]
 
 
-def require_peers(names: list[str]) -> None:
-    """Raise ToolMissing if the package of these filters is not installed."""
-    if names:
-        optional("vqf")
-
-
 def run_peer(name: str, record: Record) -> FloatArray:
     """Attitudes (n, 4) b to n (ENU) of one of `PEERS`, as its own package runs it.
 
