@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -22,39 +21,18 @@ from boresight.sim.records.reading import read_json
 _REPORT = "report.json"
 
 
-@dataclass(frozen=True)
-class DepthChoice:
-    """Depth of a core, chosen by time: of each depth [us], from clocks of ``source``."""
-
-    target: str
-    config: str
-    depth: int
-    us: Mapping[int, float]
-    source: str
-
-    def __str__(self) -> str:
-        others = ", ".join(f"{d} {t:.3g}" for d, t in self.us.items() if d != self.depth)
-        return (
-            f"depth {self.depth} for {self.target} ({self.config}): {self.us[self.depth]:.3g} us "
-            f"to the last urgent output{f' ({others})' if others else ''} by one pass of the "
-            f"scheduler and {self.source}"
-        )
-
-
-def build_for(
-    make: Callable[..., Build], config: str, target: str
-) -> tuple[Build, DepthChoice | None]:
-    """The build for a target, and the choice of its depth: the machine that every verb takes.
+def build_for(make: Callable[..., Build], config: str, target: str) -> tuple[Build, str]:
+    """The build for a target, and a line about its depth: the machine that every verb takes.
 
     ``make`` returns the build of a ``config``, which is taken as it is if its name has a depth. The
     depth is that with the least time from the last input word to the last urgent output. Of several
     programs the longest time counts; of one without urgent outputs, its interval. One pass of the
     scheduler gives the cycles, the table of the family (`Family.clocks`) the clock; without clocks,
-    and for a ``target`` that is no part, no depth is chosen.
+    and for a ``target`` that is no part, no depth is chosen, and the line is empty.
     """
     build = make(config=config.removesuffix("-d7"))
     if config not in ALL_CONFIGS or target not in TARGETS:
-        return build, None
+        return build, ""
     family, lanes = TARGETS[target].family, machine_named(build.config).lanes
     depths = (depth for of_lanes, depth in family.clocks if of_lanes == lanes)
     configs = {depth: config if depth == 7 else f"{config}-d{depth}" for depth in depths}
@@ -68,10 +46,14 @@ def build_for(
         cycles = max(plan.latency if plan.urgent else plan.interval for plan in plans)
         us[depth] = cycles / family.clocks[lanes, depth]
     if not us:
-        return build, None
+        return build, ""
     best = min(us, key=lambda depth: us[depth])
-    choice = DepthChoice(target, configs[best], best, us, family.clocks_source)
-    return make(config=choice.config), choice
+    others = ", ".join(f"{depth} {t:.3g}" for depth, t in us.items() if depth != best)
+    return make(config=configs[best]), (
+        f"depth {best} for {target} ({configs[best]}): {us[best]:.3g} us to the last urgent output"
+        f"{f' ({others})' if others else ''} by one pass of the scheduler and "
+        f"{family.clocks_source}"
+    )
 
 
 def is_folder(name: Any) -> TypeGuard[str | Path]:

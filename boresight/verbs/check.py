@@ -97,7 +97,7 @@ def check(
     machine_named(config.removesuffix("-d7"))
     check_word(word)
     levels = levels.split(",") if isinstance(levels, str) else levels
-    part, choice = "xc6slx9" if target is None else target, None
+    part, choice = "xc6slx9" if target is None else target, ""
     require_choice("target", part, (*TARGETS, "generic"))
     if is_folder(estimator):
         if changes := changes_in(Path(estimator)):
@@ -139,7 +139,7 @@ def check(
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         results += checking.run(*records)
-    lines = [] if choice is None else [str(choice)]
+    lines = [choice] if choice else []
     lines += [line for result in results for line in result.lines()]
     if output is not None:
         inputs = log_files(log for log in logs if isinstance(log, str | Path))

@@ -177,12 +177,12 @@ def compile(
             ],
         )
         data["made"] = plain(made_of(names, build, target, Path(output)))
-        if choice is not None:
-            data["depth"] = plain(choice)
+        if choice:
+            data["depth"] = choice
         if whole is not None:
             data["system"] = str(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    lines = [str(choice)] if choice is not None else []
+    lines = [choice] if choice else []
     lines.append(f"proven: {proven}")
     lines += [f"{name}: {x}" for name, x in (("core", area), ("board", whole)) if x is not None]
     result = _result(f"{output}: ", build, area, clock, lines)
