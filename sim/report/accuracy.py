@@ -7,7 +7,7 @@ shown in degrees.
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -70,41 +70,14 @@ def worst_output(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
 
 
 def accuracy_section(checks: Sequence[CheckResult], warn: Callable[[str], None]) -> dict[str, Any]:
-    """Figures of each check's record in ``logs``, with its curves; above them the worst of all.
+    """Figures of each check's record in ``logs``, with its curves; ``worst`` output of all.
 
-    ``verdict`` has the differences to float64 by output, above all the largest of any record,
-    which is on ``dataset`` for the worst output; ``truth`` those of both to the record's truths,
-    which may be a comparison (``reference``).
+    ``verdict`` of a record has the differences to float64 by output, ``truth`` those of both to the
+    record's truths, which may be a comparison (``reference``).
     """
     logs = [_log(check, warn) for check in checks]
-    verdicts = [log["verdict"] for log in logs]
-    worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
-    return {
-        "dataset": logs[worst["log"]]["dataset"],
-        "verdict": verdicts[0] if len(logs) == 1 else _merged(logs),
-        "logs": logs,
-    }
-
-
-def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """One verdict of several logs: the worst of each output, and everything that went wrong."""
-    verdicts = [log["verdict"] for log in logs]
-    pairs = [(log["dataset"], v) for log, v in zip(logs, verdicts, strict=True)]
-    by_output = zip(*([{**o, "log": name} for o in v["outputs"]] for name, v in pairs), strict=True)
-
-    def counts(key: str) -> dict[str, int]:
-        return dict(sum((Counter(v[key]) for v in verdicts), Counter[str]()))
-
-    return {
-        "good": all(v["good"] for v in verdicts),
-        "outputs": [dict(worst_output(differences)) for differences in by_output],
-        "saturated_updates": sum(v["saturated_updates"] for v in verdicts),
-        "saturated": counts("saturated"),
-        "beyond_range": [f"{name}: {text}" for name, v in pairs for text in v["beyond_range"]],
-        "clamped_inputs": counts("clamped_inputs"),
-        "culprit": next((f"{name}: {v['culprit']}" for name, v in pairs if v["culprit"]), ""),
-        "source": verdicts[0]["source"],
-    }
+    outputs = [{**o, "log": log["dataset"]} for log in logs for o in log["verdict"]["outputs"]]
+    return {"worst": worst_output(outputs), "logs": logs}
 
 
 def _log(check: CheckResult, warn: Callable[[str], None]) -> dict[str, Any]:

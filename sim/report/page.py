@@ -19,7 +19,6 @@ from boresight.sim.explore.measure import map_core
 from boresight.sim.levels.build import Build
 from boresight.sim.plotting import INK, PALETTE, RED, figure_and_axes, legend, page, settings, svg
 from boresight.sim.plotting import unit as shown_unit
-from boresight.sim.report.accuracy import worst_output
 from boresight.sim.report.data import report_data
 
 #: Rows of the table of advice, at most.
@@ -69,7 +68,6 @@ def render_html(data: Mapping[str, Any]) -> str:
     return page(
         "report.html",
         d=data,
-        worst=worst_output,
         advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
         most_advice=_MAX_ADVICE,
         plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
