@@ -266,7 +266,8 @@ class Check:
         run = Run.joined([part.fixed for part in case.pieces])
         estimator, source = self.build.estimators[number], sources[number % len(sources)]
         outputs = {name: values[: len(given)] for name, values in run.outputs.items()}
-        told = estimate_warnings(estimator, given.inputs, given.new, outputs)
+        known = given.new & ~given.restarts[:, None]
+        told = estimate_warnings(estimator, given.inputs, known, outputs)
         near = [accuracy.near_floor] if accuracy.near_floor and accuracy.good else []
         strange = _strange_truth(estimator, given)
         sure = [] if strange or source.comparison else _too_sure(self.build, number, given, run)

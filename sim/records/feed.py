@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from inspect import signature
 from itertools import pairwise
 from pathlib import Path
@@ -196,7 +196,9 @@ class Feeder:
                 begins = np.zeros_like(begins)
         if not self._start:
             clamped, self._misspelt = dict(reader.clamped), [*_misspelt(estimator, record)]
-            self._doubts = cache(lambda: warnings_of(estimator, inputs, new, truth, clamped))
+            units = {name: column.unit for name, column in record.columns.items()}
+            told = partial(warnings_of, estimator, inputs, new, truth, clamped, units)
+            self._doubts = cache(told)
         notes = self._warnings(record)
         return Feed(
             record, t, inputs, new, reader.clamped, truth, counts, begins, notes, self._doubts

@@ -64,11 +64,13 @@ def warnings_of(
     new: BoolArray,
     truth: Mapping[str, FloatArray] | None = None,
     clamped: Mapping[str, int] | None = None,
+    units: Mapping[str, str | None] | None = None,
 ) -> tuple[str, ...]:
     """One line for each sensor with implausible values, or with some axes missing.
 
-    ``inputs`` are in the declared units; samples that are not ``new`` are ignored. ``truth``: the
-    log's attitude, among others, NaN where it has none. ``clamped``: samples beyond their range.
+    ``inputs`` are in the declared units, ``units`` those that the log states; samples that are not
+    ``new`` are ignored. ``truth``: the log's attitude, among others, NaN where it has none.
+    ``clamped``: samples beyond their range.
     """
     steps_s, warnings, uneven = _steps_s(estimator, inputs), list[str](), False
     triads = dict[str, Triad]()
@@ -93,6 +95,8 @@ def warnings_of(
                 continue
         lengths = np.linalg.norm(values[sensor.new], axis=1)
         unlikely = _unlikely(names, len(columns), declared, float(np.median(lengths)))
+        if declared.unit == "rad/s" and (units or {}).get(declared.name) not in (None, "rad/s"):
+            unlikely = []  # converted from deg/s, however fast they are
         warnings += unlikely
         if declared.name != "dt":
             warnings += _held(sensor, timed=steps_s is not None)
@@ -127,12 +131,15 @@ def warnings_of(
 def estimate_warnings(
     estimator: Estimator, inputs: FloatArray, new: BoolArray, outputs: Mapping[str, FloatArray]
 ) -> list[str]:
-    """A line where the attitude that an estimator gives does not turn as its rates say."""
+    """A line where an estimated attitude does not turn as its rates say, in rows that are new."""
     attitude, steps_s = _attitude(outputs), _steps_s(estimator, inputs)
     for columns in _sensors(estimator):
         is_rates = len(columns) == 3 and estimator.inputs[columns[0]].unit == "rad/s"
         if is_rates and attitude is not None and steps_s is not None:
-            return departures(_triad(estimator, columns, inputs, new), attitude, steps_s)
+            names, values, rows = _triad(estimator, columns, inputs, new)
+            rows &= steps_s >= 0.0  # a step below 0 restarts the estimator
+            values = np.where(rows[:, None], values, np.nan)
+            return departures(Triad(names, values, rows), attitude, steps_s)
     return []
 
 

@@ -46,15 +46,14 @@ _RIGHT, _ON_TIME_S = (0.9, 1.1), 0.035
 #: What is tried: scales, finer ones around the best, and delays [s].
 _SCALES, _FINE = np.geomspace(0.01, 100.0, 49), np.linspace(0.85, 1.15, 13)
 _DELAYS_S = np.linspace(-2.0, 2.0, 101)
-#: Mean force of windows, m/s^2: least in most, most in a quarter; shares of rates and their changes
-#: in a turn that is steady.
+#: Mean force, m/s^2: least in most windows, most in each whole turn; shares of rates and their
+#: changes in a turn that is steady.
 _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
 #: s, windows in which small errors are fitted, the share of them that is kept, and the least
 #: scatter without an offset over that with it from which on the offset is known.
 _FIT_S, _KEPT, _KNOWN = 2.0, 0.7, 1.2
-#: Turns about a second axis that are none, as a share of those about the first; by how much more an
-#: offset must show that is fitted alone.
-_FLAT, _SURER = 0.2, (1.0, 1.4)
+#: Turns about a second axis that are none, as a share of those about the first.
+_FLAT = 0.2
 #: Symmetric matrices without trace: what soft iron adds to a field of one length.
 _SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
 _SHAPES += [np.eye(3)[[j, k]].T @ np.eye(3)[[k, j]] for j, k in ((0, 1), (0, 2), (1, 2))]
@@ -166,16 +165,16 @@ def _error_line(name: str, value: FloatArray, rates: str, sensor: str, is_force:
 class _Windows:
     """Blocks and windows of a log of rates, and the turn in each block."""
 
-    def __init__(self, rates: Triad, dt: FloatArray, window_s: float) -> None:
+    def __init__(self, rates: Triad, dt: FloatArray, window_s: float, parts: int = _PARTS) -> None:
         step = np.where((dt > 0.0) & (dt < _GAP_S), dt, 0.0)
         usual = float(np.median(step))
         self.block_s = max(_BLOCK_S, usual)
         time = np.cumsum(step) - 0.5 * usual  # ends of blocks lie between samples
-        window_s = min(window_s, float(time[-1]) / _PARTS)
+        window_s = min(window_s, float(time[-1]) / parts)
         self.blocks = max(2, round(window_s / self.block_s))
         self._block: IntArray = np.maximum(time / self.block_s, 0.0).astype(np.int64)
         self.count = (int(self._block[-1]) + 1) // self.blocks
-        self._size = self.count * self.blocks
+        self._size, self.seconds = self.count * self.blocks, self.blocks * self.block_s
         turn = self._sums(rates.values * np.where(rates.new, step, 0.0)[:, None])
         #: Turns (count, blocks, 3), rad.
         self.steps = turn.reshape(self.count, self.blocks, 3)
@@ -230,11 +229,9 @@ def contradictions(
     short, weighed, fitted, long = (_Windows(rates, dt, s) for s in lengths_s)
     findings, line = list[_Finding | None](), ""
     if force is not None:
-        lengths = np.linalg.norm(force.values, axis=1)
-        new = force.new & (lengths > 0.0)
-        if new.any():
-            means = long.means(force.values / np.median(lengths[new]), new)
-            findings.append(_finding(force.names, long, [means], True))
+        usual = np.median(np.linalg.norm(force.values[force.new], axis=1))
+        means = long.means(force.values / max(float(usual), 1e-9), force.new)
+        findings.append(_finding(force.names, long, [means], True))
     if field is not None:
         finding, line = _field_finding(rates, field, short, fitted)
         findings.append(finding)
@@ -264,7 +261,7 @@ def contradictions(
         return lines, agree
     if attitude is not None and attitude.new.any():
         lines = [*_by_attitude(force, field, attitude)]
-    lines = lines or [*_late_force(rates, force, dt)] or [*_weight(weighed, force)]
+    lines = lines or [*_late_force(rates, force, dt)] or [*_weight(weighed, rates, force, dt)]
     if not lines and field is not None:
         lines = [*_dip(long, force, field)]
     return lines, agree
@@ -274,7 +271,7 @@ def _field_finding(
     rates: Triad, field: Triad, short: _Windows, fitted: _Windows
 ) -> tuple[_Finding | None, str]:
     """What the field says, without its offset where that is known, and the line of an error."""
-    means = short.means(field.values, field.new & (field.values != 0.0).any(axis=1))
+    means = short.means(field.values, field.new)
     offset, line = _errors(fitted, rates, field, False)
     as_is = _finding(field.names, short, [_units(means)], False)
     if not offset.any():
@@ -286,12 +283,11 @@ def _field_finding(
         return as_is, other
     is_told = is_offset and found.fits
     if as_is is not None:
-        is_worse = found.scatter > 1.2 * as_is.scatter
-        if is_worse or as_is.cause or not found.cause:
-            is_axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
-            is_clear = not is_axes or found.scatter <= 0.5 * as_is.after
-            if not is_told or is_worse or as_is.stuck or not is_clear:
-                return as_is, other
+        is_axes = as_is.cause is not None and as_is.cause.about in ("axes", "degrees")
+        most = 0.5 * as_is.after if is_axes else 1.2 * as_is.scatter
+        is_news = is_told or (found.cause and not as_is.cause)
+        if found.scatter > most or as_is.stuck or not is_news:
+            return as_is, other
     return found, line if is_told else other
 
 
@@ -311,15 +307,13 @@ def departures(rates: Triad, attitude: Triad, dt: FloatArray) -> list[str]:
     away = int((1.0 - np.mean(squares, axis=0) > math.radians(_AWAY_DEG) ** 2).sum())
     if away < _OFTEN:
         return []
-    where = f"within {windows.block_s * windows.blocks:.2g} s, in {away / len(some):.0%} of the log"
+    where = f"within {windows.seconds:.2g} s, in {away / len(some):.0%} of the log"
     text = f"{attitude.names}: turn {_AWAY_DEG:.0f} deg or more away from {rates.names} {where}"
-    causes = "(Euler angles past the vertical, gains, a range)"
-    return [f"{text}: the estimate diverges there {causes}; compare another filter"]
+    return [f"{text}: it diverges there (Euler angles past the vertical, gains, a range)"]
 
 
 def _axes(windows: _Windows, q: FloatArray, new: BoolArray) -> list[FloatArray]:
     """East, north and up in body axes."""
-    q = np.where(new[:, None], q, [1.0, 0.0, 0.0, 0.0])
     return [windows.means(rotate(quaternion_conjugate(q), axis), new) for axis in np.eye(3)]
 
 
@@ -375,8 +369,7 @@ def _finding(
     is_right = is_small or not (is_known or (cause.late_s and best_scatter < _CALM))
     explains = best_scatter < 0.5 * without and (not is_force or best_scatter < 0.5 * before)
     fits = before < 0.5 * without
-    seconds = windows.block_s * windows.blocks
-    noise = max(_NOISE, (_BIAS * seconds) ** 2 / 12.0)  # scatter of the turn by a usual offset
+    noise = max(_NOISE, (_BIAS * windows.seconds) ** 2 / 12.0)  # of the turn by a usual offset
     is_inside = abs(cause.late_s) < 0.95 * float(_DELAYS_S[-1])  # the best one of all, not an end
     # The scatter is less in surely more than half of the windows that differ.
     less = as_is - after
@@ -397,14 +390,13 @@ def _errors(
 
     Several are fitted at once. One is told if it is large, and the scatter without it much more.
     """
-    values = windows.means(sensor.values, sensor.new & (sensor.values != 0.0).any(axis=1))
-    v = values.reshape(windows.count, windows.blocks, 3)
+    v = windows.means(sensor.values, sensor.new).reshape(windows.count, windows.blocks, 3)
     known = np.isfinite(v[..., :1])
     some = np.flatnonzero(known.sum(axis=(1, 2)) >= _FILLED)
     if len(some) < _FEWEST:
         return np.zeros(3), ""
     extents = np.linalg.svd(windows.steps[some].reshape(-1, 3), compute_uv=False)
-    is_short = windows.block_s * windows.blocks < 0.9 * _WEIGHT_S
+    is_short = windows.seconds < 0.9 * _WEIGHT_S
     is_flat = is_short or bool(extents[1] < _FLAT * extents[0])
     if is_flat and is_force:  # a steady acceleration is an offset there
         return np.zeros(3), ""
@@ -444,16 +436,20 @@ def _errors(
         return factors, ((y - x @ factors) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]
 
     usual = float(np.nanmedian(np.linalg.norm(v, axis=-1)))
+    still = (centred(v) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]  # as if nothing turned
     offset, line = np.zeros(3), ""
     # Turns about one axis, and short ones, do not tell other errors from an offset.
     together = ["offset bias scale iron", "offset bias scales"]
     for names in map(str.split, ["offset"] if is_flat else together):
         names = [n for n in names if not is_force or n != "iron"]
-        used, surer = np.ones(len(y), dtype=bool), _SURER[is_flat]
+        used = np.ones(len(y), dtype=bool)
         for _ in range(2):  # without what fits least
             used = (scatter := fit(names)[1]) <= np.quantile(scatter, _KEPT)
         factors, scatter = fit(names)
-        least, best, start = max(float(scatter[used].mean()), 1e-12), 1.0, 0
+        least, start = max(float(scatter[used].mean()), 1e-12), 0
+        best = 1.0 if least < 0.5 * still[used].mean() else math.inf
+        # Alone, an offset also stands for a usual one of the rates.
+        least += (usual * _BIAS * windows.seconds) ** 2 / 12.0 if is_flat else 0.0
         for name in names:
             smallest, largest, times, of_force = _ERRORS[name]
             value = factors[start : start + len(columns[name])]
@@ -461,15 +457,15 @@ def _errors(
             if "scales" in names and name != "scales":
                 continue
             size = float(np.abs(value).max()) / (usual if name == "offset" else 1.0)
-            is_large = surer * smallest < size < largest
-            if is_large or name == "offset":
-                ratio = float(fit([n for n in names if n != name])[1][used].mean()) / least
-                share = ratio / (of_force if is_force else surer * times)
-                if is_large and share > best:
-                    best = share
-                    line = _error_line(name, value, rates.names, sensor.names, is_force)
-                if name == "offset" and ratio > _KNOWN:
-                    offset = value
+            ratio = float(fit([n for n in names if n != name])[1][used].mean()) / least
+            share = ratio / (of_force if is_force else times)
+            if size >= largest:  # the others make up for it
+                best, line = math.inf, ""
+            elif size > smallest and share > best:
+                best = share
+                line = _error_line(name, value, rates.names, sensor.names, is_force)
+            if name == "offset" and ratio > _KNOWN:
+                offset = value
         if line:
             break
     return offset, line
@@ -565,24 +561,27 @@ def _by_attitude(force: Triad, field: Triad | None, attitude: Triad) -> Iterator
 def _turned_back(windows: _Windows, sensor: Triad) -> FloatArray:
     """Mean (windows, 3) of a sensor, turned back by the rates."""
     every = np.arange(windows.count)
-    new = sensor.new & (sensor.values != 0.0).any(axis=1)
-    means = windows.means(sensor.values, new)
+    means = windows.means(sensor.values, sensor.new)
     turns = windows.turns(np.eye(3)[None], every)
     return np.asarray(windows.turned_back(turns, means, every)[0])
 
 
-def _weight(windows: _Windows, force: Triad) -> Iterator[str]:
+def _weight(windows: _Windows, rates: Triad, force: Triad, dt: FloatArray) -> Iterator[str]:
     """A force whose mean, turned back, is not gravity: nothing falls, or climbs, all the time."""
     means = np.linalg.norm(_turned_back(windows, force), axis=1)
-    seconds = windows.block_s * windows.blocks
-    if np.isfinite(means).sum() < _FEWEST or seconds < 0.9 * _WEIGHT_S:
+    if np.isfinite(means).sum() < _FEWEST or windows.seconds < 0.9 * _WEIGHT_S:
         return
-    usual, low = np.nanquantile(means, (0.5, 0.25)).tolist()
-    if usual < _LIGHT or low > _HEAVY:
-        what = "too little" if usual < _LIGHT else "too much"
-        cause = "has the device removed it" if usual < _LIGHT else "does it have an offset"
-        text = f"{force.names}: a mean of {usual:.2g} m/s^2 over {seconds:.2g} s, {what}"
-        yield f"{text} for gravity: is the scale wrong, or {cause}?"
+    # The acceleration of a curve vanishes in a whole turn only.
+    turns = np.linalg.norm(windows.steps.sum(axis=1), axis=1)
+    speed = max(float(np.median(turns)) / windows.seconds, _BIAS)
+    whole = _Windows(rates, dt, 2.0 * math.pi / speed, parts=1)
+    usual, least = np.nanmedian(means), np.linalg.norm(_turned_back(whole, force), axis=1).min()
+    if usual < _LIGHT:
+        cause = "too little for gravity: are scale or rates wrong, or has the device removed it"
+        yield f"{force.names}: a mean of {usual:.2g} m/s^2 over {windows.seconds:.2g} s, {cause}?"
+    elif least > _HEAVY and (speed == _BIAS or whole.seconds > min(6.0 / speed, 60.0)):
+        cause = "too much for gravity: is the scale wrong, or does it have an offset"
+        yield f"{force.names}: a mean of {least:.2g} m/s^2 over {whole.seconds:.2g} s, {cause}?"
 
 
 def _dip(windows: _Windows, force: Triad, field: Triad) -> Iterator[str]:

@@ -16,7 +16,7 @@ from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, bundled_names, read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.plausible import warnings_of
+from boresight.sim.records.plausible import estimate_warnings, warnings_of
 from boresight.sim.records.record import Column, Place, Record
 
 # -- records: what they refuse, what they are made of, headers with units -------------------------
@@ -270,6 +270,10 @@ class Sensors(Estimator):
     outputs = (Output("y"),)
 
 
+class SixAxes(Sensors):
+    inputs = tuple(i for i in Sensors.inputs if i.name[0] in "gad")
+
+
 class InMilliseconds(Sensors):
     inputs = (*Sensors.inputs[:-1], Input("dt", -250.0, 250.0, "ms", clamp=True))
 
@@ -413,7 +417,7 @@ CARELESS = [
     (scaled(FORCE, -1.0), True, f"{FORCE}: point down by {ATTITUDE}"),
     (scaled(FORCE, -1.0), False, f"{FIELD}: point 42 deg up by {FORCE}"),
     (scaled(FIELD, -1.0), True, f"{FIELD}: point south by {ATTITUDE}"),
-    (scaled(FORCE, 1.25), False, f"{FORCE}: a mean of 12 m/s\\^2 over 1 s, too much"),
+    (scaled(FORCE, 1.25), False, f"{FORCE}: a mean of 12 m/s\\^2 over 6.8 s, too much"),
     (lambda c: {"mx": c["mx"] + 15.0}, False, f"{FIELD}: an offset of 15, -2.8, -1.9 uT"),
     (lambda c: {"gz": c["gz"] + 0.3}, False, f"{RATES}: an offset of 0.018, 0, 0.26 rad/s"),
     (scaled(RATES, 1.15), False, f"{RATES} and {FIELD} contradict .* 1.2 times as large"),
@@ -507,15 +511,40 @@ def test_the_rest_of_a_slow_log_is_not_told() -> None:
     assert feed(estimator("mekf"), Record.of(short)).warnings == ()
 
 
-@pytest.mark.parametrize(("rate", "force"), [(0.3, [4.0, 0.0, 9.81]), (-25.0, [0.0, 0.0, 9.81])])
-def test_a_steady_turn_is_not_told(rate: float, force: list[float]) -> None:
-    """A car's circle without noise, with its force at rest in the car; a fast spin."""
-    turn = rate * 0.01 * np.arange(4000)
-    field = np.stack([20.0 * np.sin(turn), 20.0 * np.cos(turn), np.full(4000, -40.0)])
-    rates, forces = np.full((3, 4000), [[0.0], [0.0], [rate]]), np.full((3, 4000), np.c_[force])
-    columns = {"t": 0.01 * np.arange(4000), **dict(zip(RATES.split(), rates, strict=True))}
-    columns |= zip(f"{FORCE} {FIELD}".split(), [*forces, *field], strict=True)
+@pytest.mark.parametrize(
+    ("rate", "force"),
+    [
+        ([0.0, 0.0, 0.3], [4.0, 0.0, 9.81]),
+        ([0.0, 0.0, -25.0], [0.0, 0.0, 9.81]),
+        ([0.0, 0.21, 0.12], [0.0, 0.0, 19.6]),
+    ],
+)
+def test_a_steady_turn_is_not_told(rate: list[float], force: list[float]) -> None:
+    """Without noise: a car's circle, with its force at rest in the car; a fast spin; an aircraft.
+
+    The header states the rates in deg/s, and is believed.
+    """
+    t = 0.01 * np.arange(4000)
+    field = Rotation.from_rotvec(-np.outer(t, rate)).apply([20.0, 0.0, -40.0])
+    names = [f"{name}[deg/s]" for name in RATES.split()]
+    columns = {"t": t, **dict(zip(names, np.full((4000, 3), np.degrees(rate)).T, strict=True))}
+    columns |= zip(FORCE.split(), np.full((4000, 3), force).T, strict=True)
+    columns |= zip(FIELD.split(), field.T, strict=True)
     assert feed(estimator("mekf"), Record.of(columns)).warnings == ()
+    assert feed(SixAxes(), Record.of(columns)).warnings == ()
+
+
+def test_accelerations_of_a_slow_car_are_no_offset_of_its_rates() -> None:
+    """It pitches against them, as if the rates were much too large, and of the other sign."""
+    rng = np.random.default_rng(1)
+    gyro, noise = rng.normal(size=(2, 1500, 3))
+    drive = np.convolve(rng.normal(size=1500), np.hanning(60), "same")
+    drive *= 2.0 / drive.std()
+    rates = 0.02 * gyro - 0.026 + np.outer(np.gradient(drive, 0.02), [0.0, -0.01, 0.0])
+    force = 0.06 * noise + [0.0, 0.0, 9.81] + np.outer(drive, [1.1, 0.0, 0.0])
+    columns = {"t": 0.02 * np.arange(1500), **dict(zip(RATES.split(), rates.T, strict=True))}
+    columns |= zip(FORCE.split(), force.T, strict=True)
+    assert feed(SixAxes(), Record.of(columns)).warnings == ()
 
 
 @pytest.mark.parametrize("offset", [-0.05, 0.05])
@@ -530,6 +559,21 @@ def test_a_usual_offset_in_a_slow_turn_is_no_scale(offset: float) -> None:
     names = f"{RATES} {FORCE} {FIELD}".split()
     columns = {"t": t, **dict(zip(names, [*rates, *force, *field], strict=True))}
     assert feed(estimator("mekf"), Record.of(columns)).warnings == ()
+
+
+def test_an_estimate_may_jump_where_it_restarts() -> None:
+    inputs, restarts = np.zeros((3000, len(SixAxes.inputs))), np.zeros(3000, bool)
+    inputs[:, -1], restarts[750::500] = 0.01, True
+    turn = np.cumsum(restarts) * 1.5
+    outputs = dict(
+        zip(ATTITUDE.split(), (np.cos(turn), np.sin(turn), *np.zeros((2, 3000))), strict=True)
+    )
+    every = np.ones(inputs.shape, bool)
+    (line,) = estimate_warnings(SixAxes(), inputs, every, outputs)
+    assert re.match(f"{ATTITUDE}: turn 30 deg or more away from {RATES}", line)
+    assert estimate_warnings(SixAxes(), inputs, every & ~restarts[:, None], outputs) == []
+    inputs[restarts, -1] = -0.25
+    assert estimate_warnings(SixAxes(), inputs, every, outputs) == []
 
 
 def test_typical_is_the_median_of_new_samples() -> None:
