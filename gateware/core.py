@@ -113,7 +113,7 @@ class Core:
     @property
     def parameter_addresses(self) -> dict[str, int]:
         """Bus address of every parameter of the program."""
-        where = self.allocation.addresses()
+        where = self.allocation.addresses
         return {
             self.program.values[n].name: self.machine.parameter_address(where[n])
             for n in self.program.of_kind(Kind.PARAM)
@@ -153,7 +153,7 @@ def build_shared_core(programs: Sequence[Program], config: str) -> Core:
             f"{machine.rom_words}: {each}"
         )
     image.check(machine)
-    validate_microcode(machine, image, programs, [a.addresses() for a in allocations])
+    validate_microcode(machine, image, programs, [a.addresses for a in allocations])
     return Core(tuple(map(Part, programs, plans, allocations)), machine, image)
 
 

@@ -131,7 +131,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
     """Return the contents of all memories for a schedule, with the source program's digest."""
     machine, program = schedule.machine, schedule.program
     words: Words = [{} for _ in range(schedule.length)]
-    registers = allocation.addresses()
+    registers = allocation.addresses
     stage = {f.name: f.stage for f in machine.fields}
 
     for slot in schedule.slots:
@@ -163,7 +163,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
 def _restart_routine(schedule: Schedule, allocation: Allocation) -> Words:
     """Words that write the initial words of the states as their next ones, each a copy."""
     machine, program = schedule.machine, schedule.program
-    registers, constants = allocation.addresses(), dict(allocation.constants)
+    registers, constants = allocation.addresses, dict(allocation.constants)
     stage = {f.name: f.stage for f in machine.fields}
     copies: list[list[tuple[int, int]]] = [[] for _ in range(machine.lanes)]
     for state, after in program.states:

@@ -1,4 +1,4 @@
-"""Register allocation: every value of a schedule gets a register for its live range.
+"""Register allocation: every value of a schedule gets a register while it is read.
 
 The lower half of the banks holds the parameters of all programs of a core, in order (the host
 writes them, so their addresses depend on nothing else; `Machine.parameter_register`), then
@@ -24,33 +24,16 @@ from boresight.model.words.program import Kind
 
 
 @dataclass(frozen=True)
-class LiveRange:
-    """``value`` is in register ``address`` from cycle ``start`` (readable) to ``end`` (last read).
-
-    Parameters, constants and current states are live from cycle 0 to the end of the program.
-    """
-
-    value: int
-    address: int
-    start: int
-    end: int
-
-
-@dataclass(frozen=True)
 class Allocation:
-    """Registers of the values of a program.
+    """Registers of a program: ``addresses`` by value.
 
-    ``live_ranges`` has one entry for each value with a register, in the order of values;
     ``initial`` are the unsigned words of all registers of the core before the first update, and
     ``constants`` the registers of its constants: pairs of word and address.
     """
 
-    live_ranges: tuple[LiveRange, ...]
+    addresses: dict[int, int]
     initial: tuple[int, ...]
     constants: tuple[tuple[int, int], ...]
-
-    def addresses(self) -> dict[int, int]:
-        return {t.value: t.address for t in self.live_ranges}
 
 
 def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
@@ -118,31 +101,26 @@ class _Allocator:
         self.program, self.machine = schedule.program, schedule.machine
         self.last_read = _last_reads(schedule)
         self.producer = {op.dest: k for k, op in enumerate(self.program.ops)}
-        self.live_ranges: dict[int, LiveRange] = {}
-        self.end = schedule.length - 1
+        self.addresses: dict[int, int] = {}
 
     def result(self, initial: Iterable[int]) -> Allocation:
-        ranges = tuple(self.live_ranges[n] for n in sorted(self.live_ranges))
-        return Allocation(ranges, tuple(initial), tuple(self.core.constants.items()))
+        return Allocation(self.addresses, tuple(initial), tuple(self.core.constants.items()))
 
     def fill(self, initial: list[int]) -> None:
         """Put this program's initial words into the core's."""
         program = self.program
         mask = (1 << self.machine.arithmetic.word) - 1
         following = dict(program.states)
-        for n, t in self.live_ranges.items():
+        for n, address in self.addresses.items():
             value = program.values[n]
             if value.kind in (Kind.PARAM, Kind.STATE):
-                initial[t.address] = value.initial & mask
+                initial[address] = value.initial & mask
             if value.kind is Kind.STATE:  # both copies, for either parity
-                initial[self.live_ranges[following[n]].address] = value.initial & mask
+                initial[self.addresses[following[n]]] = value.initial & mask
         for word, address in self.core.constants.items():
             initial[address] = word & mask
             if address % self.machine.bank_depth >= self.core.half:
                 initial[address + self.machine.state_slots] = word & mask
-
-    def assign(self, value: int, address: int, start: int, end: int) -> None:
-        self.live_ranges[value] = LiveRange(value, address, start, end)
 
     def full(self, kind: str, bank: int, wanted: int, room: int) -> ScheduleError:
         machine = self.machine
@@ -165,18 +143,15 @@ class _Allocator:
             bank, offset = divmod(address, machine.bank_depth)
             core.parameters += 1
             core.top[bank] = offset + 1
-            self.assign(n, address, 0, self.end)
+            self.addresses[n] = address
 
     def states(self) -> None:
         machine, core = self.machine, self.core
         for state, after in self.program.states:
-            producer = self.producer[after]
-            bank = self.schedule.ends[producer].lane
+            bank = self.schedule.ends[self.producer[after]].lane
             base = bank * machine.bank_depth + core.half + core.states[bank]
             core.states[bank] += 1
-            self.assign(state, base, 0, self.end)
-            written = self.schedule.write_cycle(producer)
-            self.assign(after, base + machine.state_slots, written + 1, self.end)
+            self.addresses |= {state: base, after: base + machine.state_slots}
 
     def temporaries(self, *, spread: bool) -> list[int]:
         """Inputs and results, in the order in which they are written; registers are reused.
@@ -206,15 +181,15 @@ class _Allocator:
                 offset = next((k for k in available if k not in unwritten[bank]), top[bank])
                 top[bank] = max(top[bank], offset + 1)
             busy[bank][offset] = end
-            self.assign(n, bank * self.machine.bank_depth + offset, written + 1, end)
+            self.addresses[n] = bank * self.machine.bank_depth + offset
         return top
 
     def _unwritten(self) -> list[dict[int, int]]:
         """For each bank, the cycles in which the program's next states are written, by offset."""
         out: list[dict[int, int]] = [{} for _ in self.core.top]
         for _, after in self.program.states:
-            bank, offset = divmod(self.live_ranges[after].address, self.machine.bank_depth)
-            out[bank][offset] = self.live_ranges[after].start - 1
+            bank, offset = divmod(self.addresses[after], self.machine.bank_depth)
+            out[bank][offset] = self.schedule.write_cycle(self.producer[after])
         return out
 
     def constant_words(self) -> set[int]:
@@ -251,7 +226,7 @@ class _Allocator:
                 registers[word] = bank * self.machine.bank_depth + core.top[bank]
                 core.top[bank] += 1
         for n, word in read.items():
-            self.assign(n, registers[word], 0, self.end)
+            self.addresses[n] = registers[word]
 
 
 def _last_reads(schedule: Schedule) -> dict[int, int]:

@@ -125,7 +125,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
         program = parts[number]
         if len(parts) > 1:
             bus.append(BusWrite(k, PROGRAM, number))
-        where = core.parts[number].allocation.addresses()
+        where = core.parts[number].allocation.addresses
         for value in program.of_kind(Kind.PARAM) if rng.random() < 0.3 else ():
             name = program.values[value].name
             word = random_inputs(program, rng.randrange(1 << 30), 1)[0][0]

@@ -25,7 +25,7 @@ CONFIG = pytest.mark.parametrize("config", ALL_CONFIGS)
 
 def prove(core: Core, image: Image | None = None) -> None:
     programs = [part.program for part in core.parts]
-    registers = [part.allocation.addresses() for part in core.parts]
+    registers = [part.allocation.addresses for part in core.parts]
     validate_microcode(core.machine, image or core.image, programs, registers)
 
 
@@ -52,7 +52,7 @@ def test_random_programs(config: str, seed: int) -> None:
 def test_first_words() -> None:
     """Of parameters and of both copies of the states."""
     core = build_core(random_program(2, n_ops=10, n_states=3), "small")
-    where, slots = core.allocation.addresses(), core.machine.state_slots
+    where, slots = core.allocation.addresses, core.machine.state_slots
     params = [where[n] for n in core.program.of_kind(Kind.PARAM)]
     states = [where[n] + copy for n, _ in core.program.states for copy in (0, slots)]
     assert params and states
@@ -70,7 +70,7 @@ def test_words_of_other_programs() -> None:
     for number, base in enumerate(image.bases):
         at = base + (machine.stages.write + 3 if number < len(core.parts) else 1)
         for k, part in enumerate(core.parts):
-            addresses = part.allocation.addresses()
+            addresses = part.allocation.addresses
             for address in (
                 addresses[state] for state, _ in part.program.states if k != number % 3
             ):
@@ -112,7 +112,7 @@ def in_rom(program: Program, core: Core, rng: random.Random) -> Image:
 
 
 def in_registers(program: Program, core: Core, rng: random.Random) -> Image:
-    used = sorted(set(core.allocation.addresses().values()))
+    used = sorted(set(core.allocation.addresses.values()))
     return replace(core.image, registers=flipped(core.image.registers, 32, used, rng))
 
 
@@ -125,13 +125,12 @@ def in_tables(program: Program, core: Core, rng: random.Random) -> Image:
 
 def in_allocation(program: Program, core: Core, rng: random.Random) -> Image:
     """Two values exchange their registers, or share one."""
-    ranges = list(core.allocation.live_ranges)
-    a, b = rng.sample(range(len(ranges)), 2)
-    addresses = ranges[a].address, ranges[b].address
-    ranges[a] = replace(ranges[a], address=addresses[1])
+    addresses = dict(core.allocation.addresses)
+    a, b = rng.sample(sorted(addresses), 2)
+    first, addresses[a] = addresses[a], addresses[b]
     if rng.random() < 0.5:
-        ranges[b] = replace(ranges[b], address=addresses[0])
-    return assemble(core.schedule, replace(core.allocation, live_ranges=tuple(ranges)))
+        addresses[b] = first
+    return assemble(core.schedule, replace(core.allocation, addresses=addresses))
 
 
 def in_schedule(program: Program, core: Core, rng: random.Random) -> Image:
@@ -272,7 +271,7 @@ def test_exchanged_states() -> None:
     """The registers of parameters and states are those that the microcode reads and writes."""
     program = random_program(5, n_ops=10, n_states=3)
     core = build_core(program, "small")
-    registers = core.allocation.addresses()
+    registers = core.allocation.addresses
     states = [state for state, _ in program.states]
     registers[states[0]], registers[states[1]] = registers[states[1]], registers[states[0]]
     with pytest.raises(Refuted):

@@ -63,7 +63,7 @@ def test_full() -> None:
 def test_results_use_registers_of_next_states(config: str, sizes: dict[str, int]) -> None:
     """Where the lower halves of the banks are too small; the core is proven when it is built."""
     core = build_core(crowded_program(**sizes), config)
-    where = core.allocation.addresses()
+    where = core.allocation.addresses
     next_states = {where[after] for _, after in core.schedule.program.states}
     shared = sum(register in next_states for register in where.values()) - len(next_states)
     assert sizes.get("results") != 60 or shared == 0
