@@ -386,7 +386,7 @@ def _unit_vector(y: Any, x: Any) -> tuple[Any, Any, Any]:
     """(sine, cosine) of the vector's angle, and its inverse length in half turns."""
     square = y * y + x * x
     weight, far = rsqrt(square), _interval(square)[0] > 0.0
-    near = "" if far else "the vector is a few LSB long"
+    near = "the vector is a few LSB long, or its square has few bits"
     sine, cosine = (bounded(c * weight, -1.0, 1.0, "unit vector", unless=near) for c in (y, x))
     if far:
         return sine, cosine, weight * (1.0 / math.pi)

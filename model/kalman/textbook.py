@@ -287,7 +287,9 @@ class Textbook:
                 needed, most = upwards(RESERVE * deviations[n]), _MOST_FLOOR * declared / added
                 cure = f"lower sd_max to {needed:g}"
                 if self._held[n] or needed > math.sqrt(most) * k.largest_sd[n]:
-                    cure = f"raise the noise, or lower floor to {most * k.floor:.2g}"
+                    power = math.floor(math.log2(most * k.floor))
+                    cure = f"raise it to {upwards(added / _MOST_FLOOR):g}, or lower floor to "
+                    cure += f"2**{power} if check stays good"
                 yield (
                     f"{subject} gets {added:.3g} in each update by floor, {added / declared:.0%} "
                     f"of its process noise of {declared:.3g}; {cure}"

@@ -444,22 +444,6 @@ def positive_text(of: Traced, exact: float) -> str:
     return f"{why}; {fit}{wider}{_MODEL}; or {_POSITIVE}"
 
 
-def least_of(
-    of: Traced,
-    params: Mapping[str, float] | None,
-    name: str,
-    pieces: Iterable[tuple[FloatArray, IntArray, BoolArray]],
-) -> float:
-    """The least value of a state in float64; ``pieces`` as of `sim.compare.verdict`."""
-    observer = Observer(of.estimator.record(), of.estimator, params, limited=False)
-    column, least = [s.name for s in of.estimator.states].index(name), math.inf
-    for inputs, _, anew in pieces:
-        if len(anew) and anew[0]:
-            observer.reset()
-        least = min(least, observer.run(inputs)[:, column].min(initial=math.inf))
-    return least
-
-
 def rounding_text(
     of: Traced, wasted: Sequence[Wasted], changes: IntArray, reached: Mapping[int, Range]
 ) -> str:

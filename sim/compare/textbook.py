@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from boresight.model.estimator import WAIVED, Estimator, SecondForm
 from boresight.model.kalman.declared import Measurement
 from boresight.model.kalman.kalman import Kalman
 from boresight.model.kalman.textbook import Textbook
-from boresight.model.lowering.trace import Trace
+from boresight.model.lowering.trace import Expression, Scalar, Trace
 from boresight.model.step import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -132,8 +132,8 @@ _ACCEPTED, _REJECTED = "accepted", "rejected"  #: Outputs that count what the ga
 _PASSED, _USUAL = 0.1, 0.5
 #: Least number, and share, of the last measurements, all rejected, that a filter has lost.
 _LOST, _LOST_SHARE = 50, 0.1
-#: Largest share of updates that differ in which a gate is to blame, not what it compares.
-_FEW = 0.01
+#: Largest number, beside a share, of updates in which a decision is to blame, not what it compares.
+_FEW, _FEW_SHARE = 3.0, 0.01
 
 
 def _gated(estimator: Estimator) -> list[tuple[int, Measurement]]:
@@ -194,78 +194,58 @@ class Gates:
         return lines, remarks, faults
 
 
-def gates_apart(
-    build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]], steps: Sequence[int]
-) -> tuple[int, str] | None:
-    """The first update in which a comparison, or gate, decides otherwise than in float64, in words.
+def with_outputs(estimator: Estimator, made: Callable[[Trace], dict[str, Scalar]]) -> Estimator:
+    """An estimator with other outputs, which are made of its trace."""
+    other, outputs = copy(estimator), made(estimator.trace())
+    other.outputs, other.profile = tuple(map(Output, outputs)), None
+    vars(other)["trace"] = lambda: replace(trace := estimator.trace(), outputs=made(trace))
+    return other
 
-    Of a filter the gates: None where they never do, or so often that they are not to blame. Of
-    another estimator the comparisons in ``steps``, and before each. ``pieces`` are records
-    (n, n_inputs), and which of them begin from the initial states, as their first ones do. The
-    estimator runs again in C, with other outputs.
+
+def decisions_apart(
+    build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]]
+) -> tuple[int, str] | None:
+    """The first update in which a comparison decides otherwise than in float64, in words.
+
+    Of a Kalman filter one of its gates. None where none does, or only those that do so often that
+    they are not to blame. ``pieces`` are records (n, n_inputs), and which of them begin from the
+    initial states, as their first ones do. The estimator runs again in C, with other outputs.
     """
-    kalman, wider = build.estimators[number], "use a wider word, or " * (build.word < 32)
-    if not isinstance(kalman, Kalman):
-        deciding, places = _deciding(kalman)
-        for start, *both in _beside(deciding, build, number, pieces) if places and steps else ():
-            near = [k for k in range(len(both[0][0])) if {start + k, start + k + 1} & {*steps}]
-            for k, (place, a, b) in product(near, zip(places, *both, strict=True)):
-                if a[k] != b[k]:
-                    return start + k, (
-                        f"step {start + k}, a comparison ({place}) decides otherwise than in "
-                        f"float64: its sides are within rounding; {wider}accept that some "
-                        'decisions differ, by an Output of it with unit "bits" and a share'
-                    )
-        return None
-    lines = [str(m.line) for _, m in _gated(kalman)]
+    estimator = build.estimators[number]
+    is_kalman, gates = isinstance(estimator, Kalman), {str(m.line) for _, m in _gated(estimator)}
+
+    def compared(trace: Trace) -> list[Expression]:
+        less = (e for e in trace.needed if e.kind == "less")
+        return [e for e in less if not is_kalman or e.line in gates]
+
+    lines = [e.line for e in compared(estimator.trace())]
     if not lines:
         return None
-    counting = copy(kalman)
-    names = [o.name for o in kalman.outputs]
-    counting.outputs = (Output(_REJECTED),)
-    first, step, apart, rows = "", 0, 0, 0
-    for start, (fixed,), (floating,) in _beside(counting, build, number, pieces):
-        differ = np.flatnonzero(np.rint(fixed) != np.rint(floating))
-        if len(differ) and not apart:
-            k = int(differ[0])
-            step = start + k
-            first = f"{fixed[k]:.0f}, in float64 {floating[k]:.0f}"
-        apart, rows = apart + len(differ), start + len(fixed)
-    if not 0 < apart <= 1.0 + _FEW * rows:
-        return None
-    counts = [name for name in names if name in (_ACCEPTED, _REJECTED)] or [_REJECTED]
-    shares = [f'Output("{name}", "bits", share={2.0 * apart / rows:.1g})' for name in counts]
-    return step, (
-        f"step {step}, measurements that the gate ({', '.join(dict.fromkeys(lines))}) rejects: "
-        f"{first}; an innovation is within rounding of the gate; {wider}accept that some decisions "
-        f"differ, by {' and '.join(shares)}"
+    other = with_outputs(
+        estimator, lambda t: {f"c{k}": ops.where(e, 1.0, 0.0) for k, e in enumerate(compared(t))}
     )
-
-
-def _deciding(estimator: Estimator) -> tuple[Estimator, list[str]]:
-    """The estimator whose outputs are its comparisons, 1 or 0; and the line of each."""
-    made = copy(estimator)
-
-    def trace() -> Trace:
-        found = estimator.trace()
-        less = [e for e in found.needed if e.kind == "less"]
-        return replace(found, outputs={f"c{k}": ops.where(e, 1.0, 0.0) for k, e in enumerate(less)})
-
-    lines = [e.line for e in estimator.trace().needed if e.kind == "less"]
-    made.outputs = tuple(Output(f"c{k}") for k in range(len(lines)))
-    vars(made).update(trace=trace, profile=None)
-    return made, lines
-
-
-def _beside(
-    estimator: Estimator, build: Build, number: int, pieces: Iterable[tuple[FloatArray, BoolArray]]
-) -> Iterator[tuple[int, list[FloatArray], list[FloatArray]]]:
-    """First step and outputs of each piece, in C and in float64; as another estimator's build."""
-    again, start = Build(estimator, word=build.word, params=[build.params[number]]), 0
+    again = Build(other, word=build.word, params=[build.params[number]])
     levels: list[Level] = [Emitted(again), CompiledFloat(again)]
+    first, apart, rows = np.full(len(lines), np.inf), np.zeros(len(lines)), 0
     for records, anew in pieces:
         for level in levels if len(anew) and anew[0] else ():
             level.reset()
-        fixed, floating = ([*level.run(records).outputs.values()] for level in levels)
-        yield start, fixed, floating
-        start += len(records)
+        fixed, floating = (np.array([*level.run(records).outputs.values()]) for level in levels)
+        differ = fixed != floating
+        at = np.where(differ.any(axis=1), rows + differ.argmax(axis=1), np.inf)
+        first, apart, rows = np.minimum(first, at), apart + differ.sum(axis=1), rows + len(records)
+    first[apart > _FEW + _FEW_SHARE * rows] = np.inf
+    k = int(np.argmin(first))
+    if first[k] == np.inf:
+        return None
+    counts = [o.name for o in estimator.outputs if o.name in (_ACCEPTED, _REJECTED)]
+    names = (counts or [_REJECTED]) if is_kalman else ["NAME"]
+    shares = [f'Output("{name}", "bits", share={2.0 * apart[k] / rows:.1g})' for name in names]
+    wider = "use a wider word, or " * (build.word < 32)
+    return int(first[k]), (
+        f"step {first[k]:.0f}, {'a gate' if is_kalman else 'a comparison'} ({lines[k]}) decides "
+        f"otherwise than in float64, as in {apart[k]:.0f} of {rows} updates: its sides are within "
+        f"rounding; {wider}accept that some decisions differ, by {' and '.join(shares)}"
+        + " of it"
+        * (not is_kalman)
+    )

@@ -19,11 +19,11 @@ from boresight.model.words.fixed import IntArray
 from boresight.sim.compare import diagnosis
 from boresight.sim.compare.diagnosis import Wasted
 from boresight.sim.compare.difference import Difference, Differences
-from boresight.sim.compare.textbook import gates_apart
+from boresight.sim.compare.textbook import decisions_apart, with_outputs
 from boresight.sim.compare.twin import Traced, made_of, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, words_of
-from boresight.sim.levels.registry import Emitted
+from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.ranges.claims import Claim, claims_of
 from boresight.sim.result import plain
 
@@ -295,8 +295,7 @@ class Judge:
         negative = sorted(self._negative.items(), key=lambda x: x[1][0])
         for k, (step, value) in negative[:1] if self._endless is None else ():
             name = declared_name(program, nodes, program.states[k][0])
-            params = self._build.params[self._number]
-            exact = diagnosis.least_of(self._of, params, name, again())
+            exact = self._least(name, again())
             lines.append(
                 f"the variance {name} is {value:.3g} in step {step}, below 0, "
                 f"{diagnosis.positive_text(self._of, exact)}"
@@ -326,6 +325,19 @@ class Judge:
             )
         return tuple(lines)
 
+    def _least(self, name: str, pieces: Iterable[Piece]) -> float:
+        """The least value of a state in float64."""
+        other = with_outputs(
+            self._of.estimator,
+            lambda trace: {name: next(e for s, _, e in trace.states if s.data[1] == name)},
+        )
+        level, least = CompiledFloat(Build(other, params=[self._build.params[self._number]])), []
+        for records, _, anew in pieces:
+            if len(anew) and anew[0]:
+                level.reset()
+            least.append(level.run(records).outputs[name].min(initial=math.inf))
+        return min(least, default=math.inf)
+
     def _culprit(
         self,
         errors: Sequence[Difference],
@@ -352,8 +364,8 @@ class Judge:
         pieces = ((words_of(program, rows), states, anew) for rows, states, anew in again())
         first = diagnosis.find_culprit(self._of, pieces, sorted(steps), made_of(program, faults))
         rows = ((records, anew) for records, _, anew in again())
-        near = sorted(steps) if first is None else ()
-        apart = gates_apart(self._build, self._number, rows, near) if bad else None
+        decides = bad and (first is None or self._of.estimator.sizes)  # or a value is to blame
+        apart = decisions_apart(self._build, self._number, rows) if decides else None
         if self._endless is not None:
             widen = first is not None and first.cure.startswith(diagnosis.WIDEN)
             first = first._replace(cure=_CORRECT) if first is not None and widen else first

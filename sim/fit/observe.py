@@ -31,36 +31,30 @@ CHUNK = 1024  #: Updates that are computed at a time.
 
 
 class _States(Estimator):
-    """An estimator whose outputs are its next states; if ``limited``, in their declared ranges."""
+    """An estimator whose outputs are its next states, in their declared ranges as in words."""
 
-    def __init__(self, inner: Estimator, limited: bool) -> None:
-        self.inner, self.name, self.limited = inner, f"{inner.name}_states", limited
+    def __init__(self, inner: Estimator) -> None:
+        self.inner, self.name = inner, f"{inner.name}_states"
         self.inputs, self.params, self.states = inner.inputs, inner.params, inner.states
         self.outputs = tuple(Output(s.name, s.unit) for s in inner.states)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        next_states = dict(self.inner.step(x, u, p)[0])
-        for s in self.states if self.limited else ():
-            next_states[s.name] = ops.clip(next_states[s.name], s.low, s.high)
+        next_states, _ = self.inner.step(x, u, p)
+        next_states = {s.name: ops.clip(next_states[s.name], s.low, s.high) for s in self.states}
         return next_states, next_states
 
 
 class Observer:
     """Ranges of all expressions in float64, piece by piece from a reset on.
 
-    States are clipped to their declared ranges, as words are under hostile inputs, if ``limited``.
-    Values that are not finite do not count.
+    States are clipped to their declared ranges, as words are under hostile inputs. Values that are
+    not finite do not count.
     """
 
     claims = True  #: Whether values of `ops.bounded` are clipped to their ranges, too.
 
     def __init__(
-        self,
-        trace: Trace,
-        estimator: Estimator,
-        params: Mapping[str, float] | None = None,
-        *,
-        limited: bool = True,
+        self, trace: Trace, estimator: Estimator, params: Mapping[str, float] | None = None
     ) -> None:
         self.trace, self.estimator = trace, estimator
         self._params = estimator.param_values(params)
@@ -68,7 +62,7 @@ class Observer:
         self._high = -self._low
         self._model = None
         if estimator.states:
-            self._model = FloatCModel(_States(estimator, limited), params=params)
+            self._model = FloatCModel(_States(estimator), params=params)
         self.reset()
 
     def reset(self) -> None:
@@ -76,14 +70,10 @@ class Observer:
         if self._model is not None:
             self._model.reset()
 
-    def run(self, inputs: FloatArray) -> FloatArray:
+    def add(self, inputs: FloatArray) -> FloatArray:
         """Run the next updates, inputs (n, n_inputs); return states (n, n_states) after each."""
         states = np.zeros((len(inputs), 0)) if self._model is None else self._model.update(inputs)
-        return states.astype(np.float64)
-
-    def add(self, inputs: FloatArray) -> FloatArray:
-        """Observe the next updates, inputs (n, n_inputs); return states after each."""
-        states = self.run(inputs)
+        states = states.astype(np.float64)
         low, high = self._low, self._high
         with np.errstate(all="ignore"):
             before = np.concatenate([self._last_states, states[:-1]])

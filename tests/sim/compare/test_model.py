@@ -242,7 +242,9 @@ def test_an_unknown_kind_of_fault_is_refused() -> None:
 def test_a_floor_beside_the_noise_is_told_and_the_textbook_has_none() -> None:
     result = tracked(q=1e-8, floor=2.0**-22)
     assert any(
-        re.search(r"vel gets .*% of its process noise of 1e-08; raise the noise, or lower floor", w)
+        re.search(
+            r"vel gets .* its process noise of 1e-08; raise it to \S+, or lower floor to 2", w
+        )
         for w in result.given.warnings
     )
     (pos,) = result.textbook
@@ -317,8 +319,8 @@ def test_a_gate_that_decides_otherwise_than_in_float64_is_to_blame_and_may_be_ac
 
     for name, others in (("rejected", ()), ("accepted", (Output("accepted", "bits"),))):
         culprit = near(outputs=(*Near.outputs, *others)).accuracy.culprit
-        said = r"step \d+, measurements that the gate \(test_model\.py, line \d+\) rejects: "
-        said += r"[01], in float64 [01]; .*; use a wider word, or .*, by "
+        said = r"step \d+, a gate \(test_model\.py, line \d+\) decides otherwise than in float64, "
+        said += r"as in \d+ of 3000 updates: .*; use a wider word, or .*, by "
         said += rf'Output\("{name}", "bits", share=(\S+)\)'
         found = re.fullmatch(said, culprit)
         assert found, culprit
