@@ -37,8 +37,6 @@ _PARTS, _MANY, _FEWEST, _MOST, _FILLED = 12, 40, 8, 64, 3
 _NOISE, _TURN = 3e-4, 0.01
 #: rad/s: an offset of the rates that is usual. In a slow turn it looks like a scale, or other axes.
 _BIAS = 0.05
-#: Scatter of a force that hardly accelerates.
-_CALM = 2e-3
 #: Share of the scatter that a cause explains; standard deviations of the count of windows.
 _SHARE, _SURE = 0.1, 3.0
 #: Scales of the rates, and delays [s], that are right.
@@ -364,9 +362,8 @@ def _finding(
         attempt([_Cause("delay", late_s=best.late_s + k * windows.block_s) for k in (-1, 1)])
     best_scatter, cause, after = min(tried, key=itemgetter(0))
     # Turns with an acceleration, and sensors off the axis, look like a scale or a delay of a force.
-    is_known = not is_force or cause.about in ("axes", "degrees")
     is_small = not cause.text or (not cause.about and abs(cause.late_s) < _ON_TIME_S)
-    is_right = is_small or not (is_known or (cause.late_s and best_scatter < _CALM))
+    is_right = is_small or (is_force and cause.about not in ("axes", "degrees"))
     explains = best_scatter < 0.5 * without and (not is_force or best_scatter < 0.5 * before)
     fits = before < 0.5 * without
     noise = max(_NOISE, (_BIAS * windows.seconds) ** 2 / 12.0)  # of the turn by a usual offset
