@@ -44,14 +44,12 @@ _RIGHT, _ON_TIME_S = (0.9, 1.1), 0.035
 #: What is tried: scales, finer ones around the best, and delays [s].
 _SCALES, _FINE = np.geomspace(0.01, 100.0, 49), np.linspace(0.85, 1.15, 13)
 _DELAYS_S = np.linspace(-2.0, 2.0, 101)
-#: Mean force, m/s^2: least in most windows, most in each whole turn; shares of rates and their
-#: changes in a turn that is steady.
+#: m/s^2: least mean force, and most in a whole turn; share of rates that changes in a steady turn.
 _LIGHT, _HEAVY, _STEADY = 0.9 * 9.80665, 1.15 * 9.80665, 1e-3
 #: s, windows in which small errors are fitted, the share of them that is kept, and the least
-#: scatter without an offset over that with it from which on the offset is known.
-_FIT_S, _KEPT, _KNOWN = 2.0, 0.7, 1.2
-#: Turns about a second axis that are none, as a share of those about the first.
-_FLAT = 0.2
+#: scatter without an offset over that with it from which on the offset is known; turns about a
+#: second axis that are none, as a share of those about the first.
+_FIT_S, _KEPT, _KNOWN, _FLAT = 2.0, 0.7, 1.2, 0.2
 #: Symmetric matrices without trace: what soft iron adds to a field of one length.
 _SHAPES = [np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 0.0, -1.0])]
 _SHAPES += [np.eye(3)[[j, k]].T @ np.eye(3)[[k, j]] for j, k in ((0, 1), (0, 2), (1, 2))]
@@ -514,8 +512,7 @@ def _rate_lines(rates: str, found: Sequence[_Finding | None]) -> Iterator[str]:
             text = "is a sensor dead, held or in another unit, or are its times wrong?"
             yield f"{rates}: do not explain how {unlike} turn: {text}"
         return
-    cause = wrong[-1].cause  # of the attitude, or the field: nothing accelerates them
-    assert cause is not None
+    cause = wrong[-1].cause or _Cause()  # of attitude, or field: nothing accelerates them
     if cause.late_s:
         is_vector = agree and len(wrong) == 1
         how = "late" if (cause.late_s > 0.0) == is_vector else "early"
@@ -523,7 +520,7 @@ def _rate_lines(rates: str, found: Sequence[_Finding | None]) -> Iterator[str]:
         yield f"{what}: {abs(cause.late_s):.2g} s {how} beside {other}: correct the times of one"
     elif cause.about == "axes" and agree:
         yield f"{names}: do not turn as the rates {rates} say: wrong axes or signs"
-    elif len(findings) > 1 and len(wrong) > 1:
+    elif len(wrong) > 1:
         yield f"{rates}: contradict how {names} turn: {cause.text}"
     else:
         yield f"{rates} and {names} contradict each other: {cause.text}"
