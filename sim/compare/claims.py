@@ -13,15 +13,7 @@ from boresight.sim.compare.diagnosis import NAMED
 from boresight.sim.compare.twin import Traced, made_of
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.fit.observe import Observer
-from boresight.sim.ranges.claims import (
-    FEWEST,
-    TOLERANCE,
-    Claim,
-    Examined,
-    Witness,
-    claims_of,
-    examine,
-)
+from boresight.sim.ranges.claims import TOLERANCE, Claim, Examined, Witness, claims_of, examine
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +106,7 @@ def unproven(of: Traced) -> tuple[list[str], list[str]]:
 
     A short search looks for these. The line leaves out the ranges of states, as `claim_lines` does.
     """
-    examined = examine(of, updates=FEWEST)
+    examined = examine(of, updates=4)
     proven = [e.proven for e in examined if not e.claim.state]
     text = f"stated ranges: {sum(proven)} of {len(proven)} proven by interval arithmetic; "
     text += "boresight check compares the others with a log"
