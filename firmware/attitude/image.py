@@ -47,8 +47,8 @@ def find_cross_compiler() -> str:
     )
 
 
-def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> tuple[str, int]:
-    """Compile and link an image: its words for ``$readmemh``, from address 0, and its bytes.
+def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -> str:
+    """Compile and link an image: its words for ``$readmemh``, from address 0.
 
     ``files`` are texts by file name, besides start-up, link script and ``soc.h``; ``sources`` the C
     files among them; ``ram`` bytes of memory.
@@ -65,7 +65,7 @@ def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int) -
         data = (folder / "bin").read_bytes()
     data += bytes(-len(data) % 4)
     words = (int.from_bytes(data[k : k + 4], "little") for k in range(0, len(data), 4))
-    return "".join(f"{word:08x}\n" for word in words), len(data)
+    return "".join(f"{word:08x}\n" for word in words)
 
 
 def _run(command: Sequence[str], folder: Path) -> None:

@@ -56,12 +56,11 @@ class Measured(NamedTuple):
     """A filter's run on the soft core.
 
     ``outputs`` (n, n_outputs) are the words of the results, ``cycles`` (n,) those of each update by
-    the processor's counter, without those of reading it; ``code_bytes`` is the size of the image.
+    the processor's counter, without those of reading it.
     """
 
     outputs: npt.NDArray[np.uint32]
     cycles: IntArray
-    code_bytes: int
 
 
 def _measure(
@@ -76,7 +75,7 @@ def _measure(
         f'#include "{prefix}.h"\n#define FILTER(name) {prefix}_##name\n'
         f"#define INPUTS {prefix.upper()}_INPUTS\n#define OUTPUTS {prefix.upper()}_OUTPUTS\n"
     )
-    image, code_bytes = build_image(
+    image = build_image(
         {**files, "filter.h": head, "measure.c": source("measure.c")},
         sources=(*(name for name in files if name.endswith(".c")), "measure.c"),
         ram=_RAM,
@@ -94,7 +93,7 @@ def _measure(
     lines = re.findall(r"(?m)^W ([0-9a-f]{8})$", run.stdout)
     words = np.array([int(word, 16) for word in lines], dtype=np.uint32)
     words = words[: len(words) // (1 + outputs) * (1 + outputs)].reshape(-1, 1 + outputs)
-    return Measured(words[:, 1:], words[:, 0].astype(np.int64), code_bytes)
+    return Measured(words[:, 1:], words[:, 0].astype(np.int64))
 
 
 def measure_integer(program: Program, inputs: FloatArray) -> Measured:
@@ -129,8 +128,8 @@ def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
     """Run one filter as float C and as integer C on the soft core.
 
     Figures: median cycles of an update in each form, of the paper's C, and of a program that uses
-    the core through the ``bus``; bytes of code; how many updates of the integer C and of that
-    program differ from the model's words, and how far the float C is from float64.
+    the core through the ``bus``; how many updates of the integer C and of that program differ from
+    the model's words, and how far the float C is from float64.
     """
     e, program = estimator(name), estimator(name).compile()
     inputs = feed(e, log.head(updates)).inputs
@@ -153,8 +152,6 @@ def compare(name: str, log: Record, *, updates: int) -> dict[str, Any]:
         "integer": int(np.median(integer.cycles)),
         "core": core.schedule.latency,
         "bus": int(np.median(used.cycles)),
-        "float_bytes": single.code_bytes,
-        "integer_bytes": integer.code_bytes,
         "updates": len(integer.cycles),
         "mismatches": mismatches,
         "apart_deg": float(apart),

@@ -58,7 +58,7 @@ _INTRO = (
     "takes {complementary:,.0f} us (complementary filter) and {kalman:,.0f} us (Kalman filter) at "
     "100 MHz. Wrong words: in frames, against the integer models; new fields: updates with a new "
     "sample of the compass; calibration: time of the core less that "
-    "of the filter's program; cycles/s: clock cycles simulated per second of real time."
+    "of the filter's program."
 )
 
 
@@ -227,7 +227,6 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
 
 def _figures(board: Board, filter: int, run: BoardRun, verdict: Judgement) -> dict[str, Any]:
     us, trace = 1e6 / board.setup.clock_hz, run.trace
-    length = board.system.plan.lengths[filter]
     transfer, core = verdict.transfer_cycles[1], verdict.core_cycles[1]
     clean = not (verdict.mismatches or verdict.lost or run.dropped or trace.violations)
     return {
@@ -237,16 +236,11 @@ def _figures(board: Board, filter: int, run: BoardRun, verdict: Judgement) -> di
         "first_mismatch": verdict.first,
         "lost_samples": verdict.lost,
         "fields": verdict.fields,
-        "compass_lines": verdict.lines,
-        "transfer_cycles": verdict.transfer_cycles,
-        "core_cycles": verdict.core_cycles,
-        "program_cycles": length,
-        "beside_program_us": round((core - length) * us, 3),
+        "beside_program_us": round((core - board.system.plan.lengths[filter]) * us, 3),
         "in_registers_us": round((transfer + core) * us, 2),
         "predicted_us": round(board.system.latency_cycles(filter) * us, 2),
         "frame_end_us": round(verdict.frame_end_cycles[1] * us, 2),
         "timing_violations": trace.violations,
         "damaged_frames": run.dropped,
-        "cycles": run.cycles,
         "good": clean and not len(trace.framing_errors) and len(run.frames) == verdict.updates > 0,
     }

@@ -82,7 +82,6 @@ class Accuracy:
             "diverges": self.diverges,
             "culprit": self.culprit,
             "wasted": [vars(w) for w in self.wasted],
-            "source": "fixed against float64 (compiled), every sample, in the output's unit",
         }
 
     def faults(self) -> list[str]:

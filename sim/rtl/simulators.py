@@ -200,14 +200,6 @@ int main(int argc, char **argv) {
 
 
 @dataclass(frozen=True)
-class CompletedRun:
-    """A bench's output, and clock cycles."""
-
-    stdout: str
-    cycles: int
-
-
-@dataclass(frozen=True)
 class Compiled:
     """A built bench, for any number of runs."""
 
@@ -220,7 +212,7 @@ class Compiled:
         max_cycles: int,
         files: Mapping[str, str] | None = None,
         folder: Path | None = None,
-    ) -> CompletedRun:
+    ) -> subprocess.CompletedProcess[str]:
         """Run until ``$finish``; ``{"log": "samples.txt"}`` becomes ``+log=samples.txt``.
 
         ``files`` are written into the folder of the run, by default a temporary one. Raises
@@ -246,7 +238,7 @@ class Compiled:
             raise SimulationFailed(
                 f"compiled simulation not finished after {cycles} cycles\n{result.stdout[-2000:]}"
             )
-        return CompletedRun(result.stdout, int(cycles))
+        return result
 
 
 def build(

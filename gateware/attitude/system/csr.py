@@ -276,16 +276,15 @@ class ResultPort(wiring.Signature):
 class Results(wiring.Component):
     """Complete updates of up to 64 words, in banks.
 
-    There is a bank for each reader, one with the newest update and one to write: so an update that
-    a reader has taken stays until that reader takes another, after any time, and the writer never
-    waits. Each reader has a copy of the memory.
+    There is a bank for each of the two readers, one with the newest update and one to write: so an
+    update that a reader has taken stays until that reader takes another, after any time, and the
+    writer never waits. Each reader has a copy of the memory.
 
     **Latency** ``read_cycles`` for reading, with 2 through a register behind the memory; an update
     is the newest from the cycle after ``complete``.
     """
 
-    def __init__(self, *, readers: int = 2, read_cycles: int = 1) -> None:
-        self.readers = readers
+    def __init__(self, *, read_cycles: int = 1) -> None:
         self.read_cycles = read_cycles
         super().__init__(
             {
@@ -296,16 +295,15 @@ class Results(wiring.Component):
                 "w_index": In(INDEX_BITS),
                 "w_data": In(32),
                 # Words not written by an update are those of an older one.
-                "ports": In(ResultPort()).array(readers),
+                "ports": In(ResultPort()).array(2),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        bits = (self.readers + 1).bit_length()
-        write = Signal(bits, init=1)
-        newest = Signal(bits)
-        banks = [Signal(bits, name=f"held{k}") for k in range(self.readers)]
+        write = Signal(2, init=1)
+        newest = Signal(2)
+        banks = [Signal(2, name=f"held{k}") for k in range(len(self.ports))]
         with m.If(write == newest):  # in the cycle after ``complete``
             m.d.sync += write.eq(_free(newest, *banks))
         with m.If(self.complete):
@@ -314,7 +312,7 @@ class Results(wiring.Component):
             with m.If(port.take):
                 m.d.sync += bank.eq(newest)
             m.submodules[f"copy{k}"] = words = memory.Memory(
-                shape=32, depth=1 << (bits + INDEX_BITS), init=[], attrs={"ram_style": "block"}
+                shape=32, depth=1 << (2 + INDEX_BITS), init=[], attrs={"ram_style": "block"}
             )
             w_port = words.write_port()
             r_port = words.read_port()

@@ -248,10 +248,6 @@ FORMATS = {
 FIELDS = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
 
 
-def filter_of(header: int) -> int:
-    return FIELDS["filter"].of(header)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Sensed:
     """What an update was computed from, and its words.
@@ -299,7 +295,7 @@ class Update:
 
     @property
     def filter(self) -> int:
-        return filter_of(self.flags << 16)
+        return FIELDS["filter"].of(self.flags << 16)
 
     @property
     def is_attitude(self) -> bool:

@@ -158,14 +158,13 @@ class BoardRun:
 
     ``frames`` (n, 2 + outputs) are the signed words of the frames
     (`gateware.attitude.system.interface`), ``frame_ends`` (n,) the cycles of their last bytes,
-    ``dropped`` counts damaged ones; ``cycles`` are those of the simulation.
+    ``dropped`` counts damaged ones.
     """
 
     trace: Trace
     frames: IntArray
     frame_ends: IntArray
     dropped: int
-    cycles: int
 
 
 def frames_of(trace: Trace) -> tuple[IntArray, IntArray, int]:
@@ -204,9 +203,9 @@ def run_board(
     limit = max_cycles or cycles_limit(board, updates)
     bench = build("bench", board_sources(board), parameters=board_parameters(board.setup))
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
-        run = bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
+        bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
         trace = read_trace((Path(folder) / "trace.txt").read_text())
-    return BoardRun(trace, *frames_of(trace), run.cycles)
+    return BoardRun(trace, *frames_of(trace))
 
 
 def cycles_limit(board: Board, updates: int) -> int:

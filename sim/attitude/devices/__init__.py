@@ -6,22 +6,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(text.split())
-
 
 #: Faults of the inertial sensor's model, by their bits.
-INERTIAL_FAULTS: Final = _names(
-    "wrong_identity absent stuck_low stuck_high no_data_ready fast_data_ready alarm over_range "
-    "reset ignore_writes bit_flips lost_settings link_failure"
+INERTIAL_FAULTS = (
+    *("wrong_identity", "absent", "stuck_low", "stuck_high", "no_data_ready", "fast_data_ready"),
+    *("alarm", "over_range", "reset", "ignore_writes", "bit_flips", "lost_settings"),
+    "link_failure",
 )
 #: Faults of the compass's model, by their bits.
-COMPASS_FAULTS: Final = _names(
-    "silence garbage framing glitches wrong_baud truncated missing_field out_of_range stuck_low "
-    "stuck_high ignores_commands reset"
+COMPASS_FAULTS = (
+    *("silence", "garbage", "framing", "glitches", "wrong_baud", "truncated", "missing_field"),
+    *("out_of_range", "stuck_low", "stuck_high", "ignores_commands", "reset"),
 )
 
 

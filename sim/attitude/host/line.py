@@ -63,7 +63,7 @@ class Listener:
         count = len(words) - (interface.SENSED_WORDS if kind is Kind.SENSED else 0)
         if kind < Kind.ATTITUDE or count < 2:
             return None
-        outputs = self.formats.get(interface.filter_of(words[0]))
+        outputs = self.formats.get(interface.FIELDS["filter"].of(words[0]))
         if count != (len(interface.WORDS) if outputs is None else 2 + len(outputs)):
             return None
         sensed = interface.sensed_of(words) if kind is Kind.SENSED else None

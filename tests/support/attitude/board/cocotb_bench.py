@@ -56,4 +56,3 @@ async def board(dut) -> None:  # type: ignore[no-untyped-def]
     await with_timeout(RisingEdge(dut.done), limit_ns, "ns")
     Path("latencies.txt").write_text(" ".join(map(str, counted)))
     Path("heard.bin").write_bytes(bytes(heard))
-    Path("cycles.txt").write_text(str(_cycle()))

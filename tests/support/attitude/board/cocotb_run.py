@@ -87,8 +87,7 @@ def run_under_cocotb(
         if (folder / "heard.bin").read_bytes() != trace.data:
             raise SimulationFailed("verilator: Python heard other bytes than the bench")
         counted = [int(text) for text in (folder / "latencies.txt").read_text().split()]
-        cycles = int((folder / "cycles.txt").read_text())
-    return BoardRun(trace, *frames_of(trace), cycles), counted
+    return BoardRun(trace, *frames_of(trace)), counted
 
 
 def run_core(core: Core, records: IntArray) -> tuple[IntArray, IntArray]:

@@ -68,4 +68,4 @@ def run_in_icarus(
         ):
             subprocess.run(command, cwd=folder, check=True, capture_output=True)
         trace = read_trace((folder / "trace.txt").read_text())
-    return BoardRun(trace, *frames_of(trace), limit)
+    return BoardRun(trace, *frames_of(trace))
