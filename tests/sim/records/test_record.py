@@ -561,6 +561,19 @@ def test_a_usual_offset_in_a_slow_turn_is_no_scale(offset: float) -> None:
     assert feed(estimator("mekf"), Record.of(columns)).warnings == ()
 
 
+@pytest.mark.parametrize(("offset", "speed"), [([0.04, 0.03, 0.0], 0.1), ([0.05, 0.0, 0.0], 0.02)])
+def test_a_usual_offset_of_rates_is_none_of_the_field(offset: list[float], speed: float) -> None:
+    """In 10 s of small turns about the vertical, either explains how the field turns."""
+    rng = np.random.default_rng(2)
+    t, (gyro, force, field) = 0.01 * np.arange(1000), rng.normal(size=(3, 1000, 3))
+    yaw = speed / 0.6 * np.sin(0.6 * t)
+    rates = 0.02 * gyro + offset + np.outer(speed * np.cos(0.6 * t), [0.0, 0.0, 1.0])
+    north = np.stack([20.0 * np.sin(yaw), 20.0 * np.cos(yaw), np.full(1000, -42.0)], axis=1)
+    values = np.hstack([rates, 0.05 * force + [0.0, 0.0, 9.81], 0.2 * field + north])
+    columns = dict(zip(f"{RATES} {FORCE} {FIELD}".split(), values.T, strict=True))
+    assert feed(estimator("mekf"), Record.of({"t": t, **columns})).warnings == ()
+
+
 def test_an_estimate_may_jump_where_it_restarts() -> None:
     inputs, restarts = np.zeros((3000, len(SixAxes.inputs))), np.zeros(3000, bool)
     inputs[:, -1], restarts[750::500] = 0.01, True
