@@ -187,15 +187,17 @@ class _Windows:
         return np.asarray(sums / np.where(count > 0.0, count, np.nan))
 
     def turns(self, matrices: FloatArray, some: IntArray) -> FloatArray:
-        """Turns (k, windows, blocks, 4) since a window's start, after each of k matrices."""
+        """Turns (k, windows, blocks, 3, 3) since a window's start, after each of k matrices."""
         halves = rotation_vector_to_quaternion(
             0.5 * np.einsum("kij,wbj->bkwi", matrices, self.steps[some])
         )
-        turns, q = np.empty(halves.shape), np.broadcast_to([1.0, 0.0, 0.0, 0.0], halves.shape[1:])
-        for k, half in enumerate(halves):
-            turns[k] = quaternion_multiply(q, half)
-            q = quaternion_multiply(turns[k], half)
-        return np.moveaxis(turns, 0, 2)
+        from_last = quaternion_multiply(halves[:-1], halves[1:])  # middle of a block to the next
+        turns = [halves[0]]
+        for turn in from_last:
+            turns.append(quaternion_multiply(turns[-1], turn))
+        turned = quaternion_to_matrix(np.stack(turns, axis=2))
+        # In memory axes stand before blocks: `turned_back` multiplies by all blocks at once.
+        return np.moveaxis(np.moveaxis(turned, 3, 2).copy(), 2, 3)
 
     def turned_back(
         self, turns: FloatArray, v: FloatArray, some: IntArray, late: int = 0
@@ -206,8 +208,9 @@ class _Windows:
         values = np.where(inside[..., None], v[np.clip(index, 0, self._size - 1)], np.nan)
         known = np.isfinite(values[..., 0])
         count = np.where(known.sum(axis=1) < min(_FILLED, self.blocks), np.nan, known.sum(axis=1))
-        back = rotate(turns, np.where(known[..., None], values, 0.0)).sum(axis=2)
-        return np.asarray(back / count[:, None])
+        flat = np.where(known[..., None], values, 0.0).reshape(len(some), -1, 1)
+        back = np.moveaxis(turns, 3, 2).reshape(*turns.shape[:2], 3, -1) @ flat
+        return np.asarray(back[..., 0] / count[:, None])
 
 
 def contradictions(
@@ -285,6 +288,10 @@ def _field_finding(
         if found.scatter > most or as_is.stuck or not is_news:
             return as_is, other
     return found, line if is_told else other
+
+
+def _turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("...ij,...j->...i", matrices, vectors))
 
 
 def _units(vectors: FloatArray) -> FloatArray:
@@ -398,21 +405,21 @@ def _errors(
     v, known, steps = v[some], known[some], windows.steps[some]
     count = known.sum(axis=1, keepdims=True)
     turns = windows.turns(np.eye(3)[None], some)[0]
-    back = rotate(turns, np.where(known, v, 0.0))
+    back = _turned(turns, np.where(known, v, 0.0))
     mean = back.sum(axis=1, keepdims=True) / count
-    body = rotate(quaternion_conjugate(turns), np.broadcast_to(mean, v.shape))
+    body = _turned(np.swapaxes(turns, -1, -2), mean)
     axes = np.eye(3)[:, None, None]
 
     def drift(turn: FloatArray) -> FloatArray:
         # Rates w + e turn a vector back by R: d(R v)/dt = R (e x v) = (R e) x (R v).
-        return np.cross(np.cumsum(rotate(turns, turn), axis=-2), mean)
+        return np.cross(np.cumsum(_turned(turns, turn), axis=-2), mean)
 
     columns = {
-        "offset": rotate(turns, axes),
+        "offset": _turned(turns, axes),
         "bias": drift(windows.block_s * axes * np.ones(v.shape)),
         "scale": drift(steps[None]),
         "scales": drift(steps * axes),
-        "iron": rotate(turns, np.stack([body @ shape for shape in _SHAPES])),
+        "iron": _turned(turns, np.stack([body @ shape for shape in _SHAPES])),
     }
 
     def centred(x: FloatArray) -> FloatArray:
@@ -426,8 +433,9 @@ def _errors(
         """Factors of columns, and the scatter in each window."""
         parts = [column for name in names for column in columns[name]]
         x = np.stack(parts, axis=-1) if parts else np.zeros((*y.shape, 0))
-        flat = x[used].reshape(y[used].size, len(parts))
-        factors = np.linalg.lstsq(flat, y[used].ravel(), rcond=1e-6 if len(parts) > 3 else 0.1)[0]
+        flat, rcond = x[used].reshape(y[used].size, len(parts)), 1e-6 if len(parts) > 3 else 0.1
+        normal = np.linalg.pinv(flat.T @ flat, rcond=rcond * rcond, hermitian=True)
+        factors = normal @ (flat.T @ y[used].ravel())
         return factors, ((y - x @ factors) ** 2).sum(axis=(1, 2)) / count[:, 0, 0]
 
     usual = float(np.nanmedian(np.linalg.norm(v, axis=-1)))
