@@ -208,8 +208,8 @@ class _Windows:
         values = np.where(inside[..., None], v[np.clip(index, 0, self._size - 1)], np.nan)
         known = np.isfinite(values[..., 0])
         count = np.where(known.sum(axis=1) < min(_FILLED, self.blocks), np.nan, known.sum(axis=1))
-        flat = np.where(known[..., None], values, 0.0).reshape(len(some), -1, 1)
-        back = np.moveaxis(turns, 3, 2).reshape(*turns.shape[:2], 3, -1) @ flat
+        flat = np.where(known[..., None], values, 0.0).reshape(len(some), 3 * self.blocks, 1)
+        back = np.moveaxis(turns, 3, 2).reshape(*turns.shape[:2], 3, 3 * self.blocks) @ flat
         return np.asarray(back[..., 0] / count[:, None])
 
 
