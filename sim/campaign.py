@@ -174,13 +174,15 @@ class Journal:
             if not path.is_dir() and not path.is_file():
                 raise OSError("a pipe or a device")
             with path.open("rb") as file:
-                while line[:1] == b"{" and (line := file.readline(_LONGEST)):
+                left = os.fstat(file.fileno()).st_size  # without what is added meanwhile
+                while left > 0 and line[:1] == b"{" and (line := file.readline(_LONGEST)):
+                    left -= len(line)
                     if line.endswith(b"}\n"):
                         row = json.loads(line)
                         found[row.pop("key")] = row
         except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
             raise self._unusable(error) from None
-        if line:
+        if line[:1] not in (b"", b"{"):
             raise self._unusable("lines that are no rows")
         self.rows = {} if again else found
 
