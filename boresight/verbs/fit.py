@@ -123,7 +123,8 @@ def fit(
         )
     errors = _errors(before, after)
     formats = len(profile.ranges)
-    empty = not formats and not place.exists()
+    gains_nothing = bool(errors) and all(e["before"] == e["after"] for e in errors)
+    empty = (not formats or gains_nothing) and not place.exists()
     if not failures and not empty:
         target.write(_text(fit_result))
     dropped = _errors(before, choice.full) if choice.full is not after else []
@@ -140,10 +141,10 @@ def fit(
     ]
     if isinstance(before, str):
         lines.append(f"without it: {before}")
-    if empty:
-        lines.append("not written: no format is kept, so that the profile would be empty")
-    if formats and errors and all(e["before"] == e["after"] for e in errors):
+    if formats and gains_nothing:
         lines.append("no error changes: the profile gains nothing in these records")
+    if empty:
+        lines.append("not written: without the profile the words are as exact")
     if dropped:
         worse = ", ".join(e["output"] for e in dropped if "less exact" in e["verdict"])
         lines.append(

@@ -314,7 +314,8 @@ class _Summary:
             self.warnings = wrong_steps(self.build, columns.inputs, columns.step_s)
             declared = self.estimator.outputs
             self.truth = Differences(declared, columns.truth, judged=False, curves=self.whole)
-        self.truth.add(outputs, columns.truth)
+        truth = {n: np.where(columns.counts, v, np.nan) for n, v in columns.truth.items()}
+        self.truth.add(outputs, truth)
         if {*QUATERNION} <= outputs.keys() & columns.truth.keys():
             self.angles.add(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
         self.rows += len(columns)

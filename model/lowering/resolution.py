@@ -17,12 +17,14 @@ _LEFT = 0.25
 def limits(program: Program, nodes: Mapping[int, Node]) -> Iterator[tuple[int, float, str]]:
     """How far each output, then each next state, may be off: its value, by how much, and why.
 
-    An output by its tolerance, by anything where it has none or is compared bit by bit; a state by
-    what leaves it a quarter of its bits.
+    An output by its tolerance, by anything where it has none, by one bit if it is compared bit by
+    bit; a state by what leaves it a quarter of its bits.
     """
     for number, port in zip(program.outputs, program.ports, strict=True):
-        tolerance = None if port.unit in EXACT_UNITS else port.tolerance
-        yield number, tolerance or math.inf, f"the tolerance of output {port.name}"
+        if port.unit in EXACT_UNITS:
+            yield number, 1.0, f"bit 0 of output {port.name}"
+        else:
+            yield number, port.tolerance or math.inf, f"the tolerance of output {port.name}"
     bits = math.floor(program.arithmetic.word * (1.0 - _LEFT))
     for state, after in program.states:
         limit = math.ldexp(1.0, bits - program.values[state].frac)
@@ -102,7 +104,7 @@ class _Walk:
                 return f"narrow the range {ends} of state {name}, or widen the tolerance"
         profiled = any(n.fit is not None for n in self.nodes.values())
         fit = "" if profiled else ", or use boresight fit"
-        return f"limit it, or its factors, with ops.bounded or ops.clip{fit}"
+        return f"limit it, or its factors, with ops.bounded or ops.clip{fit}, or use a wider word"
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach a value, each once, and the share of their error that does."""

@@ -57,6 +57,8 @@ def test_the_command_line(hand: None, said, data) -> None:
     )
     assert Path("hand-fixed.csv").read_text().startswith("t[s],x[m],h[deg],s[flags]\n0.0,1.5,")
     assert data("run hand.py log.csv --steps 2")["outputs"]["s"] == [1.0, 1.0]
+    Path("log.csv").write_text("t[ms],z[cm],x_true,mov\n0,200,1.5,1\n500,-100,,1\n1000,900,2.0,0\n")
+    assert "RMSE against the log's truth: x 0 m\n" in said("run hand.py log.csv --param k=0.5")
     assert "deg: total " in said(f"run complementary {SYNTHETIC} --levels c --steps 50 -o a.csv")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from boresight import Estimator, Input, Output
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.lowering.lower import lower
@@ -30,8 +31,22 @@ def test_limits() -> None:
     number = t.program.outputs[0]
     said = "the tolerance of output y"
     assert [*limits(judged(t, 0.25), {})] == [(number, 0.25, said)]
-    for program in (judged(t, None), judged(t, 0.0), judged(t, 0.25, "flags")):
+    for program in (judged(t, None), judged(t, 0.0)):
         assert [*limits(program, {})] == [(number, math.inf, said)]
+    assert [*limits(judged(t, 0.25, "flags"), {})] == [(number, 1.0, "bit 0 of output y")]
+
+
+def test_flags_keep_their_lowest_bit() -> None:
+    class Alarms(Estimator):
+        inputs = (Input("u", -1.0, 1.0),)
+        outputs = (Output("alarms", "flags"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"alarms": ops.where(u.u > 0.5, 1, 0) + ops.where(u.u < 0.0, 2**19, 0)}
+
+    assert Alarms().compile(word=24).ports[0].unit == "flags"
+    with pytest.raises(InputError, match="LSB of at most 1, for bit 0 of output alarms, found 8"):
+        Alarms().compile(word=18)
 
 
 @pytest.mark.parametrize(
