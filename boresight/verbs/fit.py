@@ -29,7 +29,8 @@ from boresight.model.settings import CURRENT, using
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import check_word
 from boresight.sim.boards import board_system
-from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges
+from boresight.sim.compare.diagnosis import IF_ALWAYS, NAMED
+from boresight.sim.fit.fitting import WORSE, Effect, Fitted, fitted, select_ranges, wasted_ranges
 from boresight.sim.fit.observe import Inputs
 from boresight.sim.levels.build import Build
 from boresight.sim.records.feed import feeds
@@ -64,7 +65,7 @@ def fit(
     Of board, with settings, the calibration registers of the complete system are fitted to records
     of raw counts, and written as a file of parameters (docs/systems/ma2014.md).
 
-    Returns ``errors`` before and after, by output; ``limits``. Raises InputError for
+    Returns ``errors`` before and after, by output; ``limits``, ``wasted``. Raises InputError for
     unknown names, bad logs, no source, and a divisor that has both signs.
 
     Parameters
@@ -132,6 +133,7 @@ def fit(
         {"line": expressions[number].line, "low": low, "high": high}
         for number, (low, high) in profile.limits.items()
     ]
+    wasted = wasted_ranges(fit_result, word)
     updates = fit_result.updates
     count = sum(1 for e in fit_result.trace.needed if e.args)
     runs = ", ".join(f"{name} ({n} updates)" for name, n in updates.items())
@@ -152,6 +154,7 @@ def fit(
             "none is kept (docs/learn/ranges.md, Formats from runs)"
         )
     lines += [f"{x['line']}: held in [{x['low']:.3g}, {x['high']:.3g}]" for x in limits]
+    lines += [f"{w}{IF_ALWAYS}" for w in wasted[:NAMED]]
     data = {
         "estimator": found.name,
         "profile": place,
@@ -165,6 +168,7 @@ def fit(
         "saturated_updates": after.saturated_updates,
         "negative_updates": (had, after.negative_updates),
         "word": word,
+        "wasted": wasted,
     }
     beyond = ", ".join(e["output"] for e in errors if "BEYOND" in e["verdict"])
     warning = f"BEYOND the tolerance at {word} bits with the profile; boresight check says why"

@@ -21,8 +21,9 @@ from boresight.model.lowering.trace import Trace
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.rounded import binary_exponent
 from boresight.sim.accuracy.covariance import covariance_of
-from boresight.sim.compare.diagnosis import MARGIN_BITS
+from boresight.sim.compare.diagnosis import MARGIN_BITS, Wasted, wasted_bits
 from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.twin import Traced
 from boresight.sim.fit.observe import Inputs, Observer, Reached, hostile, joined, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import CompiledFloat, Emitted
@@ -237,6 +238,21 @@ def effect(
             if d.output not in worst or d.largest > worst[d.output].largest:
                 worst[d.output] = d
     return Effect(tuple(worst.values()), saturated, _negative(variant, words, build))
+
+
+def wasted_ranges(fit: Fitted, word: int = 32) -> list[Wasted]:
+    """Inputs and states whose declared ranges waste bits on the records, the worst first."""
+    variant = copy.copy(fit.estimator)
+    variant.profile = fit.profile
+    program, nodes = variant.compile_traced(word=word)
+    leaves = {n: [leaf] for n, leaf in zip(program.inputs, fit.trace.inputs, strict=True)}
+    for (number, _), (leaf, _, after) in zip(program.states, fit.trace.states, strict=True):
+        leaves[number] = [leaf, after]
+    reached = {}
+    for number, expressions in leaves.items():
+        if ranges := [fit.seen[e.number] for e in expressions if e.number in fit.seen]:
+            reached[number] = min(low for low, _ in ranges), max(high for _, high in ranges)
+    return wasted_bits(Traced(variant, program, nodes), reached)
 
 
 def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
