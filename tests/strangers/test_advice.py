@@ -112,7 +112,7 @@ class Follower:
 
     def __init__(self, row: Row, capsys: pytest.CaptureFixture[str]) -> None:
         self.file, self.profile, self.word = Path("bad.py"), Path("bad.fit.json"), row.word
-        self.capsys, self.trail = capsys, list[str]()
+        self.capsys, self.trail, self.fitted = capsys, list[str](), False
         text = FILE.replace("DECLARED", row.declared).replace("STEP", row.step)
         self.file.write_text(text)
         table = np.column_stack(list(row.log.values())).tolist()
@@ -149,7 +149,8 @@ class Follower:
         broken = re.search(r"(\S+) in step \d+ is BEYOND the stated range \[(\S+), (\S+)\]", advice)
         if broken:
             return self.widen(advice, *map(float, broken.groups()))
-        if "boresight fit" in advice and not self.profile.exists():
+        if "boresight fit" in advice and not self.fitted:
+            self.fitted = True
             return self.run("fit")[0] == 0
         if "narrow" in advice and self.narrow():
             return True
@@ -180,6 +181,7 @@ class Follower:
             if named and wider != line:
                 self.file.write_text("".join([*lines[:k], wider, *lines[k + 1 :]]))
                 self.profile.unlink(missing_ok=True)
+                self.fitted = False
                 return True
         return False
 
