@@ -36,8 +36,8 @@ from boresight.sim.records.selection import Clock, selection
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 RATE_TOLERANCE = 0.02
-#: Longest step that is no gap, and longest gap whose length is told, as shares of the range of dt.
-_LONGEST, _LEAST = 0.9996, 0.96
+#: Longest gap whose length is told, as a share of the range of dt below 0.
+_LEAST = 0.96
 #: Units that a column of times may have been meant in, in seconds.
 _TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
@@ -241,9 +241,8 @@ class Feeder:
         steps = _at_limits(declared, record, steps)
         if not (self.estimator.restarts and declared.low < 0.0) or selection().gaps:
             return steps
-        longest = _LONGEST * declared.high
-        told = np.maximum(longest - steps, _LEAST * declared.low)
-        return np.where(steps > longest, told, steps)
+        told = np.maximum(declared.high - steps, _LEAST * declared.low)
+        return np.where(steps > declared.high, told, steps)
 
 
 def fitted(estimator: Estimator, record: Record) -> Estimator:
@@ -285,7 +284,7 @@ def _irregular_steps(estimator: Estimator, clock: Clock) -> Iterator[str]:
     does = "takes each as one long step" if timed else "has no input dt, and counts each as one"
     for dt in (i for i in estimator.inputs if i.name == "dt" and i.low < 0.0):
         longest_s = dt.high * _TIME_UNITS.get(dt.unit, 1.0)
-        if estimator.restarts and clock.longest_s > _LONGEST * longest_s:
+        if estimator.restarts and clock.longest_s > 1.000001 * longest_s:
             most_s = max(longest_s, estimator.bridges_s)
             does = f"restarts after those above {most_s:g} s"
             if clock.longest_s <= estimator.bridges_s:

@@ -225,11 +225,11 @@ def test_a_gap_is_told_to_a_filter_as_on_a_board() -> None:
         restarts = True
         inputs = (Input("dt", -0.25, 0.25, "s", clamp=True), *Sum.inputs)
 
-    t = np.cumsum([0.01, 0.01, 0.01, 0.35, 0.01, 30.0, 0.01])
-    result = feed(Restarting(), Record.of({"t": t, "z": np.zeros(7)}))
-    assert result.inputs[3:, 0] == pytest.approx([0.2499 - 0.35, 0.01, -0.24, 0.01])
+    t = np.cumsum([0.01, 0.01, 0.01, 0.35, 0.01, 30.0, 0.25, 0.01, 0.01])
+    result = feed(Restarting(), Record.of({"t": t, "z": np.zeros(9)}))
+    assert result.inputs[3:7, 0] == pytest.approx([0.25 - 0.35, 0.01, -0.24, 0.25])
     assert result.warnings == (
-        "gaps in the times: 2, longest 30 s: restarting restarts after those above 0.25 s",
+        "gaps in the times: 3, longest 30 s: restarting restarts after those above 0.25 s",
     )
 
 
