@@ -1,4 +1,4 @@
-"""Profiles made on half of each log, on all of it: nothing saturates that does not without them.
+"""What `fit` writes of half of each log, on all of it: nothing saturates that does not without.
 
 `pytest -m soak tests/sim/fit/test_off_the_log.py -s` prints the figures.
 """
@@ -35,9 +35,8 @@ def test_half_of_a_log(name: str) -> None:
     estimator.profile = None
     whole = {"log": feed(estimator, record).inputs}
     half = {"log": whole["log"][: len(whole["log"]) // 2]}
-    fit = fitted(estimator, half)
-    for profile in (fit.profile, select_ranges(fit, half).profile):
-        on_all = effect(estimator, profile, whole)
-        assert isinstance(on_all, Effect)
-        print(f"{name}: {len(profile.ranges)} formats, {on_all.saturated_updates} saturated")
-        assert on_all.saturated_updates == 0
+    profile = select_ranges(fitted(estimator, half), half).profile
+    on_all = effect(estimator, profile, whole)
+    assert isinstance(on_all, Effect)
+    print(f"{name}: {len(profile.ranges)} formats, {on_all.saturated_updates} saturated")
+    assert on_all.saturated_updates == 0
