@@ -132,7 +132,8 @@ def compile(
     if board is not None:
         expected += project_files(board, system=system is not None)
     check_sound(build)
-    with output_folder(output, "compile", files=expected) as folder:
+    kept = list[str]()
+    with output_folder(output, "compile", files=expected, kept=kept.append) as folder:
         core = build.core
         if target in TARGETS:
             check_memory(core.machine, core.image, TARGETS[target])
@@ -186,7 +187,8 @@ def compile(
     lines.append(f"proven: {proven}")
     lines += [f"{name}: {x}" for name, x in (("core", area), ("board", whole)) if x is not None]
     result = _result(f"{output}: ", build, area, clock, lines)
-    notes = () if system is None else system.rate_notes(estimators)
+    notes = [f"{Path(output) / name}: of an earlier core; kept, as it was edited" for name in kept]
+    notes += [] if system is None else system.rate_notes(estimators)
     return replace(result, data=data, notes=(*result.notes, *notes))
 
 

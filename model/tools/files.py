@@ -12,7 +12,6 @@ limit, the least recently used entries are removed, but none that was used withi
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import os
@@ -79,7 +78,7 @@ class OutputFile:
                 self._path = Path(os.path.realpath(path))
                 known = _listed(self._path.parent)
                 _require_ours(self._path, known.get(self._path.name), option)
-                _existing_parent(self._path.parent)
+                _existing_parent(self._path.parent, option)
 
     @property
     def _direct(self) -> bool:
@@ -110,13 +109,19 @@ class OutputFile:
 
 @contextmanager
 def output_folder(
-    path: StrPath, by: str, *, files: Iterable[str] = (), inputs: Iterable[StrPath] = ()
+    path: StrPath,
+    by: str,
+    *,
+    files: Iterable[str] = (),
+    inputs: Iterable[StrPath] = (),
+    kept: Callable[[str], object] = str,
 ) -> Iterator[Path]:
     """Give an empty folder to write into; if the block succeeds, its files move to ``path``.
 
     Files that an earlier run of the same verb, ``by``, wrote there, and this one did not, are
-    removed. ``files`` are relative paths that will be written, as far as known: InputError before
-    the work if one cannot be, is one of the ``inputs``, or is not of Boresight.
+    removed; ``kept`` is called with the name of each that stays because it was edited. ``files``
+    are relative paths that will be written, as far as known: InputError before the work if one
+    cannot be, is one of the ``inputs``, or is not of Boresight.
     """
     option = "-o"
     with ExitStack() as stack:
@@ -130,11 +135,12 @@ def output_folder(
             for name in files:
                 _refuse_inputs(folder / name, inputs, option)
                 _require_ours(folder / name, known.get(name), option)
-                _existing_parent((folder / name).parent)
+                _existing_parent((folder / name).parent, option)
             staging = stack.enter_context(_staged(folder))
         yield staging
         with _refusing(path, option):
-            _commit(staging, folder, option, by=by)
+            for name in _commit(staging, folder, option, by=by):
+                kept(name)
 
 
 def _refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
@@ -155,7 +161,7 @@ def _refusing(path: StrPath, option: str) -> Iterator[None]:
     except (OSError, ValueError) as error:
         text = getattr(error, "strerror", None) or str(error)
         found, wanted = text[:1].lower() + text[1:], "a path that can be written"
-        fix = f"choose another with {option}, or change its permissions"
+        fix = f"choose another with {option}"
         raise InputError.at(_shown(path), wanted=wanted, found=found, fix=fix) from error
 
 
@@ -197,8 +203,8 @@ def _require_name(path: StrPath, option: str) -> None:
 
 def _require_ours(path: Path, known: dict[str, str] | None, option: str) -> None:
     """Refuse to overwrite a folder, or a file that is not as Boresight wrote it."""
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "a folder")
+    fix = f"move it away, or choose another path with {option}"
+    require(not path.is_dir(), _shown(path), "a file", "a folder", fix)
     if _overwriting.get() or not os.path.lexists(path):
         return
     ours = known is not None and path.exists() and digest(path) == known["sha256"]
@@ -207,14 +213,14 @@ def _require_ours(path: Path, known: dict[str, str] | None, option: str) -> None
     require(ours, _shown(path), "a new file, or an unedited one of boresight", found, fix)
 
 
-def _existing_parent(folder: Path) -> Path:
-    """The folder, or its nearest parent that exists; OSError unless files can be made there."""
+def _existing_parent(folder: Path, option: str = "-o") -> Path:
+    """The folder, or its nearest parent that exists; InputError unless files can be made there."""
     while not os.path.lexists(folder):
         folder = folder.parent
-    if not folder.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, f"a file {folder.name!r} where a folder must be")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    where, fix = _shown(folder), f"choose another path with {option}"
+    require(folder.is_dir(), where, "a folder", "a file", fix)
+    good, fix = os.access(folder, os.W_OK | os.X_OK), f"{fix}, or change its permissions"
+    require(good, where, "a folder that can be written", "one that cannot", fix)
     return folder
 
 
@@ -226,7 +232,8 @@ def _staged(folder: Path) -> Iterator[Path]:
         yield Path(name)
 
 
-def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
+def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> list[str]:
+    """Move the files into the folder, remove stale ones; return those that stay, as edited."""
     names = [p.relative_to(staging).as_posix() for p in staging.rglob("*") if p.is_file()]
     locks = cache_folder("boresight") / "locks"
     locks.mkdir(parents=True, exist_ok=True)
@@ -235,18 +242,22 @@ def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
         for name in names:
             _require_ours(folder / name, known.get(name), option)
         stale = [name for name in known if by and known[name]["by"] == by and name not in names]
+        kept = []
         for name in stale:
-            old = folder / name
-            if old.is_file() and digest(old) == known.pop(name)["sha256"]:
+            old, listed = folder / name, known.pop(name)["sha256"]
+            if old.is_file() and digest(old) == listed:
                 old.unlink()
                 with suppress(OSError):  # not empty
                     old.parent.rmdir()
+            elif os.path.lexists(old):
+                kept.append(name)
         for name in names:
             known[name] = {"by": by, "sha256": digest(staging / name)}
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             os.replace(staging / name, folder / name)
         (staging / MANIFEST).write_text(_manifest(known), encoding="utf-8")
         os.replace(staging / MANIFEST, folder / MANIFEST)
+        return kept
 
 
 def _shown(path: StrPath) -> str:

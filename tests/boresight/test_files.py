@@ -29,9 +29,11 @@ def files(folder: Path) -> dict[str, bytes]:
         (f"{RUN} mine.csv", "found the same file as the input mine.csv"),
         (f"{RUN} link.csv", "found the same file as the input mine.csv"),
         (f"{RUN} mine.csv --force", "found the same file as the input mine.csv"),
-        (f"{RUN} notes.csv/out.csv", "found a file 'notes.csv' where a folder must be"),
+        (f"{RUN} notes.csv/out.csv", "notes.csv: wanted a folder, found a file;"),
         (f"{COMPILE} filled", "found a file not written by boresight; .*--force"),
-        (f"{COMPILE} notes.csv", "found a file 'notes.csv' where a folder must be"),
+        (f"{COMPILE} notes.csv", "notes.csv: wanted a folder, found a file;"),
+        (f"{COMPILE} deep", "deep/core.v: wanted a file, found a folder; move it away"),
+        (f"{COMPILE} deep --force", "deep/core.v: wanted a file, found a folder; move it away"),
     ],
 )
 def test_refused(line: str, found: str, here: Path, refused: Callable[[str], str]) -> None:
@@ -39,6 +41,7 @@ def test_refused(line: str, found: str, here: Path, refused: Callable[[str], str
     (here / "link.csv").symlink_to("mine.csv")
     (here / "filled").mkdir()
     (here / "filled" / "core.v").write_text("user")
+    (here / "deep" / "core.v").mkdir(parents=True)
     before = files(here)
     assert re.search(found, refused(line))
     assert files(here) == before
@@ -65,11 +68,14 @@ def test_a_lost_list_is_no_dead_end_and_old_files_go(
     refused(f"{COMPILE} out")
     said(f"{COMPILE} out --force")
     assert files(here / "out") == written
-    (here / "out" / "firmware" / "own.c").write_text("user")
-    said("compile complementary -q -o out")
+    for name in ("own.c", "mine.c"):
+        (here / "out" / "firmware" / name).write_text("user")
+    text = said("compile complementary -q -o out")
+    assert text.count("kept, as") == 1 and "warning: out/firmware/mine.c: of an earlier " in text
     left = files(here / "out")
-    assert not [name for name in left if "mine" in name]
-    assert left["firmware/own.c"] == b"user" and "firmware/complementary.c" in left
+    assert [name for name in left if "mine" in name] == ["firmware/mine.c"]
+    assert left["firmware/mine.c"] == left["firmware/own.c"] == b"user"
+    assert "firmware/complementary.c" in left
 
 
 SLEEPS = """
