@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from copy import copy
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.algebra import quaternion
-from boresight.model.arrays import FloatArray, is_held
+from boresight.model.arrays import BoolArray, FloatArray, is_held
 from boresight.model.errors import placed
 from boresight.model.estimator import SecondForm
 from boresight.model.kalman.declared import (
@@ -35,6 +36,7 @@ from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
+from boresight.model.units import UnitError, linear
 
 if TYPE_CHECKING:
     from boresight.model.kalman.kalman import Kalman
@@ -101,25 +103,12 @@ class Textbook:
         self._begin()
 
     def _begin(self) -> None:
-        k, measurements, errors = self.kalman, len(self.measurements), len(self.kalman.errors)
-        units = [(i, k.unit_of(i)) for i, name in enumerate(k.errors) if name in k.groups]
-        #: Of each measurement: updates in which it was valid, and in which it was taken.
-        self._valid = np.zeros((2, measurements), dtype=int)
-        #: Of each measurement, updates in which it was taken without a new sample.
-        self._repeated = np.zeros(measurements, dtype=int)
+        measurements, errors = len(self.measurements), len(self.kalman.errors)
+        #: Of each update, whether each measurement was valid.
+        self._valid: list[BoolArray] = []
         #: Of each error state, updates in which its variance was near its largest, and its process
         #: noise in all updates.
         self._held, self._noise_sum = np.zeros(errors, dtype=int), np.zeros(errors)
-        #: Derivatives of states by their rates, and of all that the rate moves (a speed along a
-        #: heading moves two) the root of their squares; in all updates.
-        self._rates = {
-            (i, j): np.zeros(2)
-            for (i, of), (j, by) in product(units, units)
-            if of and (by == f"{of}/s" or ("/s" in of and by == f"{of}^2"))
-        }
-        #: Pairs whose derivative is not the time step: other rates move the state, too, or the rate
-        #: changes within an update.
-        self._vague = set[tuple[int, int]]()
         #: Of each measurement, updates in which its innovation was beyond `MOST_SD`.
         self._limited = np.zeros(measurements, dtype=int)
         #: Of each measurement and error state, the largest derivative over `slope_max`.
@@ -175,9 +164,8 @@ class Textbook:
             leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, record, strict=True)}
             x, cov = self._predicted(x, cov, leaves)
             prior = x = self._with_covariance(x, cov)
-            before = self._valid.sum(axis=1)
             x, cov, nis = self._corrected(x, cov, leaves)
-            valid, accepted = (self._valid.sum(axis=1) - before).tolist()
+            valid, accepted = int(self._valid[-1].sum()), len(self._seen[-1])
             counts = {"nis": nis, "accepted": accepted, "rejected": valid - accepted}
             x = self._with_covariance(x, cov)
             shown = prior if k.prior else x
@@ -185,11 +173,6 @@ class Textbook:
             rows.append([float(values[o.name]) for o in k.outputs])
             covariances.append(cov)
         outputs = {o.name: c for o, c in zip(k.outputs, np.array(rows).T, strict=True)}
-        steps = {
-            f"{k.errors[i]} by {k.errors[j]}": tuple(total / len(inputs))
-            for (i, j), total in self._rates.items()
-            if (i, j) not in self._vague
-        }
         unseen = _unseen(self._moves, self._seen, np.array(k.largest_sd))
         variances = np.diagonal([first, *covariances], axis1=1, axis2=2).max(axis=0)
         if self._held.any():
@@ -198,7 +181,7 @@ class Textbook:
             found = Textbook(free, floor=self.floor).run(inputs, params).covariances
             assert found is not None
             variances = np.maximum(variances, np.diagonal(found, axis1=1, axis2=2).max(axis=0))
-        never = np.flatnonzero(self._valid[0] == 0).tolist()
+        never = np.flatnonzero(~np.any(self._valid, axis=0)).tolist()
 
         def absent(later: FloatArray) -> list[str]:
             columns = zip(k.inputs, later.T, strict=True)
@@ -209,36 +192,63 @@ class Textbook:
             outputs,
             [*self._remarks(len(inputs), unseen, np.sqrt(variances))],
             [*self._faults(inputs)],
-            {} if any(i.name == "dt" for i in k.inputs) else steps,
+            {} if any(i.name == "dt" for i in k.inputs) else self._time_steps(),
             covariances=np.array(covariances),
             absent=absent,
         )
 
     def _faults(self, inputs: FloatArray) -> Iterator[tuple[str, str]]:
         """Faults of the measurements in a run, each with its kind."""
-        k, updates = self.kalman, len(inputs)
-        repeats = (np.diff(inputs, axis=0) == 0.0).sum(axis=0) / max(updates - 1, 1)
-        flagged = {name for i in k.inputs for name in i.flags}
+        flagged = {name for i in self.kalman.inputs for name in i.flags}
+        columns = [*enumerate(self.kalman.inputs)]
         for n, m in enumerate(self.measurements):
             subject, flags = placed(m.line, "measurement"), self._unread[n]
-            if self._repeated[n]:
+            taken = inputs[[valid[n] for valid in self._valid]]
+            unread = [at for at, i in columns if i.name in flags.values()]
+            if old := np.count_nonzero((taken[:, unread] < 0.5).any(axis=1)):
                 yield (
                     "hold",
-                    f"{subject}: taken in {self._repeated[n]} of {updates} updates without a new "
+                    f"{subject}: taken in {old} of {len(inputs)} updates without a new "
                     f"sample of {' or '.join(flags)}; leave these out by "
                     f"valid=u.{next(iter(flags.values()))} > 0.5",
                 )
-            reads_flag = any(i.flags and i.name in self._read[n] for i in k.inputs)
-            for at, (i, share) in enumerate(zip(k.inputs, repeats, strict=True)):
+            # A flag that r reads, say, leaves samples out, too.
+            read = [at for at, i in columns if i.flags and i.name in self._read[n]]
+            taken = taken[(taken[:, read] >= 0.5).all(axis=1)]
+            for at, i in columns if len(taken) > 1 else ():
                 holds = i.missing == "hold" and i.name not in flagged and i.name in inputs_of(m.z)
-                holds = holds and share >= _HELD and not reads_flag
-                if holds and is_held(inputs[:, [at]], few=True):
+                share = np.mean(np.diff(taken[:, at]) == 0.0)
+                if holds and share >= _HELD and is_held(taken[:, [at]], few=True):
                     yield (
                         "hold",
-                        f"{subject}: {i.name} holds its last sample in {share:.0%} of the updates, "
-                        "and each is taken as a new one; declare an input with "
+                        f"{subject}: {i.name} holds its last sample in {share:.0%} of the updates "
+                        "that take it, and each is taken as a new one; declare an input with "
                         f'valid_of="{i.name}", and give it to valid',
                     )
+
+    def _time_steps(self) -> dict[str, tuple[float, float]]:
+        """Means of the derivatives of states by their rates, s, by names.
+
+        Each is followed by that of the root of their squares for all that the rate moves: a speed
+        along a heading moves two. Left out: of several rates of a state, or of one that changes
+        within an update.
+        """
+        k, slopes = self.kalman, np.array(self._moves)
+        scalars = [i for i, name in enumerate(k.errors) if name in k.groups]
+        steps: dict[tuple[int, int], FloatArray] = {}
+        for i, j in product(scalars, scalars):
+            of, by = (k.unit_of(n).replace("degC", "K") for n in (i, j))
+            if of and by and of != by and slopes[:, i, j].any():
+                with suppress(UnitError):
+                    factor, _ = linear(f"{of}/s".replace("/s/s", "/s^2"), by)
+                    steps[i, j] = slopes[:, i, j] * factor
+        means = {}
+        for (i, j), own in steps.items():
+            moving = np.count_nonzero([s for (of, _), s in steps.items() if of == i], axis=0)
+            if moving.max() == 1 and np.abs(slopes[:, j, j] - 1.0).max() <= _CONSTANT:
+                every = np.linalg.norm([s for (_, by), s in steps.items() if by == j], axis=0)
+                means[f"{k.errors[i]} by {k.errors[j]}"] = float(own.mean()), float(every.mean())
+        return means
 
     def _remarks(
         self, updates: int, unseen: Sequence[FloatArray], deviations: FloatArray
@@ -364,12 +374,6 @@ class Textbook:
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
         self._noise_sum += np.diag(q)
-        for i, j in self._rates:
-            moved = [of for of, rate in self._rates if rate == j]
-            moving = [rate for of, rate in self._rates if of == i and slope[i, rate]]
-            self._rates[i, j] += slope[i, j], np.linalg.norm(slope[moved, j])
-            if len(moving) > 1 or abs(slope[j, j] - 1.0) > _CONSTANT:
-                self._vague.add((i, j))
         q += np.diag(k.noise_floor) * self.floor
         self._moves.append(f.copy())
         is_held = np.diag(cov) > np.array(k.variance_limits)
@@ -391,10 +395,7 @@ class Textbook:
         for n, m in enumerate(self.measurements):
             nu[n] = ops.wrap_ht(nu[n]) if m.wrap else nu[n]
         valid = [n for n in numbers if measured[f"valid {n}"] >= 0.5]
-        self._valid[0, valid] += 1
-        for n in valid:
-            flags = self._unread[n].values()
-            self._repeated[n] += any(leaves["input", flag] < 0.5 for flag in flags)
+        self._valid.append(np.isin(numbers, valid))
         s = h @ cov @ h.T + np.diag(r)
         accepted: list[int] = []
         for n in valid:
@@ -404,7 +405,6 @@ class Textbook:
             if gate is None or residual * residual <= gate**2 * variance:
                 accepted.append(n)
                 self._limited[n] += residual * residual > MOST_SD**2 * variance
-        self._valid[1, accepted] += 1
         h, r, nu = h[accepted], r[accepted], nu[accepted]
         s = s[np.ix_(accepted, accepted)]
         self._seen.append(h.reshape(-1, len(cov)) / np.sqrt(r)[:, None])

@@ -82,9 +82,9 @@ class Track(Kalman):
         return [Measurement(u.z, x.pos, 0.01, valid=valid, gate=self.gate)]
 
 
-def tracked(kind: type[Track] = Track, **changes: Any) -> CheckResult:
-    z = np.where(np.arange(N) % 4 == 0, 1.0 + np.sin(T), np.nan)
-    return checked(type("Track", (kind,), changes)(), t=T, z=z)
+def tracked(kind: type[Track] = Track, each: int = 4, **changes: Any) -> CheckResult:
+    z, y = (np.where(np.arange(N) % rows == 0, 1.0 + np.sin(T), np.nan) for rows in (4, each))
+    return checked(type("Track", (kind,), changes)(), t=T, z=z, y=y)
 
 
 def damped(self: Any, x: Any, u: Any, p: Any) -> Any:
@@ -107,7 +107,18 @@ class Wheels(Track):
         return [*super().measure(x, u, p), Measurement(0.0, x.vel - x.right, 0.1)]
 
 
-@pytest.mark.parametrize(("kind", "changes"), [(Track, {}), (Track, {"f": damped}), (Wheels, {})])
+def by_one_flag(self: Any, x: Any, u: Any, p: Any) -> Any:
+    return [Measurement(v, x.pos, 0.01, valid=u.z_new > 0.5) for v in (u.z, u.y)]
+
+
+#: Of two values in one message.
+MESSAGE = {"inputs": (*Track.inputs, Input("y", -10.0, 10.0, "m", missing="hold"))}
+MESSAGE |= {"measure": by_one_flag}
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes"), [(Track, {}), (Track, {"f": damped}), (Wheels, {}), (Track, MESSAGE)]
+)
 def test_a_sound_model_has_no_fault(kind: type[Track], changes: dict[str, Any]) -> None:
     result = tracked(kind, **changes)
     assert result.good and result.book.faults == () and result.given.warnings == ()
@@ -142,7 +153,17 @@ def test_a_short_log_of_a_held_sensor_fails(rows: int, each: int) -> None:
             {"flagged": False, "inputs": Track.inputs[:1]},
             "z holds its last sample in 75% of the updates",
         ),
+        ("hold", MESSAGE | {"each": 20}, "y holds its last sample in 82% of the updates that take"),
         ("time step", {"dt": 2.0 * DT}, "by a time step of 0.02 s, the records have one of 0.01 s"),
+        (
+            "time step",
+            {
+                "dt": 2.0 * DT / 3.6,
+                "states": (Track.states[0], State("vel", -60.0, 60.0, "km/h", sd=3.0, sd_max=12.0)),
+                "q": 1e-2,
+            },
+            "by a time step of 0.02 s, the records have one of 0.01 s",
+        ),
     ],
 )
 def test_a_fault_of_the_model_fails_unless_it_is_waived(
