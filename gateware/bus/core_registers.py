@@ -110,7 +110,7 @@ class Registers(wiring.Component):
         ]
         # A restart, or a change of program by the port, goes before a write.
         m.d.sync += [
-            self.request.eq((bus.w_stb & waits | other | soon) & ~self.grant),
+            self.request.eq(bus.w_stb & waits & ~self.grant | other | soon),
             inner.eq(other | soon),
             self.switch.eq(other | soon),
         ]

@@ -1,5 +1,6 @@
 """The engine with several programs: random turns, stalls, torn records, writes, word for word."""
 
+import itertools
 import random
 
 import numpy as np
@@ -22,12 +23,14 @@ UPDATES = 513
 class Bench:
     """A core of small random programs, the interpreters beside it, streams that pause."""
 
-    def __init__(self, config: str, seed: int, count: int, pauses: float) -> None:
+    def __init__(
+        self, config: str, seed: int, count: int, pauses: float, selector: bool = False
+    ) -> None:
         self.rng = random.Random(seed)
         self.core: Core = build_shared_core(
             random_programs(seed, count, n_ops=6, n_states=3), config
         )
-        self.dut = Engine(machine=self.core.machine, image=self.core.image)
+        self.dut = Engine(machine=self.core.machine, image=self.core.image, selector=selector)
         self.models = [Interpreter(part.program) for part in self.core.parts]
         self.pauses = pauses
         self.got: list[tuple[int, int]] = []
@@ -63,13 +66,20 @@ class Bench:
     async def read(self, ctx, address: int) -> int:
         return await read(ctx, self.dut.bus, address)
 
-    async def record(self, ctx, number: int) -> None:
-        """One whole record of the program that runs."""
-        program = self.core.parts[number].program
-        words = random_inputs(program, self.rng.getrandbits(20), 1)[0]
-        await self.put(ctx, words, len(words) - 1)
+    def words(self, number: int) -> list[int]:
+        """A record of a program."""
+        return random_inputs(self.core.parts[number].program, self.rng.getrandbits(20), 1)[0]
+
+    def want(self, number: int, words: list[int]) -> None:
+        """The outputs of this record come next."""
         out, _ = self.models[number].update(np.array(words)[:, None])
         self.wanted += [(int(w) & MASK, int(k == len(out) - 1)) for k, w in enumerate(out[:, 0])]
+
+    async def record(self, ctx, number: int) -> None:
+        """One whole record of the program that runs."""
+        words = self.words(number)
+        await self.put(ctx, words, len(words) - 1)
+        self.want(number, words)
 
     async def settle(self, ctx) -> None:
         """Wait until nothing is under way."""
@@ -141,7 +151,7 @@ def test_switch_in_mid_record_waits_for_its_end(config: str) -> None:
         for _ in range(8):
             await bench.record(ctx, 0)
         await bench.settle(ctx)
-        words = random_inputs(bench.core.program, 1, 1)[0]
+        words = bench.words(0)
         await bench.put(ctx, words[:-1], last=n)
         ctx.set(bus.addr, PROGRAM)
         ctx.set(bus.w_data, 1)
@@ -149,10 +159,7 @@ def test_switch_in_mid_record_waits_for_its_end(config: str) -> None:
         await ctx.tick().repeat(50)
         assert not ctx.get(bus.w_ack)
         await bench.put(ctx, words[-1:], last=0)
-        out, _ = bench.models[0].update(np.array(words)[:, None])
-        bench.wanted.extend(
-            (int(w) & MASK, int(k == len(out) - 1)) for k, w in enumerate(out[:, 0])
-        )
+        bench.want(0, words)
         await bench.write(ctx, PROGRAM, 1)
         for _ in range(8):
             await bench.record(ctx, 1)
@@ -166,7 +173,7 @@ def test_switch_in_mid_record_waits_for_its_end(config: str) -> None:
     ("config", "after"), [("small", 1), ("fast", 2), ("small", 3), ("fast", 4)]
 )
 def test_reset_goes_back_to_program_0_and_all_states_begin_anew(config: str, after: int) -> None:
-    bench = Bench(config, 6, 3, 0.0)
+    bench = Bench(config, 8, 3, 0.0)
 
     async def test(ctx):
         for number in (0, 1, 1, 2, 2, 2):
@@ -183,6 +190,57 @@ def test_reset_goes_back_to_program_0_and_all_states_begin_anew(config: str, aft
         for number in (2, 1):
             await bench.write(ctx, PROGRAM, number)
             await bench.record(ctx, number)
+        await bench.settle(ctx)
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("event", ["restart", "choice"])
+@CONFIG
+def test_event_beside_a_write(config: str, event: str) -> None:
+    """What comes in a cycle counts for the records that begin after it; one always waits."""
+    bench = Bench(config, 8, 2, 0.0, selector=event == "choice")
+    parts, dut, i, bus = bench.core.parts, bench.dut, bench.dut.i, bench.dut.bus
+    name, address = next(iter(bench.core.select(0).parameter_addresses.items()))
+    writes = [PROGRAM, address] if event == "restart" else [address]
+
+    async def test(ctx):
+        number, index, words = 0, 0, bench.words(0)
+        ctx.set(i.valid, 1)
+        for relative, address in itertools.product(range(-6, 3), writes):
+            after = parts[number].schedule.interval + relative
+            word = 1 - number if address == PROGRAM else bench.rng.getrandbits(24)
+            ctx.set(bus.addr, address)
+            ctx.set(bus.w_data, word)
+            cycle, waits = 0, True  # cycles from the first word of a record; the write waits
+            while waits or cycle <= after or index:
+                happens, chosen = cycle == after, number
+                ctx.set(bus.w_stb, waits and cycle > 0)
+                last = index == len(words) - 1
+                ctx.set(i.payload, {"data": words[index] & MASK, "last": last})
+                if event == "restart":
+                    ctx.set(dut.restart, happens)
+                elif happens:
+                    chosen = 1 - number
+                    ctx.set(dut.choice, chosen)
+                _, _, taken, done = await ctx.tick().sample(i.ready, bus.w_ack)
+                begins = taken and index == 0
+                if begins:
+                    bench.want(number, words)
+                if happens and event == "restart":
+                    params = bench.models[number].params
+                    bench.models[number] = Interpreter(parts[number].program)
+                    bench.models[number].params = params
+                if done and address == PROGRAM:
+                    chosen = word
+                elif done:
+                    bench.models[0].params[parts[0].program.find(name)] = word
+                waits, number = waits and not done, chosen
+                if taken:
+                    index = (index + 1) % len(words)
+                    words = words if index else bench.words(number)
+                cycle += cycle > 0 or begins
+        ctx.set(i.valid, 0)
         await bench.settle(ctx)
 
     bench.run(test)
