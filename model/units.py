@@ -46,14 +46,14 @@ def _registry() -> Any:
 
 def check_unit(where: str, unit: object) -> None:
     """Raise InputError if a word of a unit is not known, such as "mtr" for "m"."""
-    fix, is_valid = "correct it, or leave it empty", isinstance(unit, str)
-    text = unit.replace("µ", "u").replace("Ω", "ohm") if isinstance(unit, str) else ""
+    text = unit.replace("µ", "u").replace("Ω", "ohm") if isinstance(unit, str) else "\n"
+    is_valid = not re.search(r"[\x00-\x1f]", text)
     try:
         for name in {*_NAME.findall(text)} - _COMMON:
             _parsed(name)
     except UnitError:
         is_valid = False
-    require(is_valid, where, "a unit such as m/s^2 or uT", unit, fix)
+    require(is_valid, where, "a unit such as m/s^2 or uT", unit, "correct it, or leave it empty")
 
 
 @cache

@@ -52,7 +52,7 @@ def _environment() -> Environment:
         unique=unique,
     )
     environment.filters.update(
-        cell=lambda text: text.replace("|", "\\|"),
+        cell=lambda text: " ".join(text.split()).replace("|", "\\|"),
         comment=comment,
         default_value=_default_value,
         example=_example,

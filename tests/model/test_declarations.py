@@ -49,6 +49,7 @@ def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) 
         (lambda: Param("k", 2.0, 0.0, 1.0), "parameter k: wanted default in [0, 1], found 2.0; "),
         (lambda: State("x", -1.0, 1.0, "m", 3.0), "state x: wanted initial value in [-1, 1]"),
         (lambda: Input("z", 1.0, 1.0, "m"), "input z: wanted a finite range with low < high"),
+        (lambda: Output("y", "m\n"), r"output y: wanted a unit such as m/s^2 or uT, found 'm\n'"),
         (lambda: Input("z", 0.0, math.inf, "m"), "input z: wanted a finite range"),
         (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
         (lambda: Input("z", 0.0, 1.0, clamp="no"), "input z: wanted clamp: True or False"),

@@ -12,7 +12,7 @@ class Track(Estimator):
     """Position and velocity from noisy positions."""
 
     inputs = (
-        Input("dt", 0.0, 0.1, "s", meaning="time | step"),
+        Input("dt", 0.0, 0.1, "s", meaning="time |\n    step"),
         Input("z", -100.0, 100.0, "m", missing=-100.0),
         Input("seen", 0.0, 1.0, valid_of="z"),
         Input("w", -1.0, 1.0, "ht", missing="hold"),
