@@ -42,6 +42,7 @@ from amaranth.lib.crc import catalog
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.engine import word_layout
+from boresight.model.errors import require
 
 END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
 #: Bytes and their escapes, that of ESC itself first.
@@ -70,10 +71,13 @@ def word_bytes(word: int) -> int:
 
 
 def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
-    """A frame, from END to END."""
-    count = word_bytes(word)
-    mask = (1 << 8 * count) - 1
-    body: bytes = bytes([kind]) + b"".join((int(w) & mask).to_bytes(count, "little") for w in words)
+    """A frame, from END to END. InputError: a signed word does not fit into ``word`` bits."""
+    body: bytes = bytes([kind])
+    half = 1 << word - 1
+    for number, w in enumerate(words):
+        wanted, fix = f"{-half} to {half - 1}", "keep the value within the range of its word"
+        require(-half <= w < half, f"word {number} of a frame", wanted, w, fix)
+        body += int(w).to_bytes(word_bytes(word), "little", signed=True)
     body += CRC.compute(body).to_bytes(CRC_BYTES, "little")
     for plain, escaped in _ESCAPES:
         body = body.replace(plain, escaped)

@@ -16,7 +16,7 @@ from boresight.gateware.boards.unpack import Dispatcher, Unpacker
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.registers import PROGRAM
+from boresight.gateware.registers import PROGRAM, STATUS
 from boresight.model.errors import InputError
 
 
@@ -70,13 +70,12 @@ class Top(wiring.Component):
 
     def facts(self) -> dict[str, Any]:
         core = describe(self.core)
-        first = core.programs[0]
         return {
             "core": core,
+            "first": core.programs[0],
             "baud": self.BAUD,
             "choice": PROGRAM,
-            "inputs": len(first.inputs),
-            "outputs": len(first.outputs),
+            "status": STATUS,
             "intervals": sorted({program.interval for program in core.programs}),
             "word_bytes": word_bytes(core.word),
             "programs": [
@@ -85,9 +84,12 @@ class Top(wiring.Component):
             ],
             "words": [
                 [
-                    ("", "name", "f", "unit"),
-                    *(("in", w.name, w.frac, w.unit) for w in program.inputs),
-                    *(("out", w.name, w.frac, w.unit) for w in program.outputs),
+                    ("", "name", "f", "unit", "range", "meaning"),
+                    *(
+                        ("in", w.name, w.frac, w.unit, f"{w.low:g} to {w.high:g}", w.meaning)
+                        for w in program.inputs
+                    ),
+                    *(("out", w.name, w.frac, w.unit, "", "") for w in program.outputs),
                 ]
                 for program in core.programs
             ],

@@ -16,6 +16,7 @@ from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.attitude import front
 from boresight.model.errors import require
+from boresight.model.words.fixed import wrap
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
 from boresight.sim.records.nine_axis import NineAxis
@@ -145,7 +146,8 @@ def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> st
         # No sample is used before the set of input registers is complete.
         pairs = [("run", 0), *pairs, ("order", TAKE_FEED.mask), ("run", 1)]
     for name, value in pairs:
-        for byte in encode(Kind.WRITE, [registers.find(name).address, value], word=32):
+        words = registers.find(name).address, wrap(value, 32)
+        for byte in encode(Kind.WRITE, words, word=32):
             out.append(f"{cycle} {byte:02x}\n")
             cycle += 10 * divisor
         cycle += 40 * 10 * divisor  # the reply

@@ -18,6 +18,7 @@ from boresight.gateware.registers import Access, Register
 from boresight.model.errors import InputError, require
 from boresight.model.tools.external import optional
 from boresight.model.tools.typed import Malformed, typed
+from boresight.model.words.fixed import wrap
 from boresight.sim.records.reading import kind_of, read_json, reason
 
 #: Timeout of a reply, s, and number of tries.
@@ -238,7 +239,7 @@ class BoardLine:
         own = words[0] if kind is Kind.WRITE else None
         for _ in range(_TRIES):
             with self._present():
-                self._file.write(bytes([END]) + encode(kind, words, word=32))
+                self._file.write(bytes([END]) + encode(kind, [wrap(w, 32) for w in words], word=32))
             end = time.monotonic() + _ANSWER_S
             while time.monotonic() < end:
                 answer = None

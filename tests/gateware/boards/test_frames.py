@@ -32,7 +32,7 @@ def test_round_trip(word: int) -> None:
         (rng.choice(list(Kind)), rng.choices(range(-half, half), k=rng.randrange(9)))
         for _ in range(100)
     ]
-    frames.append((Kind.RECORD, [int.from_bytes(bytes([END, ESC, END]), "little") - 2**24]))
+    frames.append((Kind.RECORD, [int.from_bytes(bytes([END, ESC]), "little")]))
     decoder = Decoder(word=word)
     line = b"".join(encode(kind, words, word=word) for kind, words in frames)
     assert list(decoder.feed(line)) == frames
@@ -102,10 +102,10 @@ def test_frames(stalls: float, gaps: float) -> None:
     bodies, wanted = [], b""
     for _ in range(40):
         words = [
-            int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)), "little")
+            int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)), signed=True)
             for _ in range(rng.randrange(5))
         ]
         kind = rng.choice(list(Kind))
-        bodies.append(bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words))
+        bodies.append(bytes([kind]) + b"".join(w.to_bytes(4, "little", signed=True) for w in words))
         wanted += encode(kind, words, word=32)
     assert run(bodies, stalls=stalls, gaps=gaps) == wanted

@@ -151,12 +151,16 @@ def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> No
 
 
 def test_the_program_in_the_readme(leaky: Core, project, monkeypatch, capsys) -> None:
-    """It sends a record, u = 1, to a port and prints what the core answers."""
+    """It sends a record, u = 0.5, to a port and prints what the core answers."""
     folder, model = project["mimas"], CModel(leaky.program)
     (folder.parent / "registers.json").write_text(describe(leaky).to_json())
     monkeypatch.chdir(folder)
     _, _, program = (folder / "README.txt").read_text().partition("\n\nimport json\n")
     master, slave = os.openpty()
+    program = "import json\n" + program.replace("/dev/ttyUSB0", os.ttyname(slave))
+    for wrong, error in (("'z': 1", "^'z'$"), ("'u': 2", "word 0 of .* found 2147483648; keep")):
+        with pytest.raises((KeyError, InputError), match=error):
+            exec(program.replace('"u": 0.5', wrong), {})
 
     def answer() -> None:
         decoder, frames = Decoder(word=32), []
@@ -168,11 +172,11 @@ def test_the_program_in_the_readme(leaky: Core, project, monkeypatch, capsys) ->
 
     with ThreadPoolExecutor() as threads:
         done = threads.submit(answer)
-        exec("import json\n" + program.replace("/dev/ttyUSB0", os.ttyname(slave)), {})
+        exec(program, {})
         done.result()
     os.close(master)
     os.close(slave)
-    assert capsys.readouterr().out.split() == ["y", "0.5", "step", "0.5", "sum", "1.0"]
+    assert capsys.readouterr().out.split() == ["y", "0.25", "step", "0.25", "sum", "0.5"]
 
 
 def run_build(folder: Path, path: str) -> subprocess.CompletedProcess:

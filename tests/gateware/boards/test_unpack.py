@@ -80,7 +80,7 @@ def test_same_verdict_as_the_software(simulate) -> None:
     for _ in range(300):
         if rng.random() < 0.5:
             kind = rng.choice(KINDS)
-            words = [rng.getrandbits(24) for _ in range(COUNTS.get(kind, 2))]
+            words = [rng.getrandbits(24) - 2**23 for _ in range(COUNTS.get(kind, 2))]
             frame = bytearray(encode(kind, words, word=24))
             if rng.random() < 0.5:
                 frame[rng.randrange(len(frame))] = rng.randrange(256)

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, BitField, Register
+from boresight.model.words.fixed import wrap
 
 _READ, _WRITE, _BOTH = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
 #: A register of each kind.
@@ -66,7 +67,7 @@ def words_of(number: int, stamp: int, *, heading: int = 1 << 29, filter: int = 0
 def frames(numbers: Iterable[int], *, step: int = 100_000) -> bytes:
     """Frames of updates of these numbers."""
     return b"".join(
-        encode(Kind.ATTITUDE, words_of(n % 65536, n * step % 2**32), word=32) for n in numbers
+        encode(Kind.ATTITUDE, words_of(n % 65536, wrap(n * step, 32)), word=32) for n in numbers
     )
 
 
@@ -110,7 +111,9 @@ class SerialBoard:
                     self.written.append((words[0], words[1]))
                     os.write(self._master, encode(kind, words[:1], word=32))
                 else:
-                    os.write(self._master, encode(kind, [self.words.get(words[0], 0)], word=32))
+                    os.write(
+                        self._master, encode(kind, [wrap(self.words.get(words[0], 0), 32)], word=32)
+                    )
 
     def __enter__(self) -> SerialBoard:
         self._thread.start()

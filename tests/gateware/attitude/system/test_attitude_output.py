@@ -154,7 +154,7 @@ def test_frames_with_the_counts_of_the_sensors(outputs: int) -> None:
 
 
 def words_in(body: bytes) -> list[int]:
-    return [int.from_bytes(body[k : k + 4], "little") for k in range(1, len(body), 4)]
+    return [int.from_bytes(body[k : k + 4], "little", signed=True) for k in range(1, len(body), 4)]
 
 
 def test_a_slow_line_never_mixes_updates() -> None:
