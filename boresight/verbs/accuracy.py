@@ -102,6 +102,8 @@ def accuracy(
         members = [trial.feeds[name] for trial in trials]
         both = runs.LogRuns(members, floating=True, word=word, jobs=jobs, align=align)
         by_name[name] = both.run(some)
+        pairs = zip(trials, by_name[name], strict=True)
+        notes += [f"{trial.name}: {name}, {t}" for trial, (of, *_) in pairs for t in of.notes]
         say(name)
     for name in peers:
         by_name[name] = [[runs.published(name, trial.log.first, align)] for trial in trials]

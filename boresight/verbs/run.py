@@ -34,7 +34,7 @@ from boresight.model.tools.files import OutputFile, output_folder
 from boresight.model.words.fixed import check_word
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.boards import board_system
-from boresight.sim.compare.difference import Differences, differences
+from boresight.sim.compare.difference import Differences, differences, turn_notes
 from boresight.sim.compare.textbook import wrong_steps
 from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
@@ -294,7 +294,8 @@ def _in_loop(
         "unused": loop.unused,
         "causes": accuracy.causes(),
     }
-    notes = [*wrong_steps(build, loop.inputs, loop.step_s), *accuracy.causes()]
+    notes = [*wrong_steps(build, loop.inputs, loop.step_s), *turn_notes(truth)]
+    notes += accuracy.causes()
     return Result(data, {"errors": rows}, "\n".join(lines), notes, failures)
 
 
@@ -348,7 +349,7 @@ class _Summary:
             figures, of = [f"{n} {value:.3f}" for n, value in rmse.items()], "reference, deg"
         if figures:
             text += f", RMSE against the log's {of}: {', '.join(figures)}"
-        notes = [*self.columns.warnings, *self.warnings]
+        notes = [*self.columns.warnings, *self.warnings, *turn_notes(every)]
         notes += [saturated_text(self.saturated, saturated)] if self.saturated else []
         failures = [f"{level}: {self.fault}"] if self.fault else []
         return Result(data, {}, "" if self.fault else text, notes, failures)

@@ -103,7 +103,8 @@ def tune(
         )
 
     every = range(len(trials))
-    before = scores({}, every)
+    first = [fixed for fixed, *_ in runs.run(start)]
+    before = [fixed.errors for fixed in first]
     figure = tuning.figure_of(counted, means(before))
     best = search(every, "all logs")
     held_out, cross = list[Mapping[str, float]](), list[Row]()
@@ -121,6 +122,8 @@ def tune(
             }
         )
     words = [fixed for fixed, *_ in runs.run({**start, **best.values})]
+    for trial, old, new in zip(trials, first, words, strict=True):
+        notes += [f"{trial.name}: {text}" for text in old.notes or new.notes]
     saturated = sum(fixed.saturated or 0 for fixed in words)
     saturations = dict(sum((Counter(fixed.saturations) for fixed in words), Counter[str]()))
     at_start, at_end = means(before), means(fixed.errors for fixed in words)

@@ -14,7 +14,7 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.compare.difference import Differences, Spread
+from boresight.sim.compare.difference import Differences, Spread, turn_notes
 from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.rotations.accuracy import AttitudeError, attitude_error, attitude_of
 from boresight.sim.rotations.rotation import (
@@ -81,6 +81,11 @@ class Errors:
         angles = self._angles.result() if self._angles.samples else {}
         others = [] if self._others is None else self._others.result()
         return angles | {d.output: d.rms for d in others if d.samples}
+
+    @property
+    def notes(self) -> list[str]:
+        """Lines of warning about them."""
+        return [] if self._others is None else turn_notes(self._others.result())
 
     @property
     def units(self) -> dict[str, str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -130,6 +130,7 @@ class Scores:
     saturations: Mapping[str, int] = field(default_factory=dict)
     near: tuple[Difference, ...] = ()
     offset_deg: tuple[float, ...] = ()
+    notes: Sequence[str] = ()  #: lines of warning about the errors.
 
 
 class LogRuns:
@@ -189,18 +190,12 @@ class LogRuns:
         near = tuple(comparison.result()) if len(levels) > 1 else ()
         inputs = (s for k, part in enumerate(columns.parts()) for s in part.spans(not k))
         values = saturations(levels[0], inputs, params) if saturated else {}
-        return [
-            Scores(
-                "float" if n else "fixed",
-                e.result(),
-                e.units,
-                None if n else saturated,
-                {} if n else values,
-                () if n else near,
-                offsets[n].offset_deg,
-            )
-            for n, e in enumerate(errors)
+        scores = [
+            Scores(name, e.result(), e.units, offset_deg=offset.offset_deg, notes=e.notes)
+            for name, e, offset in zip(("fixed", "float"), errors, offsets, strict=False)
         ]
+        scores[0] = replace(scores[0], saturated=saturated, saturations=values, near=near)
+        return scores
 
 
 def run_peer(name: str, record: Record) -> FloatArray:

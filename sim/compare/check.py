@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise, zip_longest
@@ -19,20 +19,20 @@ from boresight.model.estimator import Estimator
 from boresight.model.tools.external import ToolFailed
 from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.compare.claims import FoldedClaims, claim_results
-from boresight.sim.compare.difference import Differences, apart
+from boresight.sim.compare.difference import MODULO, TURNS, Differences, apart, turn_notes, unjudged
 from boresight.sim.compare.results import CheckResult, LevelResult, Part
 from boresight.sim.compare.textbook import Gates, beside_textbook
 from boresight.sim.compare.twin import RANGE_SLACK, Traced, check_sound
 from boresight.sim.compare.verdict import Judge, Piece
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.level import Level, Run, states_of
 from boresight.sim.levels.registry import LEVELS, CompiledFloat, Emitted, Interpreted
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.ranges.claims import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.files import Log
 from boresight.sim.records.plausible import estimate_warnings
-from boresight.sim.records.record import TRUTH, Record, truth_names
+from boresight.sim.records.record import Record, truth_names
 from boresight.sim.rtl.simulators import SIMULATORS, default_simulator
 
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)  #: Levels that can be checked.
@@ -269,16 +269,13 @@ class Check:
         known = given.new & ~given.restarts[:, None]
         told = estimate_warnings(estimator, given.inputs, known, outputs)
         near = [accuracy.near_floor] if accuracy.near_floor and accuracy.good else []
-        strange = _strange_truth(estimator, given)
+        truth = tuple(d for d in case.truth.result() if d.samples) if case.truth else ()
+        turned = {d.output for d in truth if d.turned}
+        strange = turn_notes(truth) + _strange_truth(estimator, given, turned)
         sure = [] if strange or source.comparison else _too_sure(self.build, number, given, run)
         judged = any(d.tolerance is not None for d in accuracy.differences)
         bare = [] if judged else [_BARE]
-        bare += [
-            f"{o.name}: truth={o.truth:g} is not judged: the log has no true value of it, "
-            f"{o.name}{TRUTH}"
-            for o in estimator.outputs
-            if o.truth is not None and not np.isfinite(given.truth.get(o.name, np.nan)).any()
-        ]
+        bare += unjudged(estimator.outputs, {d.output for d in truth})
         late = (*book.remarks, *told, *strange, *sure, *near, *bare)
         notes = (*case.told, *case.warnings, *late)
         given = dataclasses.replace(given, clamped=dict(case.clamped), notes=notes, doubts=tuple)
@@ -296,7 +293,7 @@ class Check:
             run,
             reference,
             book,
-            tuple(d for d in case.truth.result() if d.samples) if case.truth else (),
+            truth,
             source.comparison,
             [*claims, *case.folded.result()],
             case.rows,
@@ -304,12 +301,8 @@ class Check:
         )
 
 
-#: A whole turn in the units of angles that are not compared modulo it.
-_TURNS = {"deg": 360.0, "rad": 2.0 * math.pi}
-
-
-def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
-    """Lines about true values that the state of their name cannot have.
+def _strange_truth(estimator: Estimator, given: Feed, turned: Collection[str]) -> list[str]:
+    """Lines about true values that the state of their name cannot have; of ``turned`` none.
 
     An angle may be given by more than one turn, if the column has a unit.
     """
@@ -318,7 +311,7 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
     for s in estimator.states:
         values = given.truth.get(s.name, np.zeros(0))
         values = values[np.isfinite(values)]
-        if not len(values) or units[s.name] != s.unit:
+        if not len(values) or units[s.name] != s.unit or s.name in turned:
             continue
         column, turn = names[s.name], PERIODS.get(s.unit, 0.0)
         has_unit = given.record.columns[column].unit is not None
@@ -329,11 +322,9 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
         if not s.low - slack <= far <= s.high + slack:
             unit = "deg" if turn else "UNIT"
             cures = [] if has_unit else [f"name its unit in the header, as {column}[{unit}]"]
-            whole = _TURNS.get(s.unit, math.inf)
-            if s.high - s.low >= whole * (1.0 - RANGE_SLACK) and s.high - s.low < 1.5 * whole:
-                cures.append("declare state and output in ht, which is compared modulo a turn")
-            else:
-                cures += [] if turn else ["widen the state"]
+            turns = (s.high - s.low) / TURNS.get(s.unit, math.inf)
+            one_turn = 1.0 - RANGE_SLACK <= turns < 1.5
+            cures += [] if turn else [MODULO if one_turn else "widen the state"]
             lines.append(
                 f"column {column}: {far:.4g} {s.unit or 'without unit'} is beyond the range "
                 f"[{s.low:g}, {s.high:g}] of the state {s.name}; {', or '.join(cures)}"
@@ -343,13 +334,10 @@ def _strange_truth(estimator: Estimator, given: Feed) -> list[str]:
 
 def _too_sure(build: Build, number: int, given: Feed, run: Run) -> list[str]:
     """Lines about outputs whose errors are many times the estimator's own deviations of them."""
-    estimator, program = build.estimators[number], build.programs[number]
+    estimator = build.estimators[number]
     if run.states is None or not (given.truth and estimator.covariance_elements):
         return []
-    states = {
-        program.values[state].name: program.format(state).real(run.states[: len(given), k])
-        for k, (state, _) in enumerate(program.states)
-    }
+    states = states_of(build.programs[number], run.states[: len(given)])
     if (own := own_covariance(estimator, states, build.values[number])) is None:
         return []
     lines, units = list[str](), {o.name: o.unit for o in estimator.outputs}

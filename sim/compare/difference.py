@@ -13,7 +13,7 @@ mean square.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -34,6 +34,9 @@ from boresight.sim.rotations.zyx import wrapped
 
 _NORMS = math.log(2.0)  #: Natural logarithm of a quaternion's norm that is no attitude's.
 _WHOLE = ""  #: Key of the attitude that four outputs are: an output may be called attitude, too.
+#: A whole turn in the units of angles that are not compared modulo it.
+TURNS = {"deg": 360.0, "rad": 2.0 * math.pi}
+MODULO = "declare state and output in ht, which is compared modulo a turn"  #: Remedy of a turn.
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Difference:
     after: Difference | None = None
     #: First sample beyond the tolerance, where there is one.
     beyond: int = field(default=0, repr=False, compare=False)
+    #: Errors against truth of about one turn or several, if most beyond half a turn are such.
+    turned: int = field(default=0, repr=False, compare=False)
 
     @property
     def first_beyond(self) -> int | None:
@@ -163,6 +168,25 @@ def differences(
     return made.result()
 
 
+def turn_notes(truth: Iterable[Difference]) -> list[str]:
+    """Lines about angles whose errors against truth are whole turns."""
+    return [
+        f"{d.output}: its error against {d.output}_true is about a whole turn in {d.turned} of "
+        f"{d.samples} samples; {MODULO}"
+        for d in truth
+        if d.turned
+    ]
+
+
+def unjudged(outputs: Sequence[Output], known: Collection[str]) -> list[str]:
+    """Lines about outputs with a limit against truth, without a true value: not ``known``."""
+    return [
+        f"{o.name}: truth={o.truth:g} is not judged: no true value of it is given, {o.name}_true"
+        for o in outputs
+        if o.truth is not None and o.name not in known
+    ]
+
+
 class Differences:
     """Outputs beside their references, piece by piece: the same figures whatever the pieces.
 
@@ -233,6 +257,8 @@ class _Account:
         self.limit = None if judged else output.truth or math.inf
         self._before, self._after = Spread(), Spread()
         self._parted = False
+        self._turn = math.inf if judged else TURNS.get(output.unit, math.inf)
+        self._far = self._turned = 0  # samples beyond half a turn, and those near whole ones
         self._beyond: int | None = None
         self._curves: list[FloatArray] | None = [] if curves else None
         accepted = output.share, output.longest
@@ -245,6 +271,9 @@ class _Account:
         if cut is not None:
             self._parted = True
             self._after.add(error[cut:], counted[cut:], start + cut)
+        far = error[counted & (error > 0.5 * self._turn)]
+        self._far += len(far)
+        self._turned += int((np.abs(wrapped(far, self._turn)) < 0.125 * self._turn).sum())
         if self._beyond is None and self.tolerance is not None:
             wrong = ~(counted & (error <= self.tolerance))
             self._beyond = start + int(np.argmax(wrong)) if wrong.any() else None
@@ -266,6 +295,7 @@ class _Account:
             decided=None if self._decided is None else replace(self._decided),
             after=after if self._parted else None,
             beyond=self._beyond or 0,
+            turned=self._turned if self._turned >= 0.9 * self._far else 0,
         )
 
 

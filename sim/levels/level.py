@@ -153,6 +153,12 @@ def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
     return wrapped(named, program.ports)
 
 
+def states_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
+    """State words (..., n_states) as real values (...) by name."""
+    numbers = enumerate(state for state, _ in program.states)
+    return {program.values[n].name: program.format(n).real(words[..., k]) for k, n in numbers}
+
+
 def wrapped(outputs: dict[str, Any], declared: Iterable[Port | Output]) -> dict[str, Any]:
     """Outputs by name, with those in turns wrapped to [0, 1)."""
     return outputs | {o.name: outputs[o.name] % 1.0 for o in declared if o.unit == "turn"}

@@ -130,6 +130,30 @@ def test_what_the_reader_warns_of_is_a_note() -> None:
         assert any("looks like deg/s" in text for text in result.notes)
 
 
+@pytest.mark.parametrize(
+    ("errors", "told"), [([6.2], 1), ([6.4, -12.5], 2), ([3.1], 0), ([4.0, 6.2], 0)]
+)
+def test_errors_of_whole_turns_are_told_by_every_verb(errors, told) -> None:
+    class Heading(Estimator):
+        """An angle in radians."""
+
+        inputs = (Input("a", -4.0, 4.0, "rad"),)
+        params = (Param("gain", 1.0, 0.5, 2.0),)
+        outputs = (Output("heading", "rad", tolerance=1e-3),)
+
+        def step(self, x, u, p):
+            return {}, {"heading": p.gain * u.a}
+
+    a = np.linspace(0.2, 3.0, 20)
+    rows = {"a": a, "heading_true": a - np.append(np.zeros(20 - len(errors)), errors)}
+    (checked,) = boresight.check(Heading, rows, levels=("c",))["results"]
+    others = [verb(Heading, rows) for verb in (boresight.run, boresight.accuracy)]
+    others.append(boresight.tune(Heading, rows, rounds=1, jobs=1))
+    for notes in (checked.to_json()["warnings"], *(result.notes for result in others)):
+        said = [text for text in notes if "modulo a turn" in text]
+        assert [f"whole turn in {told} of 20" in text for text in said] == [True] * bool(told)
+
+
 @pytest.mark.parametrize("start", [(4.0, 0.0), (0.5, -3.0)])
 def test_the_search_finds_a_minimum_off_the_axes(start) -> None:
     def figure(values):

@@ -180,7 +180,7 @@ def test_a_fault_of_the_model_fails_unless_it_is_waived(
 def test_a_limit_for_which_the_log_has_no_truth_is_told(known: dict[str, Any]) -> None:
     outputs = (Output("pos", "m", tolerance=1e-3, truth=0.5),)
     result = checked(type("Track", (Track,), {"outputs": outputs})(), t=T, z=np.sin(T), **known)
-    text = "pos: truth=0.5 is not judged: the log has no true value of it, pos_true"
+    text = "pos: truth=0.5 is not judged: no true value of it is given, pos_true"
     without = not np.isfinite(known.get("pos_true", np.nan)).any()
     assert (text in result.given.warnings) == without and result.good
 
