@@ -147,12 +147,9 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
     try:
         client = distributed.Client(address, timeout=10)
     except (OSError, TimeoutError, ValueError) as error:
-        raise InputError.at(
-            "scheduler",
-            wanted="the address of a Dask scheduler",
-            found=f"{address}: {type(error).__name__}",
-            fix="start one with `dask scheduler` and give its address",
-        ) from None
+        wanted, found = "the address of a Dask scheduler", f"{address}: {type(error).__name__}"
+        fix = "start one with `dask scheduler` and give its address"
+        raise InputError.at("scheduler", wanted=wanted, found=found, fix=fix) from None
     with client:
         yield client.get_executor()
 
@@ -201,12 +198,9 @@ class Journal:
         self.rows |= rows
 
     def _unusable(self, found: object) -> InputError:
-        return InputError.at(
-            str(self.path),
-            wanted="a journal that can be read and written",
-            found=str(found),
-            fix="choose another folder with -o, or remove it",
-        )
+        wanted = "a journal that can be read and written"
+        fix = "choose another folder with -o, or remove it"
+        return InputError.at(str(self.path), wanted=wanted, found=str(found), fix=fix)
 
 
 def complete(

@@ -251,12 +251,9 @@ def compared(now: Any, before: Any, judged: Mapping[str, Figure], *, file: str |
         elif found.figure.kind != "same":
             changes.append(_change(name, found, was, value, min(bounds, default=None)))
         elif a is not None and b is not None:
-            raise InputError.at(
-                str(file),
-                wanted=f"an earlier result of the same {name}, {_text(value)}",
-                found=_text(was),
-                fix="compare with one of the same, or write it again with --json",
-            )
+            wanted = f"an earlier result of the same {name}, {_text(value)}"
+            fix = "compare with one of the same, or write it again with --json"
+            raise InputError.at(str(file), wanted=wanted, found=_text(was), fix=fix)
     changes.sort(key=lambda c: (not c["worse"], c["kind"] != "parameter", -(c["share"] or 0.0)))
     for change in changes:
         share = None

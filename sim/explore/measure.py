@@ -75,12 +75,9 @@ class Case:
         if not text:
             return name
         if not isinstance(name, str):
-            raise InputError.at(
-                "estimator",
-                wanted="a name such as FILE.py:CLASS, with arguments of the constructor",
-                found="an object of Python",
-                fix="give its name, or leave the arguments out",
-            )
+            wanted = "a name such as FILE.py:CLASS, with arguments of the constructor"
+            found, fix = "an object of Python", "give its name, or leave the arguments out"
+            raise InputError.at("estimator", wanted=wanted, found=found, fix=fix)
         if name.endswith(")"):
             return f"{name[:-1]}{'' if name.endswith('()') else ', '}{text})"
         if name.endswith(".py"):

@@ -12,6 +12,7 @@ fewer than two draws reach are left out.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -28,9 +29,10 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
 from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.campaign import digest, sources
+from boresight.sim.compare.difference import unjudged
 from boresight.sim.compare.verdict import saturated_text, saturations
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level
+from boresight.sim.levels.level import Level, states_of
 from boresight.sim.levels.registry import make_level
 from boresight.sim.result import Result, Row
 from boresight.sim.rotations.zyx import wrapped
@@ -144,31 +146,29 @@ def _loop(campaign: Campaign, seed: int) -> Loop:
 def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
     """Results of one draw.
 
-    ``seed``; ``records``; ``errors``, outputs less truth at the marks, by name; ``last``, the same
-    at the last record; ``nees`` and ``freedom``, squared error over the estimator's covariance;
-    ``nis``, sum and number of squared normalised innovations; ``saturated`` updates, and by the
-    name of the value ``saturations``.
+    ``seed``; ``records``; ``errors``, outputs less truth at the marks, by name: infinite where the
+    output is no number, else NaN without a true value; ``last``, the last that is known; ``nees``
+    and ``freedom``, squared error over the estimator's covariance, NaN as the errors; ``nis``, sum
+    and number of squared normalised innovations; ``saturated`` updates, and by the name of the
+    value ``saturations``.
     """
     loop = _loop(campaign, seed)
     estimator, level, run = campaign.estimator, campaign.level, loop.run
     marks = campaign.marks(len(loop.inputs))
     units = {o.name: o.unit for o in estimator.outputs}
-    states = None
-    if run.states is not None:
-        pairs = zip(level.program.states, run.states.T, strict=True)
-        states = {
-            level.program.values[s].name: level.program.format(s).real(words)
-            for (s, _), words in pairs
-        }
+    states = None if run.states is None else states_of(level.program, run.states)
 
+    @np.errstate(invalid="ignore")  # an output may be no number
     def errors_of(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         errors = {}
         for name in loop.truth.keys() & values.keys():
             error, period = values[name] - loop.truth[name], PERIODS.get(units[name])
-            errors[name] = error if period is None else wrapped(error, period)
+            error = error if period is None else wrapped(error, period)
+            errors[name] = np.where(np.isfinite(values[name]), error, np.inf)
         return errors
 
     errors = errors_of(loop.outputs)
+    known = {name: ~np.isnan(errors[name]) for name in loop.truth}
     # P is the covariance of the states: an output of the same name may be a prediction.
     nees, freedom = _nees(campaign, states, errors | errors_of(states or {}), marks)
     nis = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
@@ -177,7 +177,7 @@ def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
         "seed": seed,
         "records": len(loop.inputs),
         "errors": {name: errors[name][marks].tolist() for name in loop.truth},
-        "last": {name: float(errors[name][-1]) for name in loop.truth},
+        "last": {name: float(np.append(np.nan, errors[name][known[name]])[-1]) for name in known},
         "nees": nees,
         "freedom": freedom,
         "nis": [float(positive.sum()), len(positive)],
@@ -186,6 +186,7 @@ def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
     }
 
 
+@np.errstate(invalid="ignore")  # an error may be infinite
 def _nees(
     campaign: Campaign,
     states: dict[str, FloatArray] | None,
@@ -208,13 +209,13 @@ def _nees(
     try:
         scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
-        raise InputError.at(
-            f"estimator {estimator.name}, error_covariance",
-            wanted="covariances that are positive definite",
-            found="a singular one",
-            fix="leave out what follows from the others, or give it noise",
-        ) from None
-    return np.einsum("ni,ni->n", e / sd, scaled).tolist(), len(names)
+        where = f"estimator {estimator.name}, error_covariance"
+        wanted = "covariances that are positive definite"
+        fix = "leave out what follows from the others, or give it noise"
+        raise InputError.at(where, wanted=wanted, found="a singular one", fix=fix) from None
+    nees = np.einsum("ni,ni->n", e / sd, scaled)
+    nees[np.isnan(nees) & ~np.isnan(e).any(axis=1)] = np.inf
+    return nees.tolist(), len(names)
 
 
 _Z = 1.959963984540054  #: Normal quantile of 95 %, two-sided.
@@ -232,6 +233,7 @@ def band(freedom: Any, scale: Any) -> FloatArray:
     return np.stack([chi2(freedom, -_Z) / scale, chi2(freedom, _Z) / scale])
 
 
+@np.errstate(all="ignore")  # a mark may be without true values
 def figures(
     draws: Sequence[Mapping[str, Any]],
     marks: IntArray,
@@ -245,11 +247,12 @@ def figures(
     degrees of freedom of the innovations.
 
     Returns ``marks``, and by mark ``draws``, how many reach it; ``common``, the index of the last
-    mark that all reach; ``outputs`` by name with arrays over the marks: ``mean``, ``mean_band``
-    (half of it), ``sd``, ``sd_band`` (2, marks), ``rms``, ``bound`` and ``ratio`` of sd to it, and
-    ``rms_all``, one number over draws and marks; ``nees`` with ``mean`` and ``band`` (2, marks),
-    per degree of freedom; ``nis`` the same, one number; ``saturated`` updates,
-    ``saturated_draws``, and by the name of the value ``saturations``; ``worst``, see `_worst`.
+    mark that all reach, with true values if any has; ``outputs`` by name with arrays over the
+    marks: ``mean``, ``mean_band`` (half of it), ``sd``, ``sd_band`` (2, marks), ``rms``, ``bound``
+    and ``ratio`` of sd to it, and of those with a true value ``rms_all``, one number; ``nees`` with
+    ``mean`` and ``band`` (2, marks), per degree of freedom; ``nis`` the same, one number;
+    ``saturated`` updates, ``saturated_draws``, and by the name of the value ``saturations``;
+    ``worst``, see `_worst`.
     """
     reach = np.array([np.searchsorted(marks, draw["records"]) for draw in draws])
     marks = marks[: np.sort(reach)[-2]]
@@ -258,30 +261,35 @@ def figures(
     outputs = {}
     for name in draws[0]["errors"]:
         e = _padded([draw["errors"][name] for draw in draws], reached)
-        sd = e.std(axis=0, ddof=1, where=reached)
-        low, high = np.sqrt(band(n - 1, n - 1))
-        upper = np.divide(sd, low, out=np.full(sd.shape, np.inf), where=low > 0.0)
+        known = ~np.isnan(e)
+        judged = known.sum(axis=0)
+        mean, others = e.sum(axis=0, where=known) / judged, np.maximum(judged - 1, 0)
+        sd = np.sqrt(np.sum((e - mean) ** 2, axis=0, where=known) / others)
         outputs[name] = {
-            "mean": e.mean(axis=0, where=reached),
-            "mean_band": _Z / np.sqrt(n) * sd,
+            "mean": mean,
+            "mean_band": _Z / np.sqrt(judged) * sd,
             "sd": sd,
-            "sd_band": np.stack([sd / high, upper]),
-            "rms": np.sqrt(np.mean(e**2, axis=0, where=reached)),
-            "rms_all": float(np.sqrt(np.mean(e**2, where=reached & ~np.isnan(e)))),
+            "sd_band": sd / np.sqrt(band(others, others)[::-1]),
+            "rms": np.sqrt(np.sum(e**2, axis=0, where=known) / judged),
         }
+        if known.any():
+            outputs[name]["rms_all"] = float(np.sqrt(np.mean(e**2, where=known)))
         if name in bound:
             least = np.asarray(bound[name], dtype=np.float64)[marks]
             least[~(np.isfinite(least) & (least > 0.0))] = np.nan
             outputs[name] |= {"bound": least, "ratio": sd / least}
+    seen = ~np.logical_and.reduce([np.isnan(of["mean"]) for of in outputs.values()])
     out: dict[str, Any] = {
         "marks": marks,
         "draws": n,
-        "common": int(np.flatnonzero(n == len(draws))[-1]),
+        "common": int(max(np.flatnonzero(n == len(draws)), key=lambda k: (seen[k], k))),
         "outputs": outputs,
     }
     if f := draws[0]["freedom"]:
-        mean = _padded([draw["nees"] for draw in draws], reached).mean(axis=0, where=reached) / f
-        out["nees"] = {"freedom": f, "mean": mean, "band": band(n * f, n * f)}
+        of = _padded([draw["nees"] for draw in draws], reached)
+        freedoms = (~np.isnan(of)).sum(axis=0) * f
+        mean = np.nansum(of, axis=0) / freedoms
+        out["nees"] = {"freedom": f, "mean": mean, "band": band(freedoms, freedoms)}
     count = sum(draw["nis"][1] for draw in draws) * freedom
     if count:
         mean = sum(draw["nis"][0] for draw in draws) / count
@@ -296,8 +304,8 @@ def figures(
 
 
 def _padded(rows: Sequence[Sequence[float]], reached: BoolArray) -> FloatArray:
-    """Rows of different lengths as an array, with zeros where nothing is reached."""
-    values = np.zeros(reached.shape)
+    """Rows of different lengths as an array, with NaN where nothing is reached."""
+    values = np.full(reached.shape, np.nan)
     for row, mask, given in zip(values, reached, rows, strict=True):
         row[mask] = given[: mask.sum()]
     return values
@@ -310,9 +318,10 @@ def _worst(draws: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """
     names = [*draws[0]["last"]]
     last = np.abs([[draw["last"][name] for name in names] for draw in draws])
-    with np.errstate(all="ignore"):
-        times = np.nan_to_num(last / np.sqrt(np.mean(last**2, axis=0)), nan=0.0)
-    times = np.where(np.isfinite(last), times, np.inf)
+    finite = np.isfinite(last)
+    rms = np.sqrt((np.where(finite, last, 0.0) ** 2).sum(axis=0) / finite.sum(axis=0))
+    times = last / np.where(rms > 0.0, rms, 1.0)
+    times[np.isnan(times)] = -1.0  # without any true value
     k = max(range(len(draws)), key=lambda k: (draws[k]["saturated"], times[k].max()))
     j = int(np.argmax(times[k]))
     worst = {"seed": draws[k]["seed"], "output": names[j], "saturated": draws[k]["saturated"]}
@@ -341,29 +350,31 @@ def result_of(data: Mapping[str, Any], outputs: Sequence[Output]) -> Result:
     if "nis" in data:
         consistency.append(_consistency("NIS", data["nis"]["mean"], data["nis"]["band"]))
     error = f"{worst['error']:.4g} {units.get(worst['output'], '')}".rstrip()
+    error = f"{worst['output']} off by {error} at its end, " * (not math.isnan(worst["error"]))
     lines = [
         f"{data['runs']} draws, saturated updates: {data['saturated']}, "
         f"in {data['saturated_draws']} draws",
-        f"worst draw: seed {worst['seed']}, {worst['output']} off by {error} at its end, "
-        f"saturated updates: {worst['saturated']}",
+        f"worst draw: seed {worst['seed']}, {error}saturated updates: {worst['saturated']}",
         *([f"run it again: {worst['command']}"] if worst.get("command") else []),
     ]
     failures = []
     if saturated := data["saturated"]:
         draws = f" in {data['saturated_draws']} of {data['runs']} draws"
         failures.append(saturated_text(saturated, data["saturations"]) + draws)
-    for o in outputs:
-        rms = data["outputs"].get(o.name, {}).get("rms_all")
-        if o.truth is not None and rms is not None and not rms <= o.truth:
-            failures.append(f"{o.name} rms {rms:.3g} {o.unit} over all draws: BEYOND {o.truth:.3g}")
-    judged = [o.name for o in outputs if o.truth is not None and o.name in data["outputs"]]
-    names = ", ".join(judged) or "no output, since none has truth="
-    lines.append(f"judged against truth: {names}")
+    all_rms = {name: of["rms_all"] for name, of in data["outputs"].items() if "rms_all" in of}
+    limits = {o.name: o.truth for o in outputs if o.truth is not None and o.name in all_rms}
+    for name, limit in limits.items():
+        if not (rms := all_rms[name]) <= limit:
+            text = f"{name} rms {rms:.3g} {units[name]} over all draws: BEYOND {limit:.3g}"
+            failures.append(text)
+    notes = unjudged(outputs, all_rms)
+    none = "no output" if notes else "no output, since none has truth="
+    lines.append(f"judged against truth: {', '.join(limits) or none}")
     tables: dict[str, list[Row]] = {
         f"errors in record {record}": spreads,
         f"per degree of freedom; NEES in record {record}": consistency,
     }
-    return Result(data, tables, "\n".join(lines), failures=failures)
+    return Result(data, tables, "\n".join(lines), notes, failures)
 
 
 def _consistency(name: str, mean: float, limits: FloatArray) -> Row:

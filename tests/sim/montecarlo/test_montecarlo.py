@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from pathlib import Path
 from typing import Any
@@ -118,6 +119,30 @@ def test_draws_of_different_lengths(seed: int, tmp_path) -> None:
     spread = data["outputs"]["mean"]
     assert spread["sd"][data["common"]] == pytest.approx(np.std(errors, ddof=1), rel=1e-3)
     assert spread["bound"][data["common"]] == pytest.approx((0.25 + common + 1.0) ** -0.5)
+
+
+@pytest.mark.parametrize("known", [range(50), ()])
+def test_records_without_a_true_value(known: Any, tmp_path) -> None:
+    class Gaps(Constant):
+        def record(self, outputs: Any) -> Any:
+            made = super().record(outputs)
+            return made and made | ({} if self.k in known else {"mean_true": math.nan})
+
+    judged = type("Mean", (Mean,), {"outputs": (Output("mean", truth=9.0), Output("nis"))})
+    result = boresight.montecarlo(Gaps, judged, runs=10, jobs=1, output=tmp_path)
+    assert result.good and ("rms_all" in result["outputs"]["mean"]) == bool(known)
+    if known:
+        world, last = Gaps(), []
+        for seed in range(1, 11):
+            world.draw(seed)
+            last.append(abs(sum(world.value + world.noise[:49]) / 49.25 - world.value))
+        assert result["worst"]["error"] == pytest.approx(max(last), abs=1e-5)
+        for figure in (result["outputs"]["mean"], result["nees"]):
+            assert math.isfinite(figure["mean"][result["common"]])
+        assert result["marks"][result["common"]] == 48 and not result.notes
+    else:
+        (checked,) = boresight.check(judged, Gaps, levels=("c",))["results"]
+        assert result.notes[0] in checked.to_json()["warnings"] and " off by " not in str(result)
 
 
 class Turned(World):
