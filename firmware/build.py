@@ -27,10 +27,6 @@ _HOST = """\
 #include <stddef.h>
 #include <string.h>
 
-size_t @name@_size(void);
-void @name@_run(@name@_t *all, size_t runs, size_t updates, const @number@ *inputs,
-    @number@ *outputs, unsigned char *flags, @number@ *states);
-
 // Bytes of an estimator.
 size_t @name@_size(void) {
     return sizeof(@name@_t);
@@ -66,9 +62,6 @@ _OBSERVE = """\
 #include <string.h>
 
 @preamble@
-
-void @name@_observe(@name@_t *self, size_t updates, const int32_t *inputs, int32_t *low,
-    int32_t *high, int64_t *low_at, int64_t *high_at, int64_t *saturations);
 
 // Runs updates: inputs[updates][]. For each value: narrows low and high to its least and largest
 // word (of states: before the update), with the update that first had it; counts saturations.
@@ -212,6 +205,14 @@ class HostModel:
         for row in self._memory:
             self.function("reset")(ctypes.c_void_p(row.ctypes.data))
 
+    def records(self, inputs: npt.ArrayLike, *shape: int) -> npt.NDArray[Any]:
+        """The inputs (n, ``*shape``) as the library reads them; ValueError for another shape."""
+        words = np.ascontiguousarray(inputs, self._memory.dtype)
+        if words.shape[1:] != shape:
+            wanted = ", ".join(map(str, ("n", *shape)))
+            raise ValueError(f"inputs must have shape ({wanted}), not {words.shape}")
+        return words
+
     def run(
         self, records: npt.NDArray[Any], outputs: int, *, traced: bool = False
     ) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8], npt.NDArray[Any] | None]:
@@ -282,14 +283,6 @@ class CModel(HostModel):
         super().__init__(library, np.int32, len(self._names), states, runs or 1)
         self.beyond: BoolArray = np.zeros(0, dtype=np.bool_)
 
-    def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:
-        words = np.ascontiguousarray(inputs, dtype=np.int32)
-        wanted = (*self._runs, len(self.program.inputs))
-        if words.shape[1:] != wanted:
-            shape = ", ".join(map(str, ("n", *wanted)))
-            raise ValueError(f"inputs must have shape ({shape}), not {words.shape}")
-        return words
-
     def set_param(self, name: str, word: int) -> None:
         """Write a parameter, by the name of its value."""
         self.params[:, self._names.index(name)] = word
@@ -309,7 +302,7 @@ class CModel(HostModel):
     def _updates(
         self, inputs: npt.ArrayLike, *, traced: bool = False
     ) -> tuple[IntArray, BoolArray, IntArray]:
-        words = self._records(inputs)
+        words = self.records(inputs, *self._runs, len(self.program.inputs))
         shape = words.shape[:-1]
         records = words.reshape(len(words), *self._memory.shape[:1], words.shape[-1])
         outputs, flags, states = self.run(records, len(self.program.outputs), traced=traced)
@@ -334,7 +327,7 @@ class CModel(HostModel):
 
         States count with the words before each update.
         """
-        words = self._records(inputs)
+        words = self.records(inputs, *self._runs, len(self.program.inputs))
         count, limit = len(self.program.values), np.iinfo(np.int32)
         low, high = (np.full(count, end, np.int32) for end in (limit.max, limit.min))
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations

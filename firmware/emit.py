@@ -5,9 +5,11 @@ Every operation is straight-line code on named locals. The same program gives th
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 
 from boresight.firmware import layout
+from boresight.model.errors import require
 from boresight.model.tools.c_names import comment
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
@@ -41,18 +43,19 @@ class Body:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.name = layout.stem(program.name)
+        macro = self.name.upper()
+        reserved = [f"{macro}_{end}" for end in ("H", "DIGEST", "WORD", "INPUTS", "OUTPUTS")]
         groups = {
             "in": program.inputs,
             "params": program.of_kind(Kind.PARAM),
             "state": [state for state, _ in program.states],
         }
-        self.members = {
-            group: list(
-                zip(numbers, layout.unique(program.values[n].name for n in numbers), strict=True)
-            )
-            for group, numbers in groups.items()
-        }
-        results = layout.unique(program.output_names, reserved=["saturated", "beyond"])
+        self.members = dict[str, list[tuple[int, str]]]()
+        for group, numbers in groups.items():
+            names = layout.unique((program.values[n].name for n in numbers), reserved=reserved)
+            self.members[group] = list(zip(numbers, names, strict=True))
+        reserved += ["saturated", "beyond"]
+        results = layout.unique(program.output_names, reserved=reserved)
         self.members["out"] = list(zip(program.outputs, results, strict=True))
         ports = zip(program.outputs, program.ports, strict=False)  # made by hand: no ports
         self._units = {number: port.unit for number, port in ports}
@@ -69,21 +72,16 @@ class Body:
             return layout.literal(value.initial)
         return f"v{number}_{layout.identifier(value.name)}"
 
-    def describe(self, number: int, *, name: bool = False) -> str:
+    def describe(self, number: int) -> str:
         """Format, unit and range of a value, for a comment."""
         value = self.program.values[number]
-        parts = (
-            str(self.program.format(number)),
-            value.unit or self._units.get(number, ""),
-            f"[{value.low:.6g}, {value.high:.6g}]",
-        )
-        text = ", ".join(part for part in parts if part)
-        return comment(f"{value.name}: {text}" if name else text)
+        unit = value.unit or self._units.get(number, "")
+        parts = (str(self.program.format(number)), unit, f"[{value.low:.6g}, {value.high:.6g}]")
+        return comment(", ".join(filter(None, parts)))
 
-    @property
-    def uses_table(self) -> bool:
-        """Whether some operation reads the table memory."""
-        return any(_captured(op)[2] is not None for op in self.program.ops)
+    def captures(self, kind: int) -> bool:
+        """Whether some operation uses what `_captured` has at this place; 2: the table memory."""
+        return any(_captured(op)[kind] is not None for op in self.program.ops)
 
     def _term(self, term: Term) -> str:
         a = f"fraction({self.word(term.a)})" if term.fraction_a else self.word(term.a)
@@ -107,7 +105,8 @@ class Body:
         return f"acc {sign} {text};{note}"
 
     def _op(self, op: Op) -> Iterator[str]:
-        yield f"// {self.describe(op.dest, name=True)}, {op.overflow.value}"
+        name = comment(self.program.values[op.dest].name)
+        yield f"// {name}: {self.describe(op.dest)}, {op.overflow.value}"
         flag, norm, index = _captured(op)
         if flag is not None:
             helper = "sign_mask_quarter" if op.flag_quarter else "sign_mask"
@@ -157,9 +156,7 @@ class Body:
             "uint32_t n; // normalisation count",
             "const int32_t *segment; // coefficients of one segment of a table",
         )
-        for kind, line in enumerate(captures):
-            if any(_captured(op)[kind] is not None for op in p.ops):
-                lines.append(line)
+        lines += [line for kind, line in enumerate(captures) if self.captures(kind)]
         for op in p.ops:
             lines += ["", *self._op(op), *behind(op)]
             if op.dest not in read:
@@ -184,11 +181,8 @@ def _constants(body: Body) -> str:
         "",
     ]
     reserved: list[str] = []
-    for title, prefix, group in (
-        ("Inputs", "in_", "in"),
-        ("Parameters", "", "params"),
-        ("Outputs", "out_", "out"),
-    ):
+    groups = (("Inputs", "in_", "in"), ("Parameters", "", "params"), ("Outputs", "out_", "out"))
+    for title, prefix, group in groups:
         members = body.members[group]
         if members:
             lines.append(f"// {title}: fraction bits")
@@ -202,7 +196,7 @@ def _constants(body: Body) -> str:
 
 
 def _table(body: Body) -> str:
-    if not body.uses_table:
+    if not body.captures(2):
         return ""
     memory = [f"{layout.literal(word)}," for word in body.program.table_memory]
     rows = [" ".join(memory[k : k + 4]) for k in range(0, len(memory), 4)]
@@ -215,7 +209,7 @@ def preamble(body: Body, text: str) -> list[str]:
     return [
         layout.banner("Definitions"),
         layout.definitions(body.program.arithmetic),
-        layout.banner("Variables") if body.uses_table else "",
+        layout.banner("Variables") if body.captures(2) else "",
         _table(body),
         layout.banner("Functions"),
         layout.helpers(text),
@@ -234,6 +228,7 @@ def emit_c(program: Program) -> dict[str, str]:
     """Texts of ``<name>.h`` and ``<name>.c`` by file name."""
     body = Body(program)
     p, name, brief = program, body.name, "Fixed-point estimator"
+    note = "a word w stands for w * 2^-FRAC, x for floor(x * 2^FRAC + 0.5)"
     after = [f"out->{member} = {body.word(n)};" for n, member in body.members["out"]]
     update = body.statements(after=[*after, "out->saturated = saturated;", "out->beyond = beyond;"])
     members = {
@@ -247,9 +242,7 @@ def emit_c(program: Program) -> dict[str, str]:
     return {
         f"{name}.h": layout.header(
             name,
-            body.head(
-                ".h", f"{brief}: a word w stands for w * 2^-FRAC, x for floor(x * 2^FRAC + 0.5)."
-            ),
+            body.head(".h", f"{brief}: {note}."),
             definitions=_constants(body),
             members=members,
             number="int32_t",
@@ -265,3 +258,15 @@ def emit_c(program: Program) -> dict[str, str]:
             update=update,
         ),
     }
+
+
+def check_together(programs: Iterable[Program]) -> None:
+    """Refuse programs whose C headers define the same name: no source could include both."""
+    owners: dict[str, str] = {}
+    for program in programs:
+        header = next(iter(emit_c(program).values()))
+        for name in re.findall(r"(?m)^(?:#define|\}|void) (\w+)", header):
+            owner = owners.setdefault(name, program.name)
+            where, fix = f"{owner} and {program.name}", "rename an estimator or what it declares"
+            wanted = "C headers that define different names"
+            require(owner == program.name, where, wanted, f"{name} in both", fix)

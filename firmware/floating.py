@@ -197,8 +197,5 @@ class FloatCModel(HostModel):
 
         Raises ValueError for a wrong shape.
         """
-        records = np.ascontiguousarray(inputs, dtype=self.params.dtype)
-        wanted = len(self.estimator.inputs)
-        if records.shape[1:] != (wanted,):
-            raise ValueError(f"inputs must have shape (n, {wanted}), not {records.shape}")
+        records = self.records(inputs, len(self.estimator.inputs))
         return self.run(records[:, None], len(self.estimator.outputs))[0][:, 0]

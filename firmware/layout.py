@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from boresight.model.tools import c_names
 from boresight.model.words.fixed import Arithmetic
 
-#: Words that are illegal as members: keywords of C and C++, macros of the headers in use.
+#: Words that are illegal as members: keywords of C and C++, macros of headers and ours.
 _RESERVED_TEXT = """
     auto break case char const continue default do double else enum extern float for goto if inline
     int long register restrict return short signed sizeof static struct switch typedef union
@@ -23,7 +23,9 @@ _RESERVED_TEXT = """
     and and_eq bitand bitor catch char8_t char16_t char32_t class compl concept const_cast delete
     dynamic_cast explicit export friend mutable namespace new not not_eq operator or or_eq private
     protected public reinterpret_cast requires static_cast template this throw try typeid typename
-    using virtual wchar_t xor xor_eq unix linux
+    using virtual wchar_t xor xor_eq co_await co_return co_yield consteval constinit unix linux
+    typeof_unqual complex errno stderr stdin stdout I INFINITY M_PI NAN
+    WORD GUARD ROUND WORD_MAX WORD_MIN NORM_MAX QUARTER FRACTION_BITS FRACTION_MASK INDEX_MASK
 """
 RESERVED = frozenset(_RESERVED_TEXT.split())
 #: Standard headers: a file of such a name beside the others would be found in place of them.

@@ -22,7 +22,7 @@ from typing import Any
 
 from boresight import options
 from boresight.builds import build_for, made_of
-from boresight.firmware.emit import emit_c
+from boresight.firmware.emit import check_together, emit_c
 from boresight.firmware.layout import stem
 from boresight.gateware.boards.board import BOARDS, write_project
 from boresight.gateware.boards.top import records_design
@@ -131,6 +131,7 @@ def compile(
     expected = core_files(own, target)
     if board is not None:
         expected += project_files(board, system=system is not None)
+    check_together(build.programs)
     check_sound(build)
     kept = list[str]()
     with output_folder(output, "compile", files=expected, kept=kept.append) as folder:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable, Sequence
 from itertools import product
 
 import pytest
 
+from boresight.firmware.layout import definitions
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
     Kind,
@@ -161,24 +163,9 @@ def _corner_rows(word: int) -> Rows:
 
 def _odd_names() -> Program:
     """Names that are no identifiers, collide, or would end a comment."""
-    names = [
-        "int",
-        "2nd",
-        "q.w",
-        "q_w",
-        "*/ int x; /*",
-        "back\\",
-        "??/",
-        "Δψ",
-        "",
-        "_Bool",
-        "INT32_MAX",
-        "saturated",
-        "line\nbreak",
-        "int32_t",
-        "SELF",
-        "acc",
-    ]
+    names = ["int", "2nd", "q.w", "q_w", "*/ int x; /*", "back\\", "??/", "Δψ", "", "_Bool"]
+    names += ["INT32_MAX", "saturated", "line\nbreak", "int32_t", "SELF", "acc", "P_H", "P_WORD"]
+    names += re.findall(r"#define (\w+)", definitions(Arithmetic()))
     kinds = [Kind.INPUT, Kind.PARAM, Kind.STATE, Kind.CONST]
     values = [
         Value(name, kind, frac, -1e9, 1.0, "test", unit="µT \\", initial=k)

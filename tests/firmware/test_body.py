@@ -123,6 +123,7 @@ def test_against_python(word: int, flags: tuple[str, ...], tmp_path: Path) -> No
         ("q.w", "q_w"),
         ("2nd", "n2nd"),
         ("int", "int_"),
+        ("I", "I_"),
         ("bool", "bool_"),
         ("_Bool", "Bool"),
         ("INT32_MAX", "INT32_MAX_"),

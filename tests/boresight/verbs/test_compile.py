@@ -90,6 +90,15 @@ def test_refused(more: str, here: Path, refused) -> None:
     assert not Path("out").exists()
 
 
+def test_programs_whose_headers_would_define_the_same_name(here: Path, refused) -> None:
+    text = Path("mine.py").read_text()
+    Path("mine.py").write_text(text.replace("alpha", "rate_alpha"))
+    Path("rate.py").write_text(text.replace("class Mine", "class Mine_rate"))
+    said = refused("compile mine.py rate.py -o out")
+    assert said.startswith("mine and mine_rate: wanted C headers that define different names")
+    assert ", found MINE_RATE_ALPHA_FRAC in both; rename" in said
+
+
 def test_a_clock_that_is_not_reached_fails(here: Path, monkeypatch) -> None:
     netlist = {"modules": {"core": {"cells": {}}}}
     used = dict.fromkeys(("lut", "ff", "dsp", "ram"), 1.0)
