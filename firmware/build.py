@@ -283,15 +283,34 @@ class CModel(HostModel):
         super().__init__(library, np.int32, len(self._names), states, runs or 1)
         self.beyond: BoolArray = np.zeros(0, dtype=np.bool_)
 
+    def _checked(self, words: npt.ArrayLike, subject: str) -> npt.NDArray[np.int32]:
+        """Words as int32; ValueError if one does not fit."""
+        array = np.asarray(words)
+        if array.size and array.dtype.kind not in "iu":
+            raise ValueError(f"{subject} must be integers, not {array.dtype}")
+        arith = self.program.arithmetic
+        fits = array.dtype == np.int32 and arith.word == 32
+        if array.size and not fits and (array.min() < arith.min_int or array.max() > arith.max_int):
+            raise ValueError(f"{subject} must fit {arith.word} bits")
+        return array.astype(np.int32, copy=False)
+
+    def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:
+        words = self._checked(inputs, "inputs")
+        return self.records(words, *self._runs, len(self.program.inputs))
+
     def set_param(self, name: str, word: int) -> None:
-        """Write a parameter, by the name of its value."""
-        self.params[:, self._names.index(name)] = word
+        """Write a parameter, by the name of its value; ValueError if it or the word is none."""
+        if name not in self._names:
+            names = ", ".join(self._names) or "none"
+            raise ValueError(f"name must be a parameter ({names}), not {name!r}")
+        self.params[:, self._names.index(name)] = self._checked([word], "word")[0]
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run n updates of input words int (n, n_inputs), in stream order.
 
         Returns output words int64 (n, n_outputs), and whether a `SAT` operation of the update
-        clamped its result, bool (n,). Raises ValueError for a wrong shape.
+        clamped its result, bool (n,). Raises ValueError for a wrong shape or a word that does not
+        fit.
         """
         return self._updates(inputs)[:2]
 
@@ -302,7 +321,7 @@ class CModel(HostModel):
     def _updates(
         self, inputs: npt.ArrayLike, *, traced: bool = False
     ) -> tuple[IntArray, BoolArray, IntArray]:
-        words = self.records(inputs, *self._runs, len(self.program.inputs))
+        words = self._records(inputs)
         shape = words.shape[:-1]
         records = words.reshape(len(words), *self._memory.shape[:1], words.shape[-1])
         outputs, flags, states = self.run(records, len(self.program.outputs), traced=traced)
@@ -327,7 +346,9 @@ class CModel(HostModel):
 
         States count with the words before each update.
         """
-        words = self.records(inputs, *self._runs, len(self.program.inputs))
+        words = self._records(inputs)
+        if not len(words):
+            raise ValueError("inputs must have at least one row")
         count, limit = len(self.program.values), np.iinfo(np.int32)
         low, high = (np.full(count, end, np.int32) for end in (limit.max, limit.min))
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations

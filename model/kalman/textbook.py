@@ -297,7 +297,7 @@ class Textbook:
                 needed, most = upwards(RESERVE * deviations[n]), _MOST_FLOOR * declared / added
                 cure = f"lower sd_max to {needed:g}"
                 if self._held[n] or needed > math.sqrt(most) * k.largest_sd[n]:
-                    power = math.floor(math.log2(most * k.floor))
+                    power = math.frexp(most * k.floor)[1] - 1
                     cure = f"raise it to {upwards(added / _MOST_FLOOR):g}, or lower floor to "
                     cure += f"2**{power} if check stays good"
                 yield (

@@ -131,6 +131,31 @@ def test_a_signal_ends_the_work(number: int, code: int, here: Path) -> None:
     assert not Path("out").exists()
 
 
+IMPORT = """
+import builtins, signal, time
+
+plain = builtins.__import__
+
+def caught(name, *more):
+    if name == "boresight.cli":
+        try:
+            signal.raise_signal(signal.SIGINT)
+            time.sleep(1)
+        except BaseException:
+            pass
+    return plain(name, *more)
+
+builtins.__import__ = caught
+from boresight.__main__ import main
+main(["info"])
+"""
+
+
+def test_a_signal_in_an_import_that_catches_everything_ends_it() -> None:
+    done = subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
 def test_a_closed_pipe_is_no_error(here: Path) -> None:
     read, write = os.pipe()
     os.close(read)

@@ -162,6 +162,16 @@ def test_refusals(corner: Callable[[int], Program]) -> None:
     model = CModel(corner(24))
     with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 2\), not \(2,\)$"):
         model.update([1, 2])
+    with pytest.raises(ValueError, match=r"^inputs must have at least one row$"):
+        model.observe(np.empty((0, 2), dtype=np.int64))
+    with pytest.raises(ValueError, match=r"^inputs must fit 24 bits$"):
+        model.update([[1, 1 << 23]])
+    with pytest.raises(ValueError, match=r"^inputs must be integers, not float64$"):
+        model.update([[0.5, 1.0]])
+    with pytest.raises(ValueError, match=r"^word must fit 24 bits$"):
+        model.set_param("gain", -(1 << 23) - 1)
+    with pytest.raises(ValueError, match=r"^name must be a parameter \(gain, bias\), not 'x'$"):
+        model.set_param("x", 0)
 
 
 def build_library(program: Program, **options: Any) -> Path:
