@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import metadata
 from itertools import product
 
 from boresight.gateware.machine import Machine, machine_named
@@ -16,6 +17,8 @@ from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.list_pass import list_pass
 from boresight.gateware.schedule.problem import ListProblem, Variant, paths
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, with_copies
+from boresight.gateware.synthesis.tools import find_tool
+from boresight.model.tools.files import kept
 from boresight.model.words.program import Kind, Program
 
 
@@ -101,13 +104,19 @@ class Core:
             return self.files["core.v"]
         form = instances, instances if identified is None else identified
         if form not in self._texts:
-            # Amaranth, a fifth of a second to import.
-            from boresight.gateware.engine.engine import Engine
-            from boresight.gateware.verilog import to_verilog
-
             image = self.image if form[1] else dataclasses.replace(self.image, digest=0)
-            engine = Engine(machine=self.machine, image=image)
-            self._texts[form] = to_verilog(engine, "core", instances=instances)
+
+            def make() -> str:
+                # Amaranth, a fifth of a second to import.
+                from boresight.gateware.engine.engine import Engine
+                from boresight.gateware.verilog import to_verilog
+
+                engine = Engine(machine=self.machine, image=image)
+                return to_verilog(engine, "core", instances=instances)
+
+            made_by = metadata.version("amaranth"), find_tool().version
+            identity = repr((made_by, self.machine, image, instances))
+            self._texts[form] = kept("verilog-of-core", identity, make)
         return self._texts[form]
 
     @property

@@ -18,6 +18,7 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -121,7 +122,12 @@ def split_names(text: str) -> list[str]:
 
 
 def names_of_entry_points(group: str) -> list[str]:
-    return sorted({point.name for point in metadata.entry_points(group=group)})
+    return sorted({point.name for point in _entry_points(group)})
+
+
+@lru_cache(maxsize=8)
+def _entry_points(group: str) -> metadata.EntryPoints:
+    return metadata.entry_points(group=group)  # reads the metadata of everything installed
 
 
 def offered(base: type[T], kind: str, group: str) -> dict[str, type[T]]:
@@ -163,7 +169,7 @@ def _parts(source: str) -> tuple[str, str | None]:
 
 
 def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
-    for point in metadata.entry_points(group=group):
+    for point in _entry_points(group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
     fix = "boresight info shows them all"

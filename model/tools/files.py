@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
+from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 
@@ -40,6 +41,7 @@ _LIST = "entry.json"
 #: Entries used within this time, in seconds, are never removed: a process may be using them.
 _RECENT_S = 3600
 _trimmed: set[Path] = set()
+_PACKAGE = Path(__file__).parents[2]
 
 StrPath = str | os.PathLike[str]
 #: By name, relative to the folder: the verb that wrote the file, and the SHA-256 of its contents.
@@ -326,6 +328,30 @@ class Cache:
             size = sum(p.stat().st_size for p in path.parent.rglob("*") if p.is_file())
             entries.append((path.stat().st_mtime, size, path.parent))
         return entries
+
+
+def kept(name: str, identity: str, make: Callable[[], str]) -> str:
+    """The text that ``make`` returns, from the build cache if it has been made before.
+
+    It depends on ``identity`` and on the sources of this package alone. OSError as of `Cache.get`.
+    """
+
+    def write(entry: Path) -> None:
+        (entry / "text").write_text(make(), encoding="utf-8", newline="")
+
+    folder = Cache().get(name, f"{sources()} {identity}", write)
+    return (folder / "text").read_bytes().decode()
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Hash of all Python files of this package."""
+    known = hashlib.sha256()
+    for folder, folders, files in os.walk(_PACKAGE, followlinks=True):
+        folders.sort()
+        for file in sorted(file for file in files if file.endswith(".py")):
+            known.update(f"{file} {digest(Path(folder) / file)}".encode())
+    return known.hexdigest()
 
 
 def _sound(folder: Path) -> bool:

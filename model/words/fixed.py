@@ -173,8 +173,6 @@ def leading_sign_count(x: Any, arith: Arithmetic) -> Any:
 
     Counts the copies of the sign bit below the sign bit, at most `Arithmetic.norm_max`.
     """
-    magnitude = np.asarray(x ^ (x >> 63), dtype=np.int64)
-    count = np.zeros_like(magnitude)
-    for n in range(1, arith.norm_max + 1):
-        count += magnitude < (1 << (arith.word - 1 - n))
-    return count
+    # Exact as float64; `frexp` returns the length of the magnitude in bits.
+    _, length = np.frexp(np.asarray(x ^ (x >> 63), dtype=np.float64))
+    return np.minimum(arith.word - 1 - length, arith.norm_max, dtype=np.int64)

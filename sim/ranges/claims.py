@@ -8,6 +8,7 @@ toolkit where it expands a function, and that a next state stays in the declared
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Param
 from boresight.model.lowering.graph import Node
 from boresight.model.recorded import drawn
+from boresight.model.tools.files import kept
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Overflow
@@ -312,14 +314,26 @@ def examine(of: Traced, *, updates: int | None = None) -> list[Examined]:
     if updates is None:
         cost = len(of.program.ops) + CLAIM * len(tried)
         updates = min(max(WORK // cost, FEWEST), MOST)
-    search = Search(of, tried)
-    search.run(updates)
+    nodes = [(repr(node), [a.number for a in node.args]) for node in live([c.node for c in tried])]
+    stated = [replace(claim, reason="", line="", unless="") for claim in tried]
+    of_program = of.program.digest, of.estimator.inputs, of.estimator.params
+    identity = repr((np.__version__, updates, of_program, stated, nodes))
+    text = kept(f"search-{of.program.name}", identity, lambda: _searched(of, tried, updates))
     found = {}
-    for k, claim in enumerate(tried):
-        reach = float(search.low[k]), float(search.high[k])
-        witness = search.witness(k) if search.broken[k] else None
-        found[claim] = Examined(claim, False, reach, witness)
+    for claim, (reach, witness) in zip(tried, json.loads(text), strict=True):
+        found[claim] = Examined(claim, False, tuple(reach), witness and Witness(*witness))
     return [found.get(claim, Examined(claim, proven=True)) for claim in claims]
+
+
+def _searched(of: Traced, claims: Sequence[Claim], updates: int) -> str:
+    """What a search finds of each claim, as JSON: its extremes, and the witness or null."""
+    search = Search(of, claims)
+    search.run(updates)
+    reaches = zip(search.low.tolist(), search.high.tolist(), strict=True)
+    witnesses = (search.witness(k) if search.broken[k] else None for k in range(len(claims)))
+    return json.dumps(
+        [(reach, w and (w.params, w.inputs)) for reach, w in zip(reaches, witnesses, strict=True)]
+    )
 
 
 def _proven(claims: Sequence[Claim]) -> set[Claim]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -265,7 +264,7 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> None:
             Point("mekf", Offered),
         ]
 
-    monkeypatch.setattr(metadata, "entry_points", points)
+    monkeypatch.setattr(resolve, "_entry_points", points)
 
 
 def test_entry_points(installed: None) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.tools import files as module
-from boresight.model.tools.files import Cache, OutputFile, output_folder
+from boresight.model.tools.files import Cache, OutputFile, kept, output_folder
 
 
 def test_an_error_in_the_work_leaves_the_earlier_files(tmp_path: Path) -> None:
@@ -109,3 +109,16 @@ def test_the_cache_removes_least_recently_used_entries(
     monkeypatch.setattr(module, "_RECENT_S", 0)
     cache.trim()
     assert [f.exists() for f in folders] == [True, False, True]
+
+
+def test_a_text_is_kept_until_the_sources_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "cache_folder", lambda _: tmp_path)
+    assert kept("n", "i", lambda: "a\r\n\u00b5\n") == "a\r\n\u00b5\n"
+    assert kept("n", "i", lambda: "b") == "a\r\n\u00b5\n" and kept("n", "j", lambda: "c") == "c"
+    (tmp_path / "new.py").write_text("x = 1")
+    monkeypatch.setattr(module, "_PACKAGE", tmp_path)
+    module.sources.cache_clear()
+    assert kept("n", "i", lambda: "d") == "d"
+    module.sources.cache_clear()
