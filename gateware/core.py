@@ -14,9 +14,8 @@ from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.image import Image, assemble
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
-from boresight.gateware.schedule.list_pass import list_pass
-from boresight.gateware.schedule.problem import ListProblem, Variant, paths
-from boresight.gateware.schedule.slots import Schedule, ScheduleError, with_copies
+from boresight.gateware.schedule.list_pass import ListProblem, Variant, list_pass
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, paths, with_copies
 from boresight.gateware.synthesis.tools import find_tool
 from boresight.model.tools.files import kept
 from boresight.model.words.program import Kind, Program
