@@ -100,6 +100,7 @@ class Textbook:
         self._noise = _Function(kalman, self._variances)
         self._measurement = _Function(kalman, self._measured)
         self._shown = _Function(kalman, kalman.shown)
+        self._angles = {s.name for s in kalman.states if s.unit == "ht"}
         self._begin()
 
     def _begin(self) -> None:
@@ -354,8 +355,7 @@ class Textbook:
     ) -> tuple[dict[str, Any], FloatArray]:
         """x = f(x), P = F P F^T + Q."""
         k = self.kalman
-        next_x = self._next(self._leaves(x, leaves))
-        slope = self._jacobian(self._next, k.errors, x, leaves)
+        next_x, slope = self._linearised(self._next, k.errors, x, leaves)
         f, q, after = slope.copy(), np.zeros_like(cov), dict(x)
         for s in k.estimated:
             at = k.errors.index(k.groups[s.name][0])
@@ -387,9 +387,9 @@ class Textbook:
     ) -> tuple[dict[str, Any], FloatArray, float]:
         """All measurements at once, but for those beyond their gate after the ones before."""
         k = self.kalman
-        measured = self._measurement(self._leaves(x, leaves))
         numbers = range(len(self.measurements))
-        h = self._jacobian(self._measurement, [f"excess {n}" for n in numbers], x, leaves)
+        excesses = [f"excess {n}" for n in numbers]
+        measured, h = self._linearised(self._measurement, excesses, x, leaves)
         r = np.array([float(measured[f"r {n}"]) for n in numbers])
         nu = np.array([-float(measured[f"excess {n}"]) for n in numbers])
         for n, m in enumerate(self.measurements):
@@ -416,30 +416,34 @@ class Textbook:
         joseph = complement @ cov @ complement.T + gain @ np.diag(r) @ gain.T
         return after, joseph, float(nu @ np.linalg.solve(s, nu))
 
-    def _jacobian(
+    def _linearised(
         self, function: _Function, names: list[str], x: dict[str, Any], leaves: Mapping[Any, Any]
-    ) -> FloatArray:
-        """Derivatives (names, errors)."""
+    ) -> tuple[dict[str, Any], FloatArray]:
+        """What a function returns, and derivatives (names, errors) of it."""
         k, n = self.kalman, len(self.kalman.errors)
         steps = np.array(k.largest_sd) * _STEP
-        change = np.concatenate([np.diag(steps * times) for times in _STENCIL])  # (4 n, n)
-        stacked = {name: np.full(len(change), value) for name, value in x.items()}
-        varied = function(self._leaves(_moved_by(k, stacked, change.T), leaves, estimate=stacked))
-        middle = function(self._leaves(x, leaves))
+        changes = [np.diag(steps * times) for times in _STENCIL]
+        change = np.concatenate([*changes, np.zeros((1, n))])  # (4 n + 1, n)
+        varied = _moved_by(k, x, change.T)
+        for s in k.estimated:
+            for name in s.components if isinstance(s, Attitude) else (s.name,):
+                varied[name][-1] = x[name]  # not as the normalisation rounds it
+        results = function(self._leaves(varied, leaves, estimate=x))
+        values = {name: np.broadcast_to(value, len(change)) for name, value in results.items()}
         weights = np.array([*_STENCIL.values()])[:, None] / steps
         rows = []
         for name in names:
-            differences = np.broadcast_to(varied[name] - middle[name], len(change))
+            differences = values[name][:-1] - values[name][-1]
             if self._is_angle(name):
                 differences = ops.wrap_ht(differences)
             rows.append((differences.reshape(-1, n) * weights).sum(axis=0))
-        return np.array(rows)
+        return {name: value[-1] for name, value in values.items()}, np.array(rows)
 
     def _is_angle(self, name: str) -> bool:
         """Whether a next state or an expected measurement wraps."""
         if name.startswith("excess "):
             return self.measurements[int(name.removeprefix("excess "))].wrap
-        return any(s.name == name and s.unit == "ht" for s in self.kalman.states)
+        return name in self._angles
 
 
 def _unseen(

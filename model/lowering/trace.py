@@ -12,6 +12,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -390,7 +391,7 @@ class Trace:
     states: Sequence[tuple[Scalar, float, Scalar]] = ()
     fracs: Mapping[str, int] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def needed(self) -> list[Expression]:
         """Expressions on which states or outputs depend, in the order of computation."""
         after = [next_e for _, _, next_e in self.states]
