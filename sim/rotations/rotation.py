@@ -37,7 +37,9 @@ def _components(value: npt.ArrayLike, shape: tuple[int, ...], what: str) -> Floa
 
 def _stack(*parts: npt.NDArray[Any]) -> FloatArray:
     """Components (...,) as (..., n), each in one piece of memory, where arithmetic is fast."""
-    whole = np.stack(np.broadcast_arrays(*parts)).astype(np.float64, copy=False)
+    whole = np.empty((len(parts), *np.broadcast_shapes(*(part.shape for part in parts))))
+    for row, part in zip(whole, parts, strict=True):
+        row[...] = part
     return np.moveaxis(whole, 0, -1)
 
 
