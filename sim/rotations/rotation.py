@@ -38,8 +38,8 @@ def _components(value: npt.ArrayLike, shape: tuple[int, ...], what: str) -> Floa
 def _stack(*parts: npt.NDArray[Any]) -> FloatArray:
     """Components (...,) as (..., n), each in one piece of memory, where arithmetic is fast."""
     whole = np.empty((len(parts), *np.broadcast_shapes(*(part.shape for part in parts))))
-    for row, part in zip(whole, parts, strict=True):
-        row[...] = part
+    for k, part in enumerate(parts):
+        whole[k] = part
     return np.moveaxis(whole, 0, -1)
 
 
