@@ -15,7 +15,10 @@ from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot, copy_shift
 from boresight.model.words.program import Negate, Scale, When
-from boresight.model.words.terms import Refuted
+
+
+class Refuted(Exception):
+    """A translation does not compute what its program says: a bug of the compiler."""
 
 
 def rom_pieces(words: int) -> tuple[int, ...]:

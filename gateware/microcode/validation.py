@@ -4,8 +4,8 @@
 cycle, on terms instead of integers: inputs, parameters and states are symbols, every register,
 capture and pipeline stage that an update does not define itself holds a symbol of its own. At the
 end of an update each output, next state and saturation flag must be the term that the program's
-operations define (`model.words.terms`), and no word that lasts from update to update may have been
-written. A restart routine must write the initial words as next states, and no word that lasts
+operations define (`model.words.interpreter`), and no word that lasts from update to update may have
+been written. A restart routine must write the initial words as next states, and no word that lasts
 either. So the proof of one update is the proof of any number of them, in any order, with any
 parameter writes, changes of program, restarts and abandoned updates between.
 """
@@ -18,10 +18,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.microcode.image import Image, decode
+from boresight.gateware.microcode.image import Image, Refuted, decode
 from boresight.model.words.fixed import wrap
+from boresight.model.words.interpreter import Meaning, Terms
 from boresight.model.words.program import ALWAYS, NEVER, Kind, Program, Scale
-from boresight.model.words.terms import Meaning, Refuted, Terms
 
 #: Values of the field ``scale``.
 _SCALES = (Scale.NONE, Scale.FULL, Scale.EVEN, Scale.HALF)

@@ -9,14 +9,13 @@ import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import ALL_CONFIGS, MACHINES, Machine
-from boresight.gateware.microcode.image import Image, assemble, decode, encode
+from boresight.gateware.microcode.image import Image, Refuted, assemble, decode, encode
 from boresight.gateware.microcode.validation import Emulator, validate_microcode
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.attitude.front import FRONT
 from boresight.model.words.fixed import leading_sign_count, saturate, wrap
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Condition, Kind, Program, Scale
-from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
 from tests.support.random_program import random_inputs, random_program, random_programs
 

@@ -7,8 +7,7 @@ import pytest
 
 from boresight.gateware.core import build_core
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.gateware.microcode.image import check_memories
-from boresight.model.words.terms import Refuted
+from boresight.gateware.microcode.image import Refuted, check_memories
 from tests.support.random_program import random_program
 
 

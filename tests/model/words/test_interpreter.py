@@ -1,4 +1,4 @@
-"""The interpreter and single precision."""
+"""The interpreters, on integers and on terms."""
 
 from dataclasses import replace
 from typing import Any
@@ -7,8 +7,20 @@ import numpy as np
 import pytest
 
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.interpreter import FEW, Interpreter, compiled
-from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value
+from boresight.model.words.interpreter import FEW, Interpreter, Terms, compiled
+from boresight.model.words.program import (
+    ALWAYS,
+    NEVER,
+    Condition,
+    Kind,
+    Negate,
+    Op,
+    Overflow,
+    Program,
+    Scale,
+    Term,
+    Value,
+)
 from tests.support.random_program import random_inputs, random_program
 
 # -- the interpreter: shapes, refusals, runs side by side, flags and counters ---------------------
@@ -132,3 +144,39 @@ def test_normalisation_at_every_edge(word: int) -> None:
     for n, y in zip(x[0].tolist(), wanted[0].tolist(), strict=True):
         words = [n, 1 << (word - 2), 0]
         assert compiled(program, arrays=False)(words, ()) == [False] and words[2] == y, n
+
+
+def test_a_word_moved_up_and_down_again_is_its_copy() -> None:
+    terms = Terms(Arithmetic(18))
+    x, guard = terms.symbol("x"), terms.arithmetic.guard
+    flag = terms.sign(x, quarter=False)
+
+    def result(
+        factor: int,
+        shift: int,
+        negate: Condition[int] = NEVER,
+        take: Condition[int] = ALWAYS,
+        before: int | None = None,
+    ) -> int:
+        product = terms.product(x, terms.word(factor))
+        shifted = terms.shifted(product, terms.amount(shift))
+        return terms.result(terms.total(before, shifted, negate, take), wrap=False)
+
+    assert {result(1 << shift + guard, shift) for shift in range(13)} == {x}
+    assert x not in {
+        *(result(1 << 3 + guard, shift) for shift in (2, 4)),
+        result(3 << guard, 1),
+        result(1 << guard, 0, negate=(True, None)),
+        result(1 << guard, 0, take=(False, flag)),
+        result(1 << guard, 0, before=terms.symbol("left in acc")),
+        result(1 << guard, 0, take=NEVER, before=terms.symbol("left in acc")),
+        terms.result(terms.symbol("left in acc"), wrap=False),
+    }
+    scaled = terms.amount(3, Scale.FULL, terms.count(x))
+    for product, amount in (
+        (terms.product(x, terms.word(1 << 3 + guard)), scaled),
+        (terms.fraction(x), terms.amount(3)),
+    ):
+        total = terms.total(None, terms.shifted(product, amount), NEVER, ALWAYS)
+        assert terms.may_overflow(terms.result(total, wrap=False))
+    assert terms.may_overflow(terms.result(terms.total(None, x, NEVER, ALWAYS), wrap=False))
