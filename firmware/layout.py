@@ -315,4 +315,4 @@ def helpers(body: str) -> str:
 
 
 def _calls(text: str) -> set[str]:
-    return set(re.findall(r"(\w+)\(", text))
+    return set(re.findall(r"\b(\w+)\(", text))

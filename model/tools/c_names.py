@@ -42,5 +42,6 @@ def unique(
 
 def comment(text: str) -> str:
     """Return ``text`` for a C comment: one line, without comment marks and trigraphs."""
-    plain = "".join(c if c.isprintable() and c not in "\\?" else "_" for c in text)
-    return plain.replace("*/", "*_").replace("/*", "_*")
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else "_" for c in text)
+    return re.sub(r"[\\?]", "_", text).replace("*/", "*_").replace("/*", "_*")
