@@ -11,7 +11,6 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine import parts
-from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.machine import Machine
 
 #: Fields of the microword for the lane itself.
@@ -99,7 +98,7 @@ class Lane(wiring.Component):
     def _multiply(self, m: Module) -> Signal:
         """From read on: masks and product, which is there at shift."""
         arith = self.machine.arithmetic
-        m.submodules.multiplier = multiplier = Multiplier(
+        m.submodules.multiplier = multiplier = parts.Multiplier(
             word=arith.word, factors=self.machine.has("factor"), sums=self.machine.has("sum")
         )
         m.d.comb += multiplier.en.eq(self.en)

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.engine.multiplier import DSP48A1, Multiplier, Z
+from boresight.gateware.engine.parts import DSP48A1, Multiplier, Z
 
 USES = [
     {"mreg": True, "adds": False},
