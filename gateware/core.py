@@ -16,7 +16,7 @@ from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.list_pass import ListProblem, Variant, list_pass
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, paths, with_copies
-from boresight.gateware.synthesis.tools import find_tool
+from boresight.gateware.synthesis.tools import find_tool, to_verilog
 from boresight.model.tools.files import kept
 from boresight.model.words.program import Kind, Program
 
@@ -106,9 +106,7 @@ class Core:
             image = self.image if form[1] else dataclasses.replace(self.image, digest=0)
 
             def make() -> str:
-                # Amaranth, a fifth of a second to import.
-                from boresight.gateware.engine.engine import Engine
-                from boresight.gateware.verilog import to_verilog
+                from boresight.gateware.engine.engine import Engine  # Amaranth, a fifth of a second
 
                 engine = Engine(machine=self.machine, image=image)
                 return to_verilog(engine, "core", instances=instances)

@@ -33,10 +33,9 @@ from boresight.gateware.microcode.image import check_memories
 from boresight.gateware.synthesis.family import Router
 from boresight.gateware.synthesis.routed import Mapped, Routed, check_memory, netlist_for
 from boresight.gateware.synthesis.targets import SPARTAN6, TARGETS
-from boresight.gateware.synthesis.tools import find_router
+from boresight.gateware.synthesis.tools import find_router, to_verilog
 from boresight.gateware.texts import core as templates
 from boresight.gateware.texts.core import Recorded
-from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require, require_choice, require_whole
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder

@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.model.errors import ToolMissing
 
 _PACKAGE = "pythondata_cpu_vexriscv"

@@ -15,9 +15,8 @@ from amaranth.hdl import ClockDomain, Elaboratable, Module
 from boresight.gateware.boards.clock import Clock, Ecp5Clock, Ice40Clock, Spartan6Clock
 from boresight.gateware.synthesis.routed import Routed, netlist_for, route
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.tools import find_router, pack
+from boresight.gateware.synthesis.tools import find_router, from_rtlil, pack
 from boresight.gateware.texts.core import render
-from boresight.gateware.verilog import from_rtlil
 from boresight.model.errors import require_choice
 from boresight.model.tools.external import ToolFailed, optional
 

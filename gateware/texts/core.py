@@ -15,7 +15,7 @@ from boresight.gateware import registers
 from boresight.gateware.bus.axi import AxiCore, axi_ports
 from boresight.gateware.description import Description, Pin, Word
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.model.arrays import BoolArray, IntArray
 from boresight.model.declarations import EXACT_UNITS
 from boresight.model.tools.c_names import comment, identifier, unique

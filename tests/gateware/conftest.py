@@ -8,8 +8,7 @@ import pytest
 from amaranth.hdl import ClockDomain, Module
 from amaranth.lib import wiring
 
-from boresight.gateware.synthesis.tools import find_tool
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import find_tool, to_verilog
 from boresight.model.tools.external import yosys_environment
 from tests.support.bench import run_bench
 from tests.support.clock import pause

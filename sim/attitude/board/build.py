@@ -13,7 +13,7 @@ from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.uart import divisor_for
 from boresight.gateware.core import Core
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.model.attitude import FILTERS
 from boresight.model.resolve import Named
 from boresight.sim.attitude.devices import device_text

@@ -7,8 +7,7 @@ import pytest
 from boresight.gateware.engine.parts import LeadingSignCount
 from boresight.gateware.synthesis.routed import netlist_for
 from boresight.gateware.synthesis.targets import ECP5, TARGETS
-from boresight.gateware.synthesis.tools import synthesise
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import synthesise, to_verilog
 from boresight.model.words.fixed import Arithmetic
 
 #: Multiplier and memory with registers around them, as yosys leaves them.

@@ -23,7 +23,7 @@ import numpy as np
 
 from boresight.gateware.attitude.system.conductor import Conductor
 from boresight.gateware.core import Core
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.sim.attitude.board.chain import COUNTS, NO_LINE, Samples
 from boresight.sim.rtl.simulation import split_memories

