@@ -15,8 +15,8 @@ from boresight.model.errors import require
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
 from boresight.model.settings import CURRENT, using
 from boresight.model.tools.files import MANIFEST, changed_files
+from boresight.model.tools.reading import read_json
 from boresight.sim.levels.build import Build
-from boresight.sim.records.reading import read_json
 
 _REPORT = "report.json"
 

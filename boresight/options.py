@@ -19,8 +19,7 @@ from cyclopts import Parameter
 from boresight.gateware.description import Description
 from boresight.model.errors import InputError, require
 from boresight.model.resolve import Named, estimator_of, split_names
-from boresight.model.tools.typed import Malformed, typed
-from boresight.sim.records.reading import kind_of, read_json
+from boresight.model.tools.reading import Malformed, kind_of, read_json, typed
 from boresight.sim.records.selection import Selection
 from boresight.sim.result import EARLIER, Result
 from boresight.sim.result import baseline as compared

@@ -23,7 +23,7 @@ from boresight.gateware.registers import (
 )
 from boresight.model.lowering.profile import OBSERVED
 from boresight.model.tools.c_names import identifier, unique
-from boresight.model.tools.typed import Within
+from boresight.model.tools.reading import Within
 from boresight.model.words.program import InPort, Program
 
 STREAMS = """\

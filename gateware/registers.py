@@ -12,7 +12,7 @@ from enum import StrEnum
 from typing import Annotated
 
 from boresight.gateware.machine import Machine
-from boresight.model.tools.typed import Within
+from boresight.model.tools.reading import Within
 
 Whole = Annotated[int | None, Within(-(1 << 31), (1 << 32) - 1)]
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError, require
-from boresight.sim.records.reading import kind_of, read_json
+from boresight.model.tools.reading import kind_of, read_json
 
 #: Values of JSON.
 Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"

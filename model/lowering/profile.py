@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from boresight.model.errors import InputError, require
-from boresight.model.tools.typed import parse_json
+from boresight.model.tools.reading import parse_json
 
 if TYPE_CHECKING:
     from boresight.model.declarations import Input

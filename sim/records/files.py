@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from boresight.model.errors import InputError, ToolMissing, require, require_choice
+from boresight.model.tools.reading import opened
 from boresight.sim.records.assembly import Reader, record_from
-from boresight.sim.records.reading import opened
 from boresight.sim.records.record import ROWS, Record, joined, resized, timed
 from boresight.sim.records.recordings import READY, read_bag, read_map, read_ulog
 from boresight.sim.records.selection import Selection, selection

@@ -26,7 +26,7 @@ from boresight.model.arrays import IntArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.tools.external import optional
-from boresight.sim.records.reading import kind_of, opened, read_bytes
+from boresight.model.tools.reading import kind_of, opened, read_bytes
 
 #: First bytes, length of the header, and types of messages.
 _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"

@@ -12,7 +12,7 @@ from boresight.gateware.registers import FIXED, Access
 from boresight.model import ops
 from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.tools.typed import Malformed, typed
+from boresight.model.tools.reading import Malformed, typed
 from tests.support.bench import put, read, run_bench, write
 
 

@@ -17,9 +17,8 @@ from boresight.gateware.description import Description
 from boresight.gateware.registers import Access, Register
 from boresight.model.errors import InputError, require
 from boresight.model.tools.external import optional
-from boresight.model.tools.typed import Malformed, typed
+from boresight.model.tools.reading import Malformed, kind_of, read_json, reason, typed
 from boresight.model.words.fixed import wrap
-from boresight.sim.records.reading import kind_of, read_json, reason
 
 #: Timeout of a reply, s, and number of tries.
 _ANSWER_S, _TRIES = 0.5, 3

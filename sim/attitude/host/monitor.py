@@ -30,12 +30,12 @@ from boresight.model.attitude.front import FRONT
 from boresight.model.errors import InputError, require
 from boresight.model.estimator import with_params
 from boresight.model.tools.files import OutputFile
+from boresight.model.tools.reading import kind_of, read_json
 from boresight.model.words.program import Program
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, calibrated
 from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
 from boresight.sim.records.files import check_written, content_of
-from boresight.sim.records.reading import kind_of, read_json
 from boresight.sim.records.record import TRUTH, Column, Record
 from boresight.sim.result import Result
 

@@ -1,7 +1,8 @@
-"""Output files and the build cache, used by several processes or threads."""
+"""Files that users name; output files and the build cache, used by several processes."""
 
 from __future__ import annotations
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.tools import files as module
 from boresight.model.tools.files import Cache, OutputFile, kept, output_folder
+from boresight.model.tools.reading import read_bytes, read_json
 
 
 def test_an_error_in_the_work_leaves_the_earlier_files(tmp_path: Path) -> None:
@@ -122,3 +124,38 @@ def test_a_text_is_kept_until_the_sources_change(
     module.sources.cache_clear()
     assert kept("n", "i", lambda: "d") == "d"
     module.sources.cache_clear()
+
+
+def test_bytes(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\0x")
+    assert read_bytes(tmp_path / "a", "a file") == b"\0x"
+    for path, entry in ((tmp_path, "a folder"), (tmp_path / "b", "no such file or directory"),
+                        ("/dev/zero", "a device")):  # fmt: skip
+        with pytest.raises(InputError, match=f"^{path}: wanted a file, found {entry}; check the"):
+            read_bytes(path, "a file")
+    with pytest.raises(InputError, match="^'': wanted a file, found no such file"):
+        read_bytes("", "a file")
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"  \n", "the file is empty"),
+        (b"\0\0\0", "zeros"),
+        (b"\xff\xfe", "'utf-8' codec can't decode byte 0xff"),
+        (b'{"a": 1\n b}', "Expecting ',' delimiter: line 2 column 2"),
+        (b"[NaN]", "NaN, which JSON does not have"),
+        (b"[-Infinity]", "-Infinity, which JSON does not have"),
+        (b'{"a": 1, "a": 2}', "'a' twice"),
+        (b"1" * 101, "a number of 101 digits"),
+        (b"[" * 100_000, "lists or objects nested too deeply"),
+    ],
+)
+def test_json(tmp_path: Path, content: bytes, reason: str) -> None:
+    path = tmp_path / "a.json"
+    path.write_bytes(b'\xef\xbb\xbf{"a": [1, 2.5, null, "b"]}')
+    assert read_json(path, "a map") == {"a": [1, 2.5, None, "b"]}
+    path.write_bytes(content)
+    message = f"{path}: wanted a map, found no JSON ({reason}"
+    with pytest.raises(InputError, match=rf"^{re.escape(message)}.*\); correct the file$"):
+        read_json(path, "a map")

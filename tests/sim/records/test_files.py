@@ -20,7 +20,6 @@ from boresight.model.estimator import Estimator, Input
 from boresight.sim.records import tables, text
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import FORMATS, content_of, log_files, read_record, record_of
-from boresight.sim.records.reading import read_bytes, read_json
 from boresight.sim.records.record import Column, Record, joined, rows_of
 from tests.support.records import parsed as parsed_file
 
@@ -184,44 +183,6 @@ def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
         log_files([tmp_path / "empty"])
-
-
-# -- files that people name: bytes, strict JSON, and one line where it is none --------------------
-
-
-def test_bytes(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"\0x")
-    assert read_bytes(tmp_path / "a", "a file") == b"\0x"
-    for path, entry in ((tmp_path, "a folder"), (tmp_path / "b", "no such file or directory"),
-                        ("/dev/zero", "a device")):  # fmt: skip
-        with pytest.raises(InputError, match=f"^{path}: wanted a file, found {entry}; check the"):
-            read_bytes(path, "a file")
-    with pytest.raises(InputError, match="^'': wanted a file, found no such file"):
-        read_bytes("", "a file")
-
-
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        (b"  \n", "the file is empty"),
-        (b"\0\0\0", "zeros"),
-        (b"\xff\xfe", "'utf-8' codec can't decode byte 0xff"),
-        (b'{"a": 1\n b}', "Expecting ',' delimiter: line 2 column 2"),
-        (b"[NaN]", "NaN, which JSON does not have"),
-        (b"[-Infinity]", "-Infinity, which JSON does not have"),
-        (b'{"a": 1, "a": 2}', "'a' twice"),
-        (b"1" * 101, "a number of 101 digits"),
-        (b"[" * 100_000, "lists or objects nested too deeply"),
-    ],
-)
-def test_json(tmp_path: Path, content: bytes, reason: str) -> None:
-    path = tmp_path / "a.json"
-    path.write_bytes(b'\xef\xbb\xbf{"a": [1, 2.5, null, "b"]}')
-    assert read_json(path, "a map") == {"a": [1, 2.5, None, "b"]}
-    path.write_bytes(content)
-    message = f"{path}: wanted a map, found no JSON ({reason}"
-    with pytest.raises(InputError, match=rf"^{re.escape(message)}.*\); correct the file$"):
-        read_json(path, "a map")
 
 
 # -- CSV: every number comes back bit for bit, every fault is named by line and column ------------

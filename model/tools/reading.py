@@ -1,29 +1,72 @@
-"""Conversion of plain data, as read from JSON, to dataclasses."""
+"""Reading of files that users name: bytes, JSON, and its conversion to dataclasses.
+
+Errors of any content are one line.
+"""
 
 from __future__ import annotations
 
+import errno
 import json
-from contextlib import suppress
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from types import NoneType, UnionType
-from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, BinaryIO, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+from boresight.model.errors import InputError
 
 
-class Within(NamedTuple):
-    """Limits of a number, both included: ``Annotated[int, Within(0, 31)]``."""
+def reason(error: OSError) -> str:
+    """Reason of an OSError, for ``found`` of an `InputError`."""
+    if error.errno == errno.EISDIR:
+        return "a folder"
+    return (error.strerror or type(error).__name__).lower()
 
-    low: float
-    high: float
+
+def read_bytes(path: str | os.PathLike[str], wanted: str) -> bytes:
+    """Content of a file or pipe; ``wanted`` is the expected one, for the message.
+
+    InputError for one that cannot be read, and for a device, which may be endless.
+    """
+    with opened(path, wanted) as file:
+        return file.read()
 
 
-class Malformed(ValueError):
-    """Data that do not match a type: where, as ``", registers[1], width"``, and the value there."""
+@contextmanager
+def opened(path: str | os.PathLike[str], wanted: str) -> Iterator[BinaryIO]:
+    """Open a file, or a pipe; see `read_bytes`."""
+    try:
+        with open(path, "rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            if not stat.S_ISCHR(mode) and not stat.S_ISBLK(mode):
+                yield file
+                return
+        fault = "a device"
+    except OSError as error:
+        fault = reason(error)
+    where, fix = str(path) or "''", "check the path"
+    raise InputError.at(where, wanted=wanted, found=fault, fix=fix) from None
 
-    def __init__(self, location: str, value: object) -> None:
-        super().__init__(f"{location.removeprefix(', ') or 'the whole'} is {value!r}")
-        self.location, self.value = location, value
+
+def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
+    """Content of a JSON file, as `parse_json` reads it; ``wanted`` is the expected one."""
+    content = read_bytes(path, f"{wanted} that can be read")
+    try:
+        return parse_json(content)
+    except ValueError as error:
+        found, fix = f"no JSON ({str(error)[:80]})", "correct the file"
+        raise InputError.at(str(path), wanted=wanted, found=found, fix=fix) from None
+
+
+def kind_of(value: Any) -> str:
+    """Kind of a value of JSON, for ``found`` of an `InputError`."""
+    kinds = {type(None): "nothing", list: "a list", dict: "an object"}
+    text = str(value).lower() if isinstance(value, bool) else repr(value)
+    return kinds.get(type(value), text)
 
 
 def parse_json(content: bytes) -> Any:
@@ -59,6 +102,21 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             raise ValueError(f"{name[:40]!r} twice")
         values[name] = value
     return values
+
+
+class Within(NamedTuple):
+    """Limits of a number, both included: ``Annotated[int, Within(0, 31)]``."""
+
+    low: float
+    high: float
+
+
+class Malformed(ValueError):
+    """Data that do not match a type: where, as ``", registers[1], width"``, and the value there."""
+
+    def __init__(self, location: str, value: object) -> None:
+        super().__init__(f"{location.removeprefix(', ') or 'the whole'} is {value!r}")
+        self.location, self.value = location, value
 
 
 def typed(hint: Any, data: Any, location: str = "") -> Any:
