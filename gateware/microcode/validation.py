@@ -89,6 +89,11 @@ class Emulator:
             domain.symbol(f"left in register {k}") for k in range(len(image.registers))
         ]
         self._lanes = [_Lane(machine, domain, k) for k in range(machine.lanes)]
+        #: Fields of each lane: their names in the microword, and without the lane's number.
+        self._names = [
+            [(f.name, f.name[:-1]) for f in machine.fields if f.name.endswith(str(k))]
+            for k in range(machine.lanes)
+        ]
         #: Registers that are written at the end of this cycle, and its number.
         self._writing, self._cycle = set[int](), 0
 
@@ -112,9 +117,7 @@ class Emulator:
         record, lanes = Record(), range(self.machine.lanes)
         for cycle, code in enumerate(self.image.program(part)):
             self._cycle, word = cycle, decode(self.machine, code)
-            fields = [
-                {name[:-1]: v for name, v in word.items() if name.endswith(str(k))} for k in lanes
-            ]
+            fields = [{short: word[name] for name, short in names} for names in self._names]
             taken = [next(words, None) if word["get"] and k == 0 else None for k in lanes]
             if word["get"]:
                 record.gets.append(bool(word["get_last"]))

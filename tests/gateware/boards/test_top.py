@@ -71,7 +71,7 @@ def random_words(core: Core, count: int, seed: int) -> np.ndarray:
 def test_small_program(config: str, word: int, leaky_of, line) -> None:
     core = leaky_of(config, word)
     bench = line(core)
-    inputs = random_words(core, 6, seed=1)
+    inputs = random_words(core, 3, seed=1)
     expected = CModel(core.program).update(inputs)[0]
 
     async def test(ctx):
@@ -110,13 +110,11 @@ def test_parameters_and_status(leaky: Core, line) -> None:
 def test_programs_are_selected_over_the_line(both: Core, line) -> None:
     bench = line(both)
     models = [CModel(part.program) for part in both.parts]
-    inputs = random_words(both, 12, seed=5)
+    inputs = random_words(both, 5, seed=5)
 
     async def test(ctx):
-        number = 0
-        for k, words in enumerate(inputs):
-            if k % 2:
-                number = k // 2 % 2
+        for k, (number, words) in enumerate(zip((0, 1, 1, 0, 1), inputs, strict=True)):
+            if k:
                 assert await bench.ask(ctx, Kind.WRITE, [PROGRAM, number]) == [PROGRAM]
                 assert await bench.ask(ctx, Kind.READ, [PROGRAM]) == [number]
             wanted = models[number].update(words[None])[0][0].tolist()
@@ -130,7 +128,7 @@ def test_programs_are_selected_over_the_line(both: Core, line) -> None:
 def test_two_frames_ahead(leaky: Core, line) -> None:
     """Records sent without a pause; requests among them are answered in order."""
     bench, model = line(leaky), CModel(leaky.program)
-    inputs = random_words(leaky, 5, seed=4)
+    inputs = random_words(leaky, 3, seed=4)
     expected = model.update(inputs)[0].tolist()
 
     async def test(ctx):
@@ -147,21 +145,20 @@ def test_two_frames_ahead(leaky: Core, line) -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.soak) for k in range(2, 20))]
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.soak) for k in range(1, 20))]
 )
 def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
     """Noise, then a record: always one answer, and states that only whole records have changed."""
     bench, model = line(leaky), CModel(leaky.program)
     rng = random.Random(seed)
     pieces = [bytes([c]) for c in (END, ESC, 0xDC, 0xDD, 0, 1, 2, 3, 0xFF)]
-    records = random_words(leaky, 8, seed).tolist()
+    records = random_words(leaky, 5, seed).tolist()
 
     async def test(ctx):
-        for record in records:
-            match rng.randrange(5):
+        for noise, record in enumerate(records):
+            match noise:
                 case 0:
-                    noise = bytes(rng.getrandbits(8) for _ in range(rng.randrange(40)))
-                    await bench.send(ctx, noise)
+                    await bench.send(ctx, rng.randbytes(rng.randrange(40)))
                 case 1:
                     await bench.send(ctx, b"".join(rng.choices(pieces, k=rng.randrange(30))))
                 case 2:  # a frame of which something is lost or doubled

@@ -87,7 +87,7 @@ def test_write_then_read(delay: int, host) -> None:
 
     async def test(ctx):
         model = {}
-        for _ in range(8):
+        for _ in range(4):
             address = rng.randrange(4096)
             model[address] = rng.choice([rng.getrandbits(31), 0x40DBC0DB, -1])
             assert await end.ask(ctx, Kind.WRITE, [address, model[address]]) == [address]
@@ -113,7 +113,7 @@ def test_records_are_unknown_here(host) -> None:
     end.run(test)
 
 
-@pytest.mark.parametrize("gap", [0, 300])
+@pytest.mark.parametrize("gap", [0, 100])
 def test_answers_and_bodies_take_turns(gap: int, host) -> None:
     """Both always there: whole ones, one after the other, also if a body comes slowly."""
     end, rng = host(), random.Random(2)
@@ -129,7 +129,7 @@ def test_answers_and_bodies_take_turns(gap: int, host) -> None:
             await end.push(ctx, body[:1], gap=gap, last=False)
             await end.send(ctx, encode(Kind.READ, [1], word=32))
             await end.push(ctx, body[1:], gap=gap)
-        while (frame := await end.answer(ctx)) is not None:
+        while (frame := await end.answer(ctx, limit=2000)) is not None:
             got.append(frame)
 
     got: list = []
@@ -144,7 +144,7 @@ def test_answers_and_bodies_take_turns(gap: int, host) -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.soak) for k in range(2, 20))]
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.soak) for k in range(1, 20))]
 )
 def test_nothing_stops_it(seed: int, host) -> None:
     end, rng = host(), random.Random(seed)
@@ -166,7 +166,7 @@ def test_nothing_stops_it(seed: int, host) -> None:
                     await ctx.tick().repeat(rng.randrange(1, 300))
                     ctx.set(end.dut.rx, 1)
                     await ctx.tick().repeat(10 * DIVISOR)
-            while await end.answer(ctx, limit=1500) is not None:
+            while await end.answer(ctx, limit=1000) is not None:
                 pass
             word = rng.getrandbits(31)
             assert await end.ask(ctx, Kind.WRITE, [n, word]) == [n]
