@@ -38,7 +38,7 @@ from boresight.sim.compare.difference import Differences, differences, turn_note
 from boresight.sim.compare.textbook import wrong_steps
 from boresight.sim.compare.verdict import judge, saturated_text, saturations
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level as Machine
+from boresight.sim.levels.build import Level as Machine
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records import files
 from boresight.sim.records.feed import Feed, feeds

@@ -33,8 +33,7 @@ from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.runs import PEERS, run_peer
 from boresight.sim.attitude.worlds import fast_turn
 from boresight.sim.compare.difference import differences
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.build import Build, Run
 from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import bundled, log_files, read_record

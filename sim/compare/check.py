@@ -24,8 +24,7 @@ from boresight.sim.compare.results import CheckResult, LevelResult, Part
 from boresight.sim.compare.textbook import Gates, beside_textbook
 from boresight.sim.compare.twin import RANGE_SLACK, Traced, check_sound
 from boresight.sim.compare.verdict import Judge, Piece
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, states_of
+from boresight.sim.levels.build import Build, Level, Run, states_of
 from boresight.sim.levels.registry import LEVELS, CompiledFloat, Emitted, Interpreted
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.ranges.claims import Examined, examine

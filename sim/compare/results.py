@@ -16,8 +16,7 @@ from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import Book
 from boresight.sim.compare.verdict import Accuracy
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.build import Build, Level, Run
 from boresight.sim.records.feed import Feed
 from boresight.sim.result import JsonObject, plain
 

@@ -21,8 +21,7 @@ from boresight.model.kalman.textbook import Textbook
 from boresight.model.lowering.trace import Expression, Scalar, Trace
 from boresight.model.step import called
 from boresight.sim.compare.difference import Difference, differences
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.build import Build, Level, Run
 from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.records.feed import Feed
 

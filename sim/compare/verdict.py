@@ -21,8 +21,7 @@ from boresight.sim.compare.diagnosis import Wasted
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.textbook import decisions_apart, with_outputs
 from boresight.sim.compare.twin import Traced, made_of, outside
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, words_of
+from boresight.sim.levels.build import Build, Level, Run, words_of
 from boresight.sim.levels.registry import CompiledFloat, Emitted
 from boresight.sim.ranges.claims import Claim, claims_of
 from boresight.sim.result import plain

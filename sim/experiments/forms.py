@@ -10,8 +10,7 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.build import Build, Run
 from boresight.sim.levels.registry import make_level
 
 

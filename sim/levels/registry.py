@@ -21,8 +21,7 @@ from boresight.model.step import Values
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, run_of_words, words_of, wrapped
+from boresight.sim.levels.build import Build, Level, Run, run_of_words, words_of, wrapped
 from boresight.sim.levels.rtl import Simulated
 
 

@@ -16,8 +16,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import InPort, Program
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, run_of_words, words_of
+from boresight.sim.levels.build import Build, Level, Run, run_of_words, words_of
 from boresight.sim.rtl.simulation import BusWrite, CoreProcess, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
 

@@ -31,8 +31,7 @@ from boresight.sim.accuracy.covariance import own_covariance
 from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.difference import unjudged
 from boresight.sim.compare.verdict import saturated_text, saturations
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, states_of
+from boresight.sim.levels.build import Build, Level, states_of
 from boresight.sim.levels.registry import make_level
 from boresight.sim.result import Result, Row
 from boresight.sim.rotations.zyx import wrapped

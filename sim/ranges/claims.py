@@ -23,7 +23,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Overflow
 from boresight.sim.compare.twin import RANGE_SLACK, Traced, Twin, outside
-from boresight.sim.levels.level import words_of
+from boresight.sim.levels.build import words_of
 from boresight.sim.ranges.intervals import is_proven
 
 #: Share of a range's larger magnitude, and last bits of its word, by which rounding may exceed it.

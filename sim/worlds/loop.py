@@ -12,8 +12,7 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import require
 from boresight.model.estimator import Estimator
 from boresight.model.step import called
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.build import Build, Level, Run
 from boresight.sim.levels.registry import CompiledFloat
 from boresight.sim.records.feed import Feed, require_rate
 from boresight.sim.records.reader import InputReader

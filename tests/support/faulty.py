@@ -14,8 +14,7 @@ from boresight.sim.compare.diagnosis import Culprit, find_culprit
 from boresight.sim.compare.twin import Traced
 from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.compare.verdict import judge as judge_run
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Run, words_of
+from boresight.sim.levels.build import Build, Run, words_of
 from boresight.sim.levels.registry import CompiledFloat, Interpreted
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record

@@ -26,7 +26,7 @@ from boresight.sim.experiments.experiment import Experiment, ExperimentResult
 from boresight.sim.experiments.forms import run_forms, schedules_of
 from boresight.sim.experiments.seeds import Runs, figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import render, targets_of
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.build import Run
 from boresight.sim.plotting import Section
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis

@@ -11,8 +11,7 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.results import CheckResult, LevelResult, verdict
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, run_of_words
+from boresight.sim.levels.build import Build, Level, Run, run_of_words
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.simulation import RtlRun
 from tests.support.faulty import rows_of

@@ -12,7 +12,7 @@ from boresight.gateware.attitude.system.programs import system_estimators
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, run_chain
-from boresight.sim.levels.level import outputs_of
+from boresight.sim.levels.build import outputs_of
 from boresight.sim.records.files import bundled, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
