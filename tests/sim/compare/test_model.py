@@ -321,8 +321,8 @@ def test_a_gate_that_loses_what_it_measures_fails(
 
 
 def test_a_gate_that_decides_otherwise_than_in_float64_is_to_blame_and_may_be_accepted() -> None:
-    t = DT * np.arange(3000)
-    columns = {"t": t, "z": np.sin(t) + np.random.default_rng(1).normal(0.0, 0.3, len(t))}
+    t = DT * np.arange(600)
+    columns = {"t": t, "z": np.sin(t) + np.random.default_rng(4).normal(0.0, 0.3, len(t))}
 
     class Near(Track):
         inputs, flagged, gate = (Input("z", -100.0, 100.0, "m"),), False, 3.0
@@ -345,7 +345,7 @@ def test_a_gate_that_decides_otherwise_than_in_float64_is_to_blame_and_may_be_ac
     for name, others in (("rejected", ()), ("accepted", (Output("accepted", "bits"),))):
         culprit = near(outputs=(*Near.outputs, *others)).accuracy.culprit
         said = r"step \d+, a gate \(test_model\.py, line \d+\) decides otherwise than in float64, "
-        said += r"as in \d+ of 3000 updates: .*; use a wider word, or .*, by "
+        said += r"as in \d+ of 600 updates: .*; use a wider word, or .*, by "
         said += rf'Output\("{name}", "bits", share=(\S+)\)'
         found = re.fullmatch(said, culprit)
         assert found, culprit
