@@ -49,7 +49,7 @@ def programs(folder: Path, words: Sequence[int]) -> None:
 def cores(folder: Path, brief: bool) -> None:
     """A complete system of the filters on a board; cores with all other estimators.
 
-    ``brief``: one of the filters, and two of the others. The numbers of all are
+    ``brief``: one of the filters, and a small one of the others. The numbers of all are
     in their programs; a core turns them into text, and holds the same tables for any.
     """
     import boresight
@@ -69,7 +69,7 @@ def cores(folder: Path, brief: bool) -> None:
                 free = ROOM - len(kind().states)
             parts[-1].append(name)
     if brief:
-        parts = [parts[0][:2]]
+        parts = [["battery"]]
     for number, names in enumerate(parts):
         place = folder / f"others-{number}"
         states = sum(len(estimators()[name]().states) for name in names)
@@ -95,13 +95,12 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("--brief", action="store_true", help="few widths and cores")
-    parser.add_argument("--off-by-one", action="store_true")
+    parser.add_argument("--off-by-one", action="store_true", help="and an empty cache")
     args = parser.parse_args()
     if args.off_by_one:
         from off_by_one import disturb
 
         disturb()
-    if args.brief:
         use_own_cache()
     programs(args.folder / "programs", (32,) if args.brief else (32, 18))
     cores(args.folder, args.brief)

@@ -11,7 +11,7 @@ import json
 import os
 import re
 from dataclasses import asdict, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -31,6 +31,7 @@ from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.mekf import Mekf
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
+from boresight.model.words.program import Program
 from tests.support.estimators import ALL
 from tests.support.random_functions import random_functions
 from tests.support.random_program import random_program
@@ -73,10 +74,15 @@ def memories(core: Core) -> str:
     return hashlib.sha256(repr((image.rom, image.registers, image.tables)).encode()).hexdigest()
 
 
+@cache
+def programs_of_filters() -> list[Program]:
+    return [ESTIMATORS[name]().compile() for name in FILTERS]
+
+
+@cache
 def filters(config: str) -> Core:
     """The core of all four filters."""
-    kinds = [ESTIMATORS[name] for name in FILTERS]
-    return build_shared_core([kind().compile() for kind in kinds], config)
+    return build_shared_core(programs_of_filters(), config)
 
 
 def test_programs() -> None:
@@ -85,8 +91,7 @@ def test_programs() -> None:
         {
             f"{name} {word}": kind().compile(word=word).digest
             for name, kind in {**ALL, **FRONT, **MORE}.items()
-            for word in (32, 24, 18)
-            if word >= getattr(kind(), "least_word", 18)
+            for word in (32, kind().least_word)
         },
     )
 

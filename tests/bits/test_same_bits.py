@@ -19,8 +19,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.model.tools.external import cache_folder
-
 pytestmark = pytest.mark.pythons
 
 HERE = Path(__file__).parent
@@ -88,9 +86,6 @@ def made_by(machine: Machine, folder: Path, *options: str) -> dict[str, tuple[in
         if not k.startswith(("OPENBLAS", "NPY_", "PYTHON", "LC_"))
     }
     environment |= {"PYTHONPATH": str(source), **machine.environment}
-    # No result of another run, but Yosys itself is kept.
-    environment["XDG_CACHE_HOME"] = str(folder / "cache")
-    environment.setdefault("YOWASP_CACHE_DIR", str(cache_folder("YoWASP")))
     if machine.vectors is not None:
         environment["NPY_DISABLE_CPU_FEATURES"] = " ".join(vector_features()[machine.vectors :])
     done = subprocess.run(

@@ -10,17 +10,18 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model import ops
+from boresight.model.lowering.graph import Intervals
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Program
-from tests.support.nodes import node_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -35,39 +36,36 @@ _SMALL = 1e-2
 
 @dataclass
 class Known:
-    """A recorded value, its float64 points and the bound of their errors."""
+    """A recorded value, its float64 points, the bound of their errors, and its known interval."""
 
     node: Any
     value: FloatArray
     error: FloatArray
-
-    @property
-    def range(self) -> tuple[float, float]:
-        """The interval that the compiler knows."""
-        node = node_of(self.node)
-        return node.low, node.high
+    range: tuple[float, float]
 
 
 class _Maker:
     """Makes values of values, in one tracer and word length."""
 
-    def __init__(self, word: int, rng: random.Random) -> None:
-        self.word, self.rng = word, rng
+    def __init__(self, word: int, rng: random.Random, tracer: Tracer) -> None:
+        self.word, self.rng, self.interval = word, rng, Intervals(tracer)
         self.table = max(2.0 ** (_TABLE_BITS - word), _TABLE)
 
     def new(self, function: Callable[..., Any], error: Any, *args: Known) -> Known:
         node = function(*(a.node for a in args))
         value = np.asarray(function(*(a.value for a in args)), dtype=np.float64)
         if not isinstance(node, type(args[0].node)):  # folded: a number
-            return Known(args[0].node * 0.0 + node, value + 0.0 * args[0].value, 0.0 * value)
-        made = Known(node, value, np.broadcast_to(error, value.shape))
+            node, value = args[0].node * 0.0 + node, value + 0.0 * args[0].value
+            return Known(node, value, 0.0 * value, self.interval(node))
+        made = Known(node, value, np.broadcast_to(error, value.shape), self.interval(node))
         low, high = made.range
         slack = 1e-9 * (1.0 + max(abs(low), abs(high)))
         assert low - slack <= value.min() and value.max() <= high + slack, "beyond its interval"
         own = _OWN_LSB * Format.for_range(self.word, low, high).lsb
         # The rules for the errors are of first order.
         small = made.error <= _SMALL * max(map(abs, made.range))
-        return Known(node, value, np.where(small, made.error + own, np.inf))
+        made.error = np.where(small, made.error + own, np.inf)
+        return made
 
     def linear(self, a: Known) -> Known:
         c = self.rng.choice((0.3, -7.0, 0.5, -0.125, 1.0 / 3.0))
@@ -175,6 +173,7 @@ def _expression(make: _Maker, leaves: list[Known], depth: int) -> Known:
     return one(a) if rng.random() < 0.5 else two(a, _expression(make, leaves, depth - 1))
 
 
+@cache
 def random_functions(
     seed: int, word: int, *, count: int = 3, depth: int = 4, points: int = 160
 ) -> tuple[Program, Any, list[Known]]:
@@ -185,10 +184,10 @@ def random_functions(
     words = np.stack([f.quantise(draw.uniform(*r, points)) for f, r in zip(formats, RANGES)])  # noqa: B905
     leaves = [g.leaf("input", f"x{k}", *r) for k, r in enumerate(RANGES)]
     known = [
-        Known(leaf, f.real(w), np.zeros(points))
-        for leaf, f, w in zip(leaves, formats, words, strict=True)
+        Known(leaf, f.real(w), np.zeros(points), r)
+        for leaf, f, w, r in zip(leaves, formats, words, RANGES, strict=True)
     ]
-    make = _Maker(word, rng)
+    make = _Maker(word, rng, g)
     with np.errstate(all="ignore"):  # what is not known of an argument is not known of the value
         results = [_expression(make, known, depth) for _ in range(count)]
     outputs = {f"y{k}": r.node for k, r in enumerate(results)}
