@@ -41,7 +41,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.files import output_folder
 from boresight.model.words.fixed import check_word
 from boresight.sim.boards import board_system
-from boresight.sim.compare.claims import unproven
+from boresight.sim.compare.results import unproven
 from boresight.sim.compare.twin import Traced, check_sound
 from boresight.sim.explore.measure import map_core, route_core
 from boresight.sim.levels.build import Build

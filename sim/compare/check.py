@@ -18,9 +18,14 @@ from boresight.model.errors import ToolMissing, require, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.tools.external import ToolFailed
 from boresight.sim.accuracy.covariance import own_covariance
-from boresight.sim.compare.claims import FoldedClaims, claim_results
 from boresight.sim.compare.difference import MODULO, TURNS, Differences, apart, turn_notes, unjudged
-from boresight.sim.compare.results import CheckResult, LevelResult, Part
+from boresight.sim.compare.results import (
+    CheckResult,
+    FoldedClaims,
+    LevelResult,
+    Part,
+    claim_results,
+)
 from boresight.sim.compare.textbook import Gates, beside_textbook
 from boresight.sim.compare.twin import RANGE_SLACK, Traced, check_sound
 from boresight.sim.compare.verdict import Judge, Piece

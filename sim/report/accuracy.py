@@ -15,9 +15,8 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
-from boresight.sim.compare.claims import claim_lines
 from boresight.sim.compare.difference import Difference, Differences, differences
-from boresight.sim.compare.results import CheckResult, Part
+from boresight.sim.compare.results import CheckResult, Part, claim_lines
 from boresight.sim.records.feed import Feed
 from boresight.sim.rotations.accuracy import attitude_of
 from boresight.sim.rotations.rotation import quaternion_to_euler

@@ -13,8 +13,7 @@ import pytest
 
 from boresight import Estimator, Input, Output, State, ops
 from boresight.sim.compare.check import Check
-from boresight.sim.compare.claims import ClaimResult
-from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.results import CheckResult, ClaimResult
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 from boresight.sim.report import accuracy
