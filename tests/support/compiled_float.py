@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -31,15 +32,22 @@ class _Open(Estimator):
         return after, {**out, **{f"after_{name}": value for name, value in after.items()}}
 
 
+@cache
+def _model(estimator: Estimator) -> FloatCModel:
+    return FloatCModel(_Open(estimator))
+
+
 def compiled_float(
     estimator: Estimator, inputs: FloatArray, params: Mapping[str, float] | None = None
 ) -> tuple[Columns, Columns]:
     """Outputs and states by name, each (steps, runs), of inputs (steps, n_inputs, runs).
 
-    The double-precision C that is written from `step`. `tests/sim/levels/test_floating.py` shows of
-    every shipped filter of nine axes that it is `numpy_float` to 1e-12.
+    The double-precision C that is written from `step`, compiled once for an estimator object.
+    `tests/sim/levels/test_floating.py` shows of every shipped filter of nine axes that it is
+    `numpy_float` to 1e-12.
     """
-    model = FloatCModel(_Open(estimator), params=params)
+    model = _model(estimator)
+    model.set_params(params)
     results = []
     for run in np.moveaxis(np.asarray(inputs), 2, 0):
         model.reset()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -85,23 +86,42 @@ def real(m: Interpreter, out: Any) -> Columns:
     }
 
 
+@cache
+def _model(estimator: Estimator, word: int) -> CModel:
+    return CModel(estimator.compile(word=word))
+
+
+def run_words(
+    estimator: Estimator, words: Any, params: Mapping[str, float] | None = None, word: int = 32
+) -> tuple[Columns, bool]:
+    """Outputs and, as next_NAME, states of the emitted C, (steps, runs); whether any saturated.
+
+    ``words``: of the inputs, (steps, n_inputs, runs). An estimator object is compiled once.
+    """
+    model, columns, any_saturated = _model(estimator, word), [], False
+    p = model.program
+    for n, value in param_words(p, estimator.param_values(params)).items():
+        model.set_param(p.values[n].name, value)
+    for k in range(words.shape[2]):
+        model.reset()
+        out, saturated, states = model.trajectory(words[:, :, k])
+        any_saturated |= bool(saturated.any())
+        columns.append(np.concatenate([out, states], axis=1))
+    results = np.stack(columns, axis=2)
+    names = [*p.output_names, *(f"next_{p.values[s].name}" for s, _ in p.states)]
+    values = [*p.outputs, *(s for s, _ in p.states)]
+    pairs = enumerate(zip(names, values, strict=True))
+    return {n: p.format(v).real(results[:, k]) for k, (n, v) in pairs}, any_saturated
+
+
 def run_fixed(
     estimator: Estimator, x: Any, params: Mapping[str, float] | None = None, word: int = 32
 ) -> Columns:
-    """Outputs and, as next_NAME, states of the emitted C, (steps, runs); no value may saturate."""
-    p = estimator.compile(word=word)
-    model, columns = CModel(p), []
-    for n, value in param_words(p, estimator.param_values(params)).items():
-        model.set_param(p.values[n].name, value)
-    for k in range(x.shape[2]):
-        model.reset()
-        out, saturated, states = model.trajectory(input_words(p, x[:, :, k : k + 1])[:, :, 0])
-        assert not saturated.any()
-        columns.append(np.concatenate([out, states], axis=1))
-    words = np.stack(columns, axis=2)
-    names = [*p.output_names, *(f"next_{p.values[s].name}" for s, _ in p.states)]
-    values = [*p.outputs, *(s for s, _ in p.states)]
-    return {n: p.format(v).real(words[:, k]) for k, (n, v) in enumerate(zip(names, values))}  # noqa: B905
+    """As `run_words`, of numbers; no value may saturate."""
+    words = input_words(_model(estimator, word).program, x)
+    results, saturated = run_words(estimator, words, params, word)
+    assert not saturated
+    return results
 
 
 def apart(out: Any, q: Any) -> Any:

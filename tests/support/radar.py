@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pymap3d
 
 from boresight.systems.radar.estimator import Registration
+from tests.support.compiled_float import compiled_float
+
+FILTER = Registration()
 
 #: Longitude, latitude [deg], height [m].
 RADARS = ((115.74, 29.43, 5.0), (114.11, 30.71, 5.0))
@@ -66,31 +68,12 @@ def first(range_m: float, angle_deg: float) -> dict[str, float]:
 
 def float_outputs(u: Any, params: Sequence[dict[str, float]]) -> dict[str, Any]:
     """Outputs (steps, runs) in float64, a run for each set of parameters."""
-    e = Registration()
-    sets = [e.param_values(p) for p in params]
-    p = SimpleNamespace(**{n: np.array([values[n] for values in sets]) for n in sets[0]})
-    x = {s.name: np.full(len(sets), s.initial) for s in e.states}
-    names = [i.name for i in e.inputs]
-    rows = []
-    for record in u:
-        x, out = e.step(
-            SimpleNamespace(**x), SimpleNamespace(**dict(zip(names, record, strict=True))), p
-        )
-        rows.append({n: np.broadcast_to(v, len(sets)) for n, v in out.items()})
-    return {o.name: np.array([row[o.name] for row in rows]) for o in e.outputs}
+    runs = [compiled_float(FILTER, u[:, :, None], p)[0] for p in params]
+    return {o.name: np.concatenate([r[o.name] for r in runs], axis=1) for o in FILTER.outputs}
 
 
 def float_states(u: Any, params: dict[str, float]) -> dict[str, Any]:
     """States (steps,) after every record, in float64; ``wide``: its rows were not used."""
-    e = Registration()
-    p = SimpleNamespace(**e.param_values(params))
-    x = {s.name: np.float64(s.initial) for s in e.states}
-    names = [i.name for i in e.inputs]
-    rows = []
-    for record in u:
-        before = x["weight"]
-        x, _ = e.step(
-            SimpleNamespace(**x), SimpleNamespace(**dict(zip(names, record, strict=True))), p
-        )
-        rows.append({**x, "wide": x["weight"] < before})
-    return {n: np.array([row[n] for row in rows]) for n in rows[0]}
+    states = {n: v[:, 0] for n, v in compiled_float(FILTER, u[:, :, None], params)[1].items()}
+    (weight,) = (s.initial for s in FILTER.states if s.name == "weight")
+    return {**states, "wide": np.diff(states["weight"], prepend=weight) < 0.0}

@@ -18,6 +18,7 @@ from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vecto
 from tests.support import exact_sensors
 from tests.support.exact_sensors import GRAVITY, GRID, GYR, MAG, apart, at_rest, bits
 
+FILTER = EkfBias()
 FIELD = np.array([0.0, 18.0, -45.0])
 ALIGNED = 18  #: samples until it is surely aligned
 RESIDUAL = 0.05  #: deg, what the last step of the alignment may leave
@@ -26,11 +27,11 @@ static = partial(at_rest, dt=0.01, field=FIELD)
 
 
 def run_float(x: Any, params: Any = None) -> Any:
-    return exact_sensors.run_float(EkfBias(), x, params)
+    return exact_sensors.run_float(FILTER, x, params)
 
 
 def run_fixed(x: Any, params: Any = None) -> Any:
-    return exact_sensors.run_fixed(EkfBias(), x, params)
+    return exact_sensors.run_fixed(FILTER, x, params)
 
 
 def test_heading_aligns_with_the_first_field() -> None:
@@ -110,7 +111,7 @@ def test_rotation_is_followed_through_any_attitude() -> None:
 
 
 def from_c(log: Any) -> Any:
-    return {name: v[:, 0] for name, v in run_fixed(feed(EkfBias(), log).inputs[:, :, None]).items()}
+    return {name: v[:, 0] for name, v in run_fixed(feed(FILTER, log).inputs[:, :, None]).items()}
 
 
 def test_agrees_with_vqf() -> None:

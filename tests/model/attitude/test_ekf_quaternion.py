@@ -21,6 +21,7 @@ from tests.support.exact_sensors import (
 
 # What they compute is in `test_ekf_textbook.py`; here is how they behave.
 
+FILTER = EkfQuaternion()
 FIELD = np.array([0.0, 14.7, -40.6])
 ALIGNED = 6  #: samples until it is surely aligned
 
@@ -31,7 +32,7 @@ def test_aligns_from_half_a_turn_away() -> None:
     """Where the error's axis cannot be told, rounding decides, and the filter still arrives."""
     half_turns = np.concatenate([np.eye(4)[1:], [[0.0, 0.6, 0.8, 0.0]]])
     q = quaternion_multiply(np.array(START) / np.linalg.norm(START), half_turns)
-    out = run_fixed(EkfQuaternion(), static(q, 60))
+    out = run_fixed(FILTER, static(q, 60))
     assert apart(out, q)[-1].max() < 2e-4
     assert not bits(out)[-1].any()
 
@@ -40,8 +41,8 @@ def test_restart_forgets_everything() -> None:
     x = np.concatenate([static(GRID[:5], 40), static(GRID[40:45], 40)])
     x[40, 0] = -0.01
     fresh = static(GRID[40:45], 40)
-    again = run_float(EkfQuaternion(), x)
-    first = run_float(EkfQuaternion(), fresh)
+    again = run_float(FILTER, x)
+    first = run_float(FILTER, fresh)
     assert (bits(again)[40] & 1).all()
     for name in ("qw", "qx", "qy", "qz"):
         assert np.abs(again[name][41 + ALIGNED :] - first[name][ALIGNED:-1]).max() < 1e-9
@@ -57,7 +58,7 @@ def test_without_measurement_the_gyro_turns_on() -> None:
         x[40:, GYR] = rate[:, None]
         params = {"acc_max_sq": 150.0}
         for run in (run_float, run_fixed):
-            out = run(EkfQuaternion(), x, params)
+            out = run(FILTER, x, params)
             want = quaternion_multiply(q0, rotation_vector_to_quaternion(0.4 * rate))
             assert apart(out, want)[-1].max() < 2e-4
             assert (bits(out)[-1] >> bit & 1).all()
@@ -66,6 +67,6 @@ def test_without_measurement_the_gyro_turns_on() -> None:
 def test_measured_quaternion_needs_both_vectors_to_align() -> None:
     x = static(GRID[:3], 30)
     x[:20, MAG] = 0.0
-    b = bits(run_float(EkfQuaternion(), x))
+    b = bits(run_float(FILTER, x))
     assert (b[:20] & 1).all() and (b[:20] & 8).all()
     assert not b[26:].any()

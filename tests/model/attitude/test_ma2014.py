@@ -13,6 +13,7 @@ from boresight.sim.attitude.ma2014.world import E2, FIELD_UT, make_log
 from boresight.sim.records.feed import feed
 from tests.support.exact_sensors import ACC, GYR, MAG, at_rest, run_fixed, run_float
 
+FILTER = Ma2014Cf()
 KP, KI = np.array((0.1414, 0.1414, 0.1)), np.array((5e-7, 5e-5, 5e-7))
 SITE = {"field_east": -3.45, "field_north": 27.9}
 FIELD = (-3.45, 27.9, -46.2)
@@ -58,8 +59,8 @@ def textbook(x: Any) -> Any:
 
 
 def test_it_is_the_equations_of_the_paper() -> None:
-    x = feed(Ma2014Cf(), make_log(E2, "C", 3)).inputs
-    got = angles(run_float(Ma2014Cf(), x[:, :, None]))[:, 0]
+    x = feed(FILTER, make_log(E2, "C", 3)).inputs
+    got = angles(run_float(FILTER, x[:, :, None]))[:, 0]
     assert np.abs(wrapped(got - textbook(x))).max() < 1e-12
 
 
@@ -68,7 +69,7 @@ def test_with_full_gains_it_inverts_the_measurement(run: Any, worst: float) -> N
     euler = np.random.default_rng(7).uniform((-1.4, -3.1, -3.1), (1.4, 3.1, 3.1), (200, 3))
     q = Rotation.from_euler("ZXY", euler[:, [2, 0, 1]]).as_quat(scalar_first=True)
     x = at_rest(q, 3, 0.01, FIELD)
-    got = angles(run(Ma2014Cf(), x, {**NONE, **FULL, **SITE}))
+    got = angles(run(FILTER, x, {**NONE, **FULL, **SITE}))
     assert np.abs(wrapped(got - euler)).max() < worst
 
 
@@ -99,7 +100,7 @@ def test_it_begins_with_the_first_field_and_anew_with_a_negative_step() -> None:
     x[:10, MAG] = 0.0
     x[20:] = at_rest(q[1:], 10, 0.01, FIELD)
     x[20, 0] = -0.01
-    got = angles(run_fixed(Ma2014Cf(), x, SITE))[:, 0]
+    got = angles(run_fixed(FILTER, x, SITE))[:, 0]
     np.testing.assert_allclose(got[:10, :2], [[0.2, -0.3]] * 10, atol=1e-7)
     np.testing.assert_allclose(got[10:20], [[0.2, -0.3, 0.5]] * 10, atol=1e-7)
     np.testing.assert_allclose(got[20:], [[-0.4, 1.0, -2.0]] * 10, atol=1e-7)
@@ -109,7 +110,7 @@ def test_a_sample_without_a_field_leaves_the_heading_to_the_gyro() -> None:
     x = at_rest(np.array([[1.0, 0.0, 0.0, 0.0]]), 50, 0.01, FIELD)
     x[1:, GYR.stop - 1] = 0.2
     x[1:, MAG] = 0.0
-    heading = angles(run_float(Ma2014Cf(), x, SITE))[:, 0, 2]
+    heading = angles(run_float(FILTER, x, SITE))[:, 0, 2]
     np.testing.assert_allclose(np.diff(heading), 0.002, atol=1e-12)
 
 
@@ -117,7 +118,7 @@ def test_the_integral_takes_a_bias_away() -> None:
     """A bias b leaves a residual of b / Kp, and that decays with Kp / Ki samples."""
     x, step = at_rest(np.array([[1.0, 0.0, 0.0, 0.0]]), 40_000, 0.01, FIELD), 0.01 * 0.01
     x[:, GYR.start + 1] = 0.01
-    residual = angles(run_fixed(Ma2014Cf(), x, SITE))[:, 0, 1] + step
+    residual = angles(run_fixed(FILTER, x, SITE))[:, 0, 1] + step
     assert residual[50] == pytest.approx(step / KP[1], rel=0.02)
     decay = np.log(residual[1_000] / residual[5_000])
     assert decay == pytest.approx(4_000 * KI[1] / KP[1], rel=0.01)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import cache
 from itertools import permutations, product
 from typing import Any
 
@@ -25,8 +25,10 @@ FILTERS = {
     "complementary": {32: 0.0005, 24: 0.005, 18: 0.2},
 }
 FIELD = (0.0, 20.0, -40.0)
+filter_of = cache(estimator_of)
 
 
+@cache
 def orientations() -> Any:
     """The 24 of a cube, and 100 at random, as w, x, y, z."""
     cube = [
@@ -49,29 +51,31 @@ EXACT = [(name, word) for name, widths in FILTERS.items() for word in widths]
 
 @pytest.mark.parametrize(("name", "word"), EXACT)
 def test_a_start_in_any_position(name: str, word: int) -> None:
-    estimator, x = estimator_of(name), at_rest(orientations(), 8, 0.01, FIELD)
+    estimator, x = filter_of(name), at_rest(orientations(), 8, 0.01, FIELD)
     error = apart(run_fixed(estimator, x, None, word), attitude_of(run_float(estimator, x)))
     assert error[skipped(name) :].max() < FILTERS[name][word]
 
 
-CASES = [(name, word) for name in FILTERS for word in estimator_of(name).start_deg]
+CASES = [(name, word) for name in FILTERS for word in filter_of(name).start_deg]
 
 
-def starts() -> Iterator[Any]:
+@cache
+def starts() -> list[Any]:
     """At rest in two fields, exact and with the noise of sensors."""
-    rng = np.random.default_rng(5)
+    rng, found = np.random.default_rng(5), []
     for field in (FIELD, (3.0, 11.0, -43.0)):
         x = at_rest(orientations(), 8, 0.01, field)
         noisy = x.copy()
         noisy[:, ACC] += 0.03 * rng.normal(size=x[:, ACC].shape)
         noisy[:, MAG] += 0.3 * rng.normal(size=x[:, MAG].shape)
-        yield from (x, noisy)
+        found += [x, noisy]
+    return found
 
 
 @pytest.mark.parametrize(("name", "word"), CASES)
 def test_a_start_is_as_fine_as_stated(name: str, word: int) -> None:
     """With and without noise, within what the filter says of its word."""
-    estimator, first, errors = estimator_of(name), skipped(name), []
+    estimator, first, errors = filter_of(name), skipped(name), []
     for y in starts():
         out = run_fixed(estimator, y, None, word)
         error = apart(out, attitude_of(run_float(estimator, y)))[first:]
@@ -87,7 +91,7 @@ def test_a_start_is_as_fine_as_stated(name: str, word: int) -> None:
 
 @pytest.mark.parametrize(("word", "bound"), [(18, 8.0), (22, 0.4), (25, 0.05), (26, 0.02)])
 def test_rows_that_are_not_aligned_yet_are_near_float64(word: int, bound: float) -> None:
-    estimator = estimator_of("ekf_quaternion")
+    estimator = filter_of("ekf_quaternion")
     for y in starts():
         out = run_fixed(estimator, y, None, word)
         assert apart(out, attitude_of(run_float(estimator, y))).max() < bound
@@ -97,7 +101,7 @@ def test_rows_that_are_not_aligned_yet_are_near_float64(word: int, bound: float)
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_a_dead_accelerometer_or_a_vertical_field_is_no_attitude(name: str, noise: float) -> None:
     """Bit 0 of the status says so, or 1 of the heading; with the noise of sensors, too."""
-    estimator, rng = estimator_of(name), np.random.default_rng(0)
+    estimator, rng = filter_of(name), np.random.default_rng(0)
     x, vertical = (
         at_rest(orientations()[::25], 300, 0.01, field) for field in (FIELD, (0.1, 0.1, -45.0))
     )
@@ -115,4 +119,4 @@ def test_a_word_that_is_too_short_for_a_filter_is_refused() -> None:
     with pytest.raises(
         InputError, match="estimator ekf_bias: wanted a word of 20 bits or more, found 18"
     ):
-        estimator_of("ekf_bias").compile(word=18)
+        filter_of("ekf_bias").compile(word=18)

@@ -23,20 +23,20 @@ DEFAULT = {p.name: p.default for p in Satcom.params}
 SCALE_16 = {"scale": 16.0, "p0_sd": 0.03, "bias_p0_sd": 0.003, "roll_sd": 1e-3, "pitch_sd": 1e-3}
 
 
-def product(p: Any, q: Any) -> Any:
-    """Hamilton product, scalar first."""
-    return np.array(
-        [p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))]
-    )
+def left(p: Any) -> Any:
+    """p q = left(p) q, the Hamilton product, scalar first."""
+    a, b, c, d = p
+    return np.array([[a, -b, -c, -d], [b, a, -d, c], [c, d, a, -b], [d, -c, b, a]])
 
 
 def right(q: Any) -> Any:
     """p q = right(q) p."""
-    return np.stack([product(e, q) for e in np.eye(4)], axis=1)
+    a, b, c, d = q
+    return np.array([[a, -b, -c, -d], [b, a, d, -c], [c, -d, a, b], [d, c, -b, a]])
 
 
 def xi(q: Any) -> Any:
-    return np.stack([product(q, e) for e in np.eye(4)[1:]], axis=1)
+    return left(q)[:, 1:]
 
 
 def rotation(q: Any) -> Any:
@@ -75,7 +75,7 @@ class Textbook:
         half = 0.5 * dt * (gyro - self.bias)
         y = half @ half
         dq = np.array([1 - y / 2 + y * y / 24, *(half * (1 - y / 6 + y * y / 120))])
-        q = product(self.q, dq)
+        q = left(self.q) @ dq
         F = np.eye(7)
         F[:4, :4], F[:4, 4:] = right(dq), -dt / 2 * xi(q)
         Q = np.zeros((7, 7))
