@@ -15,7 +15,7 @@ from boresight.model.errors import InputError
 from boresight.verbs import compile as module
 from boresight.verbs.compile import core_files, project_files
 
-BOTH = ["ekf_quaternion", "ekf_bias"]
+BOTH = ["mine", "other"]
 
 
 def files(folder: str) -> set[str]:
@@ -58,17 +58,18 @@ def test_a_target_without_primitives(here: Path, data) -> None:
     assert "DSP48A1" in Path("out/core.v").read_text()
 
 
-def test_a_shared_core_on_a_board(tmp_path: Path, data) -> None:
-    out = tmp_path / "out"
-    line = f"compile {' '.join(BOTH)} --board mimas --top records -o {out}"
-    report = data(f"{line} --param {BOTH[1]}.scale=4")
+def test_a_shared_core_on_a_board(here: Path, data) -> None:
+    out = here / "out"
+    boresight.new("other")
+    line = "compile mine.py other.py --board mimas --top records -o out"
+    report = data(f"{line} --param other.beta=4")
     assert [*report["programs"]] == BOTH
     assert {*project_files("mimas", system=False)} <= files(str(out))
     assert "Clock    70 MHz" in (out / "ise-mimas" / "README.txt").read_text()
     registers = json.loads((out / "registers.json").read_text())
     by_name = {r["name"]: r for r in registers["registers"]}
     assert by_name["program"]["names"] == BOTH
-    first, second = (by_name[f"{name}.scale"] for name in BOTH)
+    first, second = (by_name[f"{name}.beta"] for name in BOTH)
     assert second["reset"] == 4 << second["frac"] != first["reset"]
 
 

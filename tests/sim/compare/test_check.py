@@ -48,13 +48,13 @@ def checked(log, steps, *names, build=None, **options):
 
 @pytest.mark.parametrize("config", ["small", "fast"])
 def test_all_levels_agree_on_recorded_data(log, config):
-    (result,) = checked(log, 1500, build=Build(estimator("complementary"), config=config))
+    (result,) = checked(log, 500, build=Build(estimator("complementary"), config=config))
     assert result.good
     levels = {(r.level, r.simulator): r for r in result.levels}
-    assert levels["fixed", "interpreter"].n_total == 1500
-    assert levels["c", "gcc"].n_total == 1500
+    assert levels["fixed", "interpreter"].n_total == 500
+    assert levels["c", "gcc"].n_total == 500
     rtl = levels["rtl", "verilator"]
-    assert (rtl.n_total, rtl.n_mismatch) == (1500, 0)
+    assert (rtl.n_total, rtl.n_mismatch) == (500, 0)
     assert rtl.cycles_min == rtl.cycles_max == rtl.cycles_predicted
     (attitude,) = (d for d in result.accuracy.differences if d.output == "attitude")
     assert attitude.largest < 1e-4

@@ -56,19 +56,19 @@ def test_a_log_that_is_read_in_pieces(
 ) -> None:
     """From a file, in memory, whole: also where a cause is looked for, and what is kept."""
     file = tmp_path / "ximu_walk.parquet"
-    record = replace(WALK.head(600), comparison=False)  # which the file cannot hold
+    record = replace(WALK.head(300), comparison=False)  # which the file cannot hold
     file.write_bytes(content_of(file, record))
     build = Build(estimator("complementary"), word=word)
     (whole,) = of_pieces(build, record, (1 << 16,))
-    monkeypatch.setattr(module, "KEPT", 256)
+    monkeypatch.setattr(module, "KEPT", 128)
     monkeypatch.setattr(logs, "_MEMORY_LIMIT", 0)
     log = Log.of(file)
     assert log.data == file
-    assert of_pieces(build, log, (1, 7, 400)) == of_pieces(build, record, (400,)) == {whole}
+    assert of_pieces(build, log, (1, 7, 200)) == of_pieces(build, record, (200,)) == {whole}
     check = Check(build, levels=("c",))
     (short,) = check.run(log)
-    assert (len(short.given), len(short.fixed.outputs["roll"])) == (256, 256)
-    assert sum(len(part.floating.outputs["roll"]) for part in short.parts()) == 600
+    assert (len(short.given), len(short.fixed.outputs["roll"])) == (128, 128)
+    assert sum(len(part.floating.outputs["roll"]) for part in short.parts()) == 300
 
 
 @pytest.mark.parametrize("name", ["complementary", "complementary,ekf_quaternion"])

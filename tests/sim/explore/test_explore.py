@@ -102,10 +102,10 @@ def test_figures_are_those_of_the_arithmetic(here) -> None:
 
 
 def test_another_log_of_the_same_name_is_measured_again(here) -> None:
-    first = run()
+    first = run(words=(18,))
     (here / "log.csv").write_text(log(0.01))
-    second = run()
-    assert second["rows"] == run(output="other")["rows"]
+    second = run(words=(18,))
+    assert second["rows"] == run(words=(18,), output="other")["rows"]
     assert second["rows"][0]["m"] != first["rows"][0]["m"]
 
 
@@ -118,7 +118,7 @@ def test_a_log_that_changes_while_it_is_explored_gives_no_figures(here) -> None:
 
 
 def test_what_check_refuses_is_not_chosen_and_says_why(here, capsys) -> None:
-    result = run("smooth.py:Wound", least="cycles")
+    result = run("smooth.py:Wound", words=(18,), least="cycles")
     assert not result.good and result["choice"]["row"] is None
     assert all("SATURATED" in row["reason"] for row in result["rows"])
     assert main(["check", "smooth.py:Wound", "log.csv", "--levels", "c"]) == 1
@@ -150,10 +150,9 @@ def test_nothing_is_measured_twice_and_an_interrupted_run_continues(here, monkey
     assert len(kinds) == 3
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_the_check_that_follows_has_the_same_settings(here, jobs, capsys) -> None:
+def test_the_check_that_follows_has_the_same_settings(here, capsys) -> None:
     """Tolerances and rows, in every process and in the commands."""
-    given = ("--tolerance", "m=1e-9V", "--every", "2", "--jobs", jobs)
+    given = ("--tolerance", "m=1e-9V", "--every", "2", "--jobs", "2")
     assert main(["explore", "smooth.py:Smooth", "log.csv", *WORDS, *given, "--json"]) == 0
     narrow, row, *_ = json.loads(capsys.readouterr().out)["rows"]
     assert "wanted an LSB of at most 1e-09, for the tolerance of output m" in narrow["reason"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -317,6 +318,7 @@ def test_odd(values: dict[str, float], text: str) -> None:
     assert warned(**values) == ((text,) if text else ())
 
 
+@cache
 def turned(length: int = 3000) -> dict[str, np.ndarray]:
     """Rates, force and field of a body that turns, with noise, at 100 Hz."""
     rng = np.random.default_rng(3)
@@ -348,7 +350,7 @@ SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     ],
 )
 def test_rates_that_contradict_how_the_vectors_turn(change: dict[str, Any], text: str) -> None:
-    made = turned()
+    made = dict(turned())
     for name, factor in change.items():
         is_exchange = np.ndim(factor) == 2
         made[name] = made[name] @ factor if is_exchange else made[name] * np.asarray(factor)
