@@ -240,7 +240,7 @@ def test_no_framing_hangs_the_engine(config: str) -> None:
     rng = random.Random(6)
 
     async def test(ctx):
-        for k in range(60):
+        for k in range(40):
             count = rng.randrange(1, 6)
             words = [rng.getrandbits(10) for _ in range(count)]
             await bench.put(ctx, *words)

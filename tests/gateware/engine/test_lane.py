@@ -77,13 +77,12 @@ def operand(rng: random.Random, word: int) -> int:
 @pytest.mark.parametrize(
     "word, depth", [(18, 7), (19, 7), (20, 7), (24, 7), (32, 7), (20, 12), (32, 10), (32, 12)]
 )
-@pytest.mark.parametrize("stalls", [0.0, 0.25])
-def test_random_slots(word: int, depth: int, stalls: float) -> None:
-    rng = random.Random(word + int(100 * stalls))
+def test_random_slots(word: int, depth: int) -> None:
+    rng = random.Random(word)
     arith = Arithmetic(word=word)
     machine = Machine(name="test", lanes=1, arithmetic=arith, depth=depth)
     fields = {f.name[:-1]: f for f in machine.fields if f.name[:-1] in FIELDS}
-    count = 900
+    count = 600
     slots = []
     for number in range(count):
         values = {name: rng.getrandbits(f.width) for name, f in fields.items()}
@@ -116,7 +115,7 @@ def test_random_slots(word: int, depth: int, stalls: float) -> None:
                 ctx.set(dut.b, slots[reading][1] & mask)
                 assert ctx.get(dut.index) == indices[reading], reading
             ctx.set(dut.en, 0)
-            while rng.random() < stalls:
+            while rng.random() < 0.25:  # a stall
                 await ctx.tick()
             ctx.set(dut.en, 1)
             done = cycle - dut.stages.write
