@@ -75,33 +75,33 @@ class Discharge(BatchedWorld):
         current = np.stack([self._loads(draw) for draw in draws], axis=1)
         z = np.array([draw.uniform(0.8, 0.98) for draw in draws])
         noise = np.stack([draw.normal(size=(self.steps, 2)) for draw in draws], axis=2)
-        cell, truth = self.cell, np.empty((4, *current.shape))
-        fast, slow = np.zeros(self.runs), np.zeros(self.runs)
-        for k, i in enumerate(current):
-            for _ in range(SUBSTEPS):
-                z, fast, slow = self._moved(z, fast, slow, i, DT / SUBSTEPS)
-            r_0 = cell.resistance * (0.1562 * np.exp(-24.37 * z) + 0.07446)
-            v = open_voltage(z) + 4.0 * cell.curve_v * z * (1.0 - z) - r_0 * i - fast - slow
-            truth[:, k] = z, fast, slow, v
+        cell = self.cell
+        z, fast, slow = self._moved(z, current)
+        r_0 = cell.resistance * (0.1562 * np.exp(-24.37 * z) + 0.07446)
+        v = open_voltage(z) + 4.0 * cell.curve_v * z * (1.0 - z) - r_0 * current - fast - slow
         measured = (1.0 + cell.scale) * current + cell.offset_a + cell.noise_a * noise[:, 0]
         yield {
             "i": measured,
-            "v": truth[3] + cell.noise_v * noise[:, 1],
-            **{"z_true": truth[0], "v_fast_true": truth[1], "v_slow_true": truth[2]},
+            "v": v + cell.noise_v * noise[:, 1],
+            **{"z_true": z, "v_fast_true": fast, "v_slow_true": slow},
         }
 
-    def _moved(
-        self, z: FloatArray, fast: FloatArray, slow: FloatArray, i: FloatArray, h: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The published circuit after h seconds of a current: each element exactly."""
-        resistance, slower = self.cell.resistance, self.cell.slower
-        r_fast = 0.3208 * np.exp(-29.14 * z) + 0.04669
-        r_slow = 6.603 * np.exp(-155.2 * z) + 0.04984
-        tau_fast = slower * r_fast * (703.6 - 752.9 * np.exp(-13.51 * z))
-        tau_slow = slower * r_slow * (4475.0 - 6056.0 * np.exp(-27.12 * z))
-        fast = resistance * r_fast * i + (fast - resistance * r_fast * i) * np.exp(-h / tau_fast)
-        slow = resistance * r_slow * i + (slow - resistance * r_slow * i) * np.exp(-h / tau_slow)
-        return z - h / (3600.0 * CAPACITY * self.cell.capacity) * i, fast, slow
+    def _moved(self, start: FloatArray, current: FloatArray) -> tuple[FloatArray, ...]:
+        """The published circuit after each current: in substeps, each element exactly."""
+        resistance, slower, h = self.cell.resistance, self.cell.slower, DT / SUBSTEPS
+        i = np.repeat(current, SUBSTEPS, axis=0)
+        used = h / (3600.0 * CAPACITY * self.cell.capacity) * i
+        z = np.subtract.accumulate([start, *used])
+        r_fast = 0.3208 * np.exp(-29.14 * z[:-1]) + 0.04669
+        r_slow = 6.603 * np.exp(-155.2 * z[:-1]) + 0.04984
+        tau_fast = slower * r_fast * (703.6 - 752.9 * np.exp(-13.51 * z[:-1]))
+        tau_slow = slower * r_slow * (4475.0 - 6056.0 * np.exp(-27.12 * z[:-1]))
+        ends = np.stack([resistance * r_fast * i, resistance * r_slow * i], axis=1)
+        keeps = np.exp(-h / np.stack([tau_fast, tau_slow], axis=1))
+        voltages = [np.zeros_like(ends[0])]
+        for end, keep in zip(ends, keeps, strict=True):
+            voltages.append(end + (voltages[-1] - end) * keep)
+        return z[SUBSTEPS::SUBSTEPS], *np.stack(voltages[SUBSTEPS::SUBSTEPS], axis=1)
 
     def _loads(self, draw: np.random.Generator) -> FloatArray:
         """Currents (n,) [A], positive out of the cell; constant within a step."""
