@@ -11,6 +11,7 @@ import sysconfig
 import tempfile
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from importlib.metadata import version as version_of
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from boresight.gateware.core import Core
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.external import failure
+from boresight.model.tools.files import Cache
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.run import (
@@ -28,7 +30,7 @@ from boresight.sim.attitude.board.run import (
     frames_of,
     read_trace,
 )
-from boresight.sim.rtl.simulators import SimulationFailed, build_program
+from boresight.sim.rtl.simulators import SimulationFailed, build_program, version
 
 
 def run_under_cocotb(
@@ -67,7 +69,7 @@ def run_under_cocotb(
                 hdl_toplevel="bench",
                 hdl_toplevel_lang="verilog",
                 test_module="tests.support.attitude.board.cocotb_bench",
-                build_dir=_built(board).name,
+                build_dir=_built(board),
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
                 seed=1,
@@ -183,18 +185,18 @@ public_flat_rd -module "system" -var "probe_updated"
 
 
 @lru_cache
-def _built(board: Board) -> tempfile.TemporaryDirectory[str]:
-    """Folder of the bench's program."""
+def _built(board: Board) -> Path:
+    """Folder of the bench's program, in the build cache."""
     from cocotb_tools.config import libs_dir, share_dir
 
-    folder = tempfile.TemporaryDirectory(prefix="boresight-board-")
-    values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
+    arguments = ["--vpi", "--prefix", "Vtop", "--timescale", "1ns/1ps"]
+    arguments += [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
     main = (Path(share_dir) / "lib/verilator/verilator.cpp").read_text()
-    build_program(
-        Path(folder.name) / "bench",
-        {"seen.vlt": _SEEN, **board_sources(board), "verilator.cpp": main},
-        ["--vpi", "--prefix", "Vtop", "--timescale", "1ns/1ps", *values],
-        top="bench",
-        link=[f"-Wl,-rpath-link,{libs_dir}", f"-L{libs_dir}", "-lcocotbvpi_verilator"],
-    )
-    return folder
+    sources = {"seen.vlt": _SEEN, **board_sources(board), "verilator.cpp": main}
+    link = [f"-Wl,-rpath-link,{libs_dir}", f"-L{libs_dir}", "-lcocotbvpi_verilator"]
+
+    def make(folder: Path) -> None:
+        build_program(folder / "bench", sources, arguments, top="bench", link=link)
+
+    identity = repr((sources, arguments, link, version("verilator"), version_of("cocotb")))
+    return Cache().get("cocotb", identity, make)
