@@ -20,13 +20,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
-from importlib import metadata
 from pathlib import Path
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
 from boresight.model.settings import CURRENT, Settings, using
 from boresight.model.tools.external import ToolFailed, optional
+from boresight.model.tools.files import package_digest
 
 BATCH = 5  #: Tasks that one process runs before it returns their results.
 _SECONDS = 5.0  #: Time from one line of progress to the next.
@@ -53,7 +53,7 @@ def digest(*parts: Any) -> str:
 
 
 def sources(*objects: object) -> str:
-    """Digest of the loaded Python files beside those of some objects, and Boresight's version.
+    """Digest of the loaded Python files beside those of some objects, and of Boresight's.
 
     It covers a user's file and the modules that it imports from the same folder or below it.
     """
@@ -70,7 +70,7 @@ def sources(*objects: object) -> str:
         for file in {*files.values()}
         if any(map(file.is_relative_to, own)) and not any(map(file.is_relative_to, installed))
     }
-    return digest(metadata.version("boresight"), sorted(texts))
+    return digest(package_digest(), sorted(texts))
 
 
 def _run(settings: Settings, work: Callable[..., Result], *arguments: object) -> Result:

@@ -339,12 +339,12 @@ def kept(name: str, identity: str, make: Callable[[], str]) -> str:
     def write(entry: Path) -> None:
         (entry / "text").write_text(make(), encoding="utf-8", newline="")
 
-    folder = Cache().get(name, f"{sources()} {identity}", write)
+    folder = Cache().get(name, f"{package_digest()} {identity}", write)
     return (folder / "text").read_bytes().decode()
 
 
 @lru_cache(maxsize=1)
-def sources() -> str:
+def package_digest() -> str:
     """Hash of all Python files of this package."""
     known = hashlib.sha256()
     for folder, folders, files in os.walk(_PACKAGE, followlinks=True):

@@ -121,9 +121,9 @@ def test_a_text_is_kept_until_the_sources_change(
     assert kept("n", "i", lambda: "b") == "a\r\n\u00b5\n" and kept("n", "j", lambda: "c") == "c"
     (tmp_path / "new.py").write_text("x = 1")
     monkeypatch.setattr(module, "_PACKAGE", tmp_path)
-    module.sources.cache_clear()
+    module.package_digest.cache_clear()
     assert kept("n", "i", lambda: "d") == "d"
-    module.sources.cache_clear()
+    module.package_digest.cache_clear()
 
 
 def test_bytes(tmp_path: Path) -> None:
