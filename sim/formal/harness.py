@@ -158,6 +158,7 @@ check: depth {depth}
 cover: mode cover
 cover: depth {depth_of_cover}
 cover: skip {cover}
+cover: vcd off
 timeout 600
 [engines]
 smtbmc yices
