@@ -68,7 +68,9 @@ def test_every_verb_names_what_saturates(here: Path, data, said) -> None:
     assert wanted in said(f"run ramp.py:Ramp {world}", 1)
     assert wanted in said("check ramp.py:Ramp ramp.csv --levels c", 1)
     assert wanted in said("accuracy ramp.py:Ramp ramp.csv")
-    (row,) = data("explore ramp.py:Ramp ramp.csv --word 32 --config small -o out", 1)["rows"]
+    (row,) = data("explore ramp.py:Ramp ramp.csv --word 32 --config small --jobs 1 -o out", 1)[
+        "rows"
+    ]
     assert wanted in row["reason"]
     # Slopes of 2, 3 and 4 m: none, one and three updates.
     text = said("montecarlo ramp.py:Rising ramp.py:Ramp --runs 3 -o out", 1)

@@ -56,22 +56,22 @@ def test_a_log_that_is_read_in_pieces(
 ) -> None:
     """From a file, in memory, whole: also where a cause is looked for, and what is kept."""
     file = tmp_path / "ximu_walk.parquet"
-    record = replace(WALK.head(300), comparison=False)  # which the file cannot hold
+    record = replace(WALK.head(120), comparison=False)  # which the file cannot hold
     file.write_bytes(content_of(file, record))
     build = Build(estimator("complementary"), word=word)
     (whole,) = of_pieces(build, record, (1 << 16,))
-    monkeypatch.setattr(module, "KEPT", 128)
+    monkeypatch.setattr(module, "KEPT", 64)
     monkeypatch.setattr(logs, "_MEMORY_LIMIT", 0)
     log = Log.of(file)
     assert log.data == file
-    assert of_pieces(build, log, (1, 7, 200)) == of_pieces(build, record, (200,)) == {whole}
+    assert of_pieces(build, log, (1, 7, 80)) == of_pieces(build, record, (80,)) == {whole}
     check = Check(build, levels=("c",))
     (short,) = check.run(log)
-    assert (len(short.given), len(short.fixed.outputs["roll"])) == (128, 128)
-    assert sum(len(part.floating.outputs["roll"]) for part in short.parts()) == 300
+    assert (len(short.given), len(short.fixed.outputs["roll"])) == (64, 64)
+    assert sum(len(part.floating.outputs["roll"]) for part in short.parts()) == 120
 
 
-@pytest.mark.parametrize("name", ["complementary", "complementary,ekf_quaternion"])
+@pytest.mark.parametrize("name", ["complementary", "complementary,ma2014_cf"])
 def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """Of a long log the first and a few others are held, however many there are."""
     monkeypatch.setattr(module, "KEPT", 64)
@@ -91,8 +91,8 @@ def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None
 
 def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     """Row and states before it are those of the whole log."""
-    build, record = Build(estimator("complementary")), WALK.head(300)
-    wrong = feed(build.estimators[0], record).words(build.programs[0])[210]
+    build, record = Build(estimator("complementary")), WALK.head(120)
+    wrong = feed(build.estimators[0], record).words(build.programs[0])[90]
     whole = CModel._updates
 
     def updates(self: CModel, inputs: Any, **options: Any) -> Any:
@@ -104,4 +104,4 @@ def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     texts = of_pieces(build, record, (7, 50, 1000), levels=("c",))
     monkeypatch.setattr(module, "KEPT", 64)
     texts |= of_pieces(build, record, (7, 50), levels=("c",))
-    assert len(texts) == 1 and "'first_wrong': 210" in texts.pop()
+    assert len(texts) == 1 and "'first_wrong': 90" in texts.pop()

@@ -44,10 +44,10 @@ def test_every_frame_equals_the_models_in_the_stated_time(number: int) -> None:
     registers = board.system.plan.feed.registers
     feed = {name: 1000 + k for k, name in enumerate(registers)}
     settings = {"filter": number, "output_divider": 1} | {f"feed_{n}": v for n, v in feed.items()}
-    run = run_board(board, what, updates=200, settings=settings)
+    run = run_board(board, what, updates=160, settings=settings)
     verdict = judge(board, what, run, filter=number, source=2, feed=feed)
     assert (verdict.mismatches, verdict.first, verdict.lost) == (0, "", 0)
-    assert verdict.updates == 200 and verdict.fields >= 1 and run.dropped == 0
+    assert verdict.updates == 160 and verdict.fields >= 1 and run.dropped == 0
     cycles = verdict.transfer_cycles[0] + verdict.core_cycles[0]
     assert (cycles, *verdict.core_cycles) == (
         board.system.latency_cycles(number),

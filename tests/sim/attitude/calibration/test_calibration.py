@@ -44,9 +44,9 @@ def changed(column: str, change: Callable | None, only: str = "") -> list[Record
 
 
 def test_registers_and_attitude() -> None:
-    trials = [trial(seed, **SIZE) for seed in (1, 2, 3)]
+    trials = [trial(seed, **SIZE) for seed in (1, 2)]
     errors = np.array([[*t.errors.values()] for t in trials])
-    assert errors.shape == (3, 37)
+    assert errors.shape == (2, 37)
     assert np.abs(errors).max() < 4.0 and 0.6 < np.sqrt((errors**2).mean()) < 1.1
     for t in trials:
         assert t.attitude["found"] < t.attitude["true"] + 0.1 < 0.2 * t.attitude["declared"]
