@@ -1,6 +1,7 @@
 """Shared by all tests: the same cases in every run; no simulated bench waits for ever."""
 
 import gc
+import os
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ import pytest
 from amaranth.sim import Simulator
 from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import none
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # There is a process for each processor.
 
 from boresight.firmware import build
 from boresight.model.errors import ToolMissing
