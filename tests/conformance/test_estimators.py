@@ -6,19 +6,16 @@ What an estimator computes, and what it alone does, is in the tests of its own r
 from __future__ import annotations
 
 import math
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from boresight.firmware.build import CModel
-from boresight.gateware.core import build_core
-from boresight.model.attitude.front import FRONT
 from boresight.model.attitude.mekf import Mekf
 from boresight.model.attitude.vqf import Settings, Vqf
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimator import Estimator
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import bundled, read_record
 from boresight.systems.array.estimator import ArrayAttitude
@@ -33,7 +30,7 @@ from boresight.systems.radar.world import TwoRadars
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.world import OnTheMove
 from tests.support import exact_sensors
-from tests.support.estimators import ALL
+from tests.support.estimators import ALL, core_of
 from tests.support.exact_sensors import apart, at_rest, bits, sphere
 
 NAN = math.nan
@@ -224,8 +221,7 @@ CYCLES = [
 
 @pytest.mark.parametrize("name, config, interval, latency", CYCLES)
 def test_cycles(name: str, config: str, interval: int, latency: int) -> None:
-    program = {**ALL, **FRONT}[name]().compile()
-    schedule = build_core(program, config).schedule
+    schedule = core_of(name, config).schedule
     assert schedule.interval <= interval
     assert schedule.latency <= latency
 
@@ -284,6 +280,11 @@ GRID = sphere((-90.0, -60.0, 0.0, 30.0, 89.9), *ANGLES)
 EULER_GRID = sphere((-84.9, -60.0, 0.0, 30.0, 84.9), *ANGLES)
 
 
+@cache
+def made(name: str) -> Estimator:
+    return ALL[name]()
+
+
 def run(e: Estimator, x: Any, word: int | str) -> Any:
     """Outputs by name, (steps, runs)."""
     return (
@@ -297,7 +298,7 @@ def run(e: Estimator, x: Any, word: int | str) -> Any:
 def test_aligns_at_any_attitude(name: str, word: int | str, bound: float) -> None:
     dt, field, aligned, *_ = SETTING[name]
     q = EULER_GRID if name == "complementary" else GRID
-    out = run(ALL[name](), at_rest(q, aligned + 3, dt, field), word)
+    out = run(made(name), at_rest(q, aligned + 3, dt, field), word)
     error = apart(out, q)[aligned:].max()
     assert error < bound and (word == "float" or error > 0.1 * bound)
     status = bits(out) & ~16  # a field counts as odd until it is known
@@ -313,7 +314,7 @@ def test_restart_exactly_half_a_turn_away(name: str, word: int | str) -> None:
     x = np.concatenate([at_rest(level, 20, dt, field), at_rest(turned, after + 1, dt, field)])
     x[np.abs(x) < 1e-9] = 0.0
     x[20, 0] = -0.25
-    out = run(ALL[name](), x, word)
+    out = run(made(name), x, word)
     assert apart(out, turned)[-1].max() < bound
     assert not bits(out)[-1].any() or name == "vqf"
 
@@ -325,15 +326,9 @@ RECORDED = {"mekf": (4000, 5e-4), "ekf_bias": (2000, 0.005)}
 @pytest.mark.parametrize("name", RECORDED)
 def test_fixed_point_is_float64_on_a_recording(name: str) -> None:
     """Every status bit the same, and nothing saturates."""
-    e, (steps, bound) = ALL[name](), RECORDED[name]
+    e, (steps, bound) = made(name), RECORDED[name]
     x = feed(e, read_record(bundled("ximu_walk"))).inputs[:steps, :, None]
-    program = e.compile()
-    words, saturated = CModel(program).update(input_words(program, x)[:, :, 0])
-    assert not saturated.any()
-    fixed = {
-        n: program.format(v).real(words[:, k, None])
-        for k, (n, v) in enumerate(zip(program.output_names, program.outputs, strict=True))
-    }
+    fixed = exact_sensors.run_fixed(e, x)
     floating = exact_sensors.run_float(e, x)
     error = apart(fixed, exact_sensors.attitude_of(floating))
     assert 1e-3 * bound < error.max() < bound

@@ -13,7 +13,7 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.rtl.simulation import BusWrite, Reset, RtlSimulation
-from tests.support.estimators import ALL, Leaky
+from tests.support.estimators import ALL, Leaky, core_of
 from tests.support.random_program import random_inputs
 
 
@@ -87,17 +87,18 @@ def test_every_cycle_of_several_programs(config: str) -> None:
 
 def test_what_an_idle_bus_carries() -> None:
     """The bench's idle bus shows any register of the second lane; nothing is written there."""
-    core = build_core(ALL["battery"]().compile(), "fast")
-    check(core, [event for cycle in range(1, 300, 15) for event in in_cycle(cycle)])
+    check(
+        core_of("battery", "fast"),
+        [event for cycle in range(1, 300, 15) for event in in_cycle(cycle)],
+    )
 
 
 @pytest.mark.parametrize("name", sorted(ALL))
 def test_shipped_programs(name: str) -> None:
     """In 20 cycles spread over an update."""
-    program = ALL[name]().compile()
     for config in ("small", "small-1024", "small-2048"):
         try:
-            core = build_core(program, config)
+            core = core_of(name, config)
             break
         except ScheduleError:
             continue

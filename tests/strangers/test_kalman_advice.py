@@ -79,10 +79,12 @@ def advised(said: str) -> list[tuple[int, str]]:
     return [(int(line), x) for line, x in found] + [(int(k), f"sd_max={x}") for k, x in raised]
 
 
-def follow(text: str, tmp_path: Path, source: Any, word: int) -> tuple[list[Any], str]:
-    """Results round by round, until `check` is good or has no more advice; and the last file."""
+def follow(
+    text: str, tmp_path: Path, source: Any, word: int, most: int = 3
+) -> tuple[list[Any], str]:
+    """Results round by round, until `check` is good or rounds are over; and the last file."""
     rounds: list[Any] = []
-    for n in range(5):
+    for n in range(most):
         path = tmp_path / f"round_{n}.py"
         path.write_text(text)
         try:
@@ -111,13 +113,12 @@ def test_a_tracker_by_bearings_is_good_after_one_round(tmp_path: Path) -> None:
 
 def test_a_derivative_beyond_slope_max_is_told(tmp_path: Path) -> None:
     text = TRACKER.replace("1e-4)]", '1e-4, slope_max={"x": 2**-15, "y": 2**-12})]')
-    (result, *_), _ = follow(text, tmp_path, bearings(), 32)
+    (result,), _ = follow(text, tmp_path, bearings(), 32, most=1)
     (said,) = [w for w in result.given.warnings if "slope_max" in w]
     assert "the derivative by x is limited" in said and said.endswith("of x by 2**3"), said
 
 
-@pytest.mark.parametrize("times", [16.0, 1.0 / 1.2])
-@pytest.mark.parametrize("world", ["Bearing", "Pendulum"])
+@pytest.mark.parametrize(("world", "times"), [("Bearing", 16.0), ("Pendulum", 1.0 / 1.2)])
 def test_an_example_with_a_wrong_sd_max_recovers(world: str, times: float, tmp_path: Path) -> None:
     text = (EXAMPLES / f"{world.lower()}.py").read_text()
     text = re.sub(

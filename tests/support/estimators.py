@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
+from boresight.gateware.core import Core, build_core
+from boresight.model.attitude.front import FRONT
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points, offered
+from boresight.model.words.program import Program
 
 ALL = offered(Estimator, "estimator", ESTIMATOR_GROUP)
 assert [*ALL] == names_of_entry_points(ESTIMATOR_GROUP)
+
+
+@cache
+def program_of(name: str, word: int = 32) -> Program:
+    """A program of `ALL`, or before the filters."""
+    return {**ALL, **FRONT}[name]().compile(word=word)
+
+
+@cache
+def core_of(name: str, config: str) -> Core:
+    """The core of `program_of`."""
+    return build_core(program_of(name), config)
 
 
 class Leaky(Estimator):
