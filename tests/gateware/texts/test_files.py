@@ -18,7 +18,8 @@ from boresight.verbs.compile import core_files
 
 Design = tuple[Path, Build]
 ICARUS = pytest.mark.skipif(not available("icarus"), reason="Icarus: apt-get install iverilog")
-MODES = ["2001", "2005", "2005-sv", "2009", "2012"]
+#: The one with the fewest features, and the one with the most reserved words.
+MODES = ["2001", "2012"]
 #: Module -> direction, name and bits of its ports.
 MODULES = {
     "core": [(pin.direction, pin.name, pin.bits) for pin in core_pins(32)],
@@ -160,10 +161,12 @@ def spoilt(text: str, module: str) -> str:
 @ICARUS
 @pytest.mark.parametrize(("module", "bench"), [("core", "tb"), ("core_axi", "tb_axi")])
 def test_the_bench_finds_faults(module: str, bench: str, one: Design, tmp_path: Path) -> None:
-    folder = one[0]
-    for name in ("core.v", "spartan6.v", "core_axi.v"):
-        text = (folder / name).read_text()
-        (tmp_path / name).write_text(spoilt(text, module) if name == f"{module}.v" else text)
+    """In the core without primitives, which simulates twice as fast."""
+    folder, build = one
+    texts = {"core": build.core.verilog(instances=False, identified=True)}
+    texts["core_axi"] = (folder / "core_axi.v").read_text()
+    for name, text in texts.items():
+        (tmp_path / f"{name}.v").write_text(spoilt(text, module) if name == module else text)
     sources = [*tmp_path.glob("*.v"), folder / "tb" / f"{bench}.v"]
     built = tmp_path / "bench"
     subprocess.run(["iverilog", "-g2005", "-s", bench, "-o", built, *sources], check=True)

@@ -27,8 +27,8 @@ RUNS = [
     pytest.param("fast", 32, "verilator", range(12, 16), 40, marks=VERILATOR),
     pytest.param("small-1024", 32, "verilator", range(40, 41), 40, marks=VERILATOR),
     pytest.param("small-2048", 32, "verilator", range(41, 43), 40, marks=VERILATOR),
-    pytest.param("small", 18, "icarus", range(24, 26), 20, marks=ICARUS),
-    pytest.param("fast", 24, "icarus", range(28, 30), 20, marks=ICARUS),
+    pytest.param("small", 18, "icarus", range(24, 25), 20, marks=ICARUS),
+    pytest.param("fast", 24, "icarus", range(28, 29), 20, marks=ICARUS),
     pytest.param(
         "small", 32, "verilator", range(100, 200), 40, marks=[VERILATOR, pytest.mark.soak]
     ),

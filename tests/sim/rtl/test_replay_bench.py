@@ -25,14 +25,14 @@ from tests.support.random_program import random_inputs, random_program, random_p
 def _random() -> tuple[Core, list[IntArray]]:
     """Two programs, two lanes."""
     programs = random_programs(5, 2, word=24)
-    streams = [np.array(random_inputs(p, k, 12 + k)) for k, p in enumerate(programs)]
+    streams = [np.array(random_inputs(p, k, 8 + k)) for k, p in enumerate(programs)]
     return build_shared_core(programs, "fast"), streams
 
 
 def _recorded() -> tuple[Core, list[IntArray]]:
     """A filter on a bundled log."""
     build = Build(Complementary())
-    return build.core, [log.inputs[:10] for log in recorded(build)]
+    return build.core, [log.inputs[:4] for log in recorded(build)]
 
 
 def _runs(simulation: RtlSimulation, streams: list[IntArray]) -> list[RtlRun]:
@@ -162,7 +162,7 @@ def test_random_programs_in_turns(config, word, count, simulator):
     if not available(simulator):
         pytest.skip(f"needs {simulator}")
     simulation = RtlSimulation(core, simulator)
-    most = 16 if simulator == "icarus" else 30
+    most = 10 if simulator == "icarus" else 30
     streams = [np.array(random_inputs(p, k, most + k)) for k, p in enumerate(programs)]
     for stall in (0, 5):
         runs = run_in_turns(simulation, streams, seed=stall, stall=stall, longest=5)
