@@ -52,14 +52,14 @@ SYSTEMS = {
 def test_the_filter_of_a_linear_system(kind: str) -> None:
     made, rng = SYSTEMS[kind](), np.random.default_rng(2)
     assert made.rates_hz == {"scipy": {"dt": 1.0}, "control": {"dt": 10.0}}.get(kind, {})
-    u, z = np.sin(0.1 * np.arange(200)), rng.normal(0.0, 0.3, (200, 2))
+    u, z = np.sin(0.1 * np.arange(100)), rng.normal(0.0, 0.3, (100, 2))
     log = dict(zip([i.name for i in made.inputs], [u, *z.T], strict=True))
     (result,) = boresight.check(made, log, levels=("fixed", "c"))["results"]
     assert result.good, result.lines()
     x = START if kind == "filterpy" else np.zeros(2)
     cov, r = (P_FULL, R_FULL) if kind == "correlated" else (P, R)
     d = np.zeros((2, 1)) if kind == "filterpy" else D
-    for k in range(200):
+    for k in range(100):
         x, cov = A @ x + B[:, 0] * u[k], A @ cov @ A.T + Q
         gain = cov @ C.T @ np.linalg.inv(C @ cov @ C.T + r)
         x, cov = x + gain @ (z[k] - C @ x - d[:, 0] * u[k]), (np.eye(2) - gain @ C) @ cov
