@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,19 @@ from boresight.cli import main
 from tests.support.pages import user_folder
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The working folder, with ``mine.py`` and ``mine.csv``."""
-    with user_folder(tmp_path, monkeypatch):
+@pytest.fixture(scope="session")
+def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with ``mine.py`` and ``mine.csv``."""
+    folder = tmp_path_factory.mktemp("starter")
+    with pytest.MonkeyPatch.context() as patch, user_folder(folder, patch):
         boresight.new("mine")
+    return folder
+
+
+@pytest.fixture
+def here(starter: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The working folder, with a copy of ``starter``."""
+    with user_folder(Path(shutil.copytree(starter, tmp_path, dirs_exist_ok=True)), monkeypatch):
         yield tmp_path
 
 

@@ -195,4 +195,4 @@ def narrow(seeds: Sequence[int]) -> None:
 
 
 def test_narrow_declarations() -> None:
-    narrow(range(60))
+    narrow(range(40))

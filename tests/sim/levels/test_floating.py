@@ -19,7 +19,7 @@ from tests.support.compiled_float import numpy_float
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
 @pytest.mark.parametrize("name", sorted(n for n, e in ESTIMATORS.items() if e.inputs == INPUTS))
 def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) -> None:
-    record = read_record(bundled(log)).head(150)
+    record = read_record(bundled(log)).head(60)
     made = fitted(estimator(name), record)
     records = feed(made, record).inputs
     reference = numpy_float(made, records[:, :, None])

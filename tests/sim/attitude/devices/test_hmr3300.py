@@ -111,7 +111,7 @@ def test_fault(fault: str, mode: int) -> None:
 
 
 def test_compass_that_ignores_commands_is_let_alone_for_a_while() -> None:
-    result = run_reader(DATA, seconds=40, modes=[(2, 2)], faults=[(1, 30, "ignores_commands")])
+    result = run_reader(DATA, seconds=26, modes=[(2, 2)], faults=[(1, 19, "ignores_commands")])
     check_values(result)
     failed = result.times("command_timed_out")
     assert len(failed) >= 5 and len(result.times("command_sent")) - 3 <= len(failed) + 1
