@@ -86,7 +86,7 @@ def test_glitch_is_no_byte(divisor: int, length: int, send) -> None:
 @pytest.mark.parametrize("gap", [0, 30])
 def test_transmitter(divisor: int, gap: int, listen) -> None:
     dut = Transmitter(divisor=divisor)
-    received, data = bytearray(), bytes(range(0, 256, 7))
+    received, data = bytearray(), bytes(range(0, 256, 17))
 
     async def bench(ctx):
         cycles = 0

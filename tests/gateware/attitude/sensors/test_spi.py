@@ -17,8 +17,8 @@ def test_frames_keep_their_times_and_words(simulate) -> None:
         cs_before = sclk_before = 1
         high, since, edges, payload, reply, sent, answers = 0, 0, 0, 0, 0, 0, 0
         taken, delay, bit, was_cut = [], 0, 1, False
-        for _ in range(20_000):
-            cut = rng.random() < 1e-3
+        for _ in range(8000):
+            cut = rng.random() < 2.5e-3
             ctx.set(reset, cut)
             ctx.set(dut.i.valid, rng.random() < 0.1)
             ctx.set(dut.i.payload, payload := rng.getrandbits(BITS))
@@ -48,6 +48,6 @@ def test_frames_keep_their_times_and_words(simulate) -> None:
             if take and not cut:
                 taken.append(payload)
             cs_before, sclk_before, was_cut = cs, sclk, cut
-        assert len(taken) > answers > 100
+        assert len(taken) > answers > 40
 
     simulate(ResetInserter(reset)(dut), bench)

@@ -183,7 +183,7 @@ def test_divider(divider: int, every: int) -> None:
     async def test(ctx):
         ctx.set(bench.dut.on, 1)
         ctx.set(bench.dut.divider, divider)
-        for k in range(30):
+        for k in range(16):
             updates.append([k] * PLACES)
             await bench.update(ctx, updates[-1], pause=200)
 

@@ -90,7 +90,7 @@ def test_a_reader_sees_the_words_of_one_update(read_cycles: int, simulate) -> No
         held = [newest, newest]
         due: list[list[int | None]] = [[None] * read_cycles for _ in range(2)]
         complete, compared = 0, 0
-        for _ in range(5000):
+        for _ in range(2000):
             w_en, complete = (0, 0) if complete else (rng.random() < 0.7, rng.random() < 0.15)
             index, word = rng.randrange(4), rng.getrandbits(16)
             ctx.set(Cat(dut.w_en, dut.complete), w_en | complete << 1)
@@ -111,6 +111,6 @@ def test_a_reader_sees_the_words_of_one_update(read_cycles: int, simulate) -> No
                 now[index] = word
             if complete:
                 newest, now = now, {}
-        assert compared > 4000
+        assert compared > 1600
 
     simulate(dut, bench)
