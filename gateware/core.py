@@ -7,8 +7,8 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib import metadata
 from itertools import product
+from typing import Any
 
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.image import Image, assemble
@@ -16,8 +16,7 @@ from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.list_pass import ListProblem, Variant, list_pass
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, paths, with_copies
-from boresight.gateware.synthesis.tools import find_tool, to_verilog
-from boresight.model.tools.files import kept
+from boresight.gateware.synthesis.tools import kept_verilog
 from boresight.model.words.program import Kind, Program
 
 
@@ -105,15 +104,13 @@ class Core:
         if form not in self._texts:
             image = self.image if form[1] else dataclasses.replace(self.image, digest=0)
 
-            def make() -> str:
+            def make() -> Any:
                 from boresight.gateware.engine.engine import Engine  # Amaranth, a fifth of a second
 
-                engine = Engine(machine=self.machine, image=image)
-                return to_verilog(engine, "core", instances=instances)
+                return Engine(machine=self.machine, image=image)
 
-            made_by = metadata.version("amaranth"), find_tool().version
-            identity = repr((made_by, self.machine, image, instances))
-            self._texts[form] = kept("verilog-of-core", identity, make)
+            identity = self.machine, image
+            self._texts[form] = kept_verilog(make, "core", identity, instances=instances)
         return self._texts[form]
 
     @property

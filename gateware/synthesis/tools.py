@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
@@ -24,7 +24,7 @@ from typing import Any, Final, NamedTuple
 from boresight.gateware.synthesis.family import Router, Target
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.external import ToolFailed, failure, yosys_environment
-from boresight.model.tools.files import Cache
+from boresight.model.tools.files import Cache, kept
 
 #: Oldest yosys that maps to all families.
 OLDEST: Final = (0, 40)
@@ -167,6 +167,18 @@ def to_verilog(component: Any, name: str, *, instances: bool) -> str:
     platform = SimpleNamespace(device="xc6slx9") if instances else None
     text: str = rtlil.convert(component, name=name, platform=platform, emit_src=False)
     return from_rtlil(text, name)
+
+
+def kept_verilog(
+    make: Callable[[], Any], name: str, identity: object, *, instances: bool = False
+) -> str:
+    """`to_verilog` of what ``make`` returns, which depends on ``identity``; see `kept`."""
+
+    def made() -> str:
+        return to_verilog(make(), name, instances=instances)
+
+    by = metadata.version("amaranth"), find_tool().version
+    return kept(f"verilog-of-{name}", repr((by, identity, instances)), made)
 
 
 def from_rtlil(text: str, name: str) -> str:

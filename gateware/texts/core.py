@@ -15,7 +15,7 @@ from boresight.gateware import registers
 from boresight.gateware.bus.axi import AxiCore, axi_ports
 from boresight.gateware.description import Description, Pin, Word
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.synthesis.tools import to_verilog
+from boresight.gateware.synthesis.tools import kept_verilog
 from boresight.model.arrays import BoolArray, IntArray
 from boresight.model.declarations import EXACT_UNITS
 from boresight.model.tools.c_names import comment, identifier, unique
@@ -237,6 +237,6 @@ def integration_files(
         name = module.replace("core", "tb")
         bench = {"module": module, "name": name, "axi": module == "core_axi"}
         out[f"tb/{name}.v"] = render("tb.v", **{**context, **bench_context(core, runs), **bench})
-    verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
+    verilog = kept_verilog(lambda: AxiCore(word=core.word), "core_axi", core.word)
     out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"
     return out
