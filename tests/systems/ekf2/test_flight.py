@@ -9,12 +9,12 @@ from boresight.gateware.synthesis.routed import core_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.levels.build import Build
 from boresight.sim.rotations.rotation import rotate
-from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, UNITS, Ekf2
+from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, UNITS
 from boresight.systems.ekf2.experiment import CONFIG
 from boresight.systems.ekf2.experiment import Ekf2 as Experiment
 from boresight.systems.ekf2.world import NOISE, Flight
+from tests.support.estimators import core_of
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +67,6 @@ def test_what_is_not_there() -> None:
 
 
 def test_it_fits_the_smallest_part() -> None:
-    core = Build(Ekf2(), config=CONFIG).core
+    core = core_of("ekf2", CONFIG)
     microcode, data = core_blocks(core.machine, core.image, TARGETS["xc6slx9"].family.memory_shapes)
     assert core.schedule.interval <= 3300 and data == 11 and microcode + data <= 26
