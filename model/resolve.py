@@ -169,6 +169,8 @@ def _parts(source: str) -> tuple[str, str | None]:
 
 
 def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
+    if name not in names_of_entry_points(group):
+        _entry_points.cache_clear()  # perhaps installed meanwhile
     for point in _entry_points(group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")

@@ -6,8 +6,9 @@ hashes. Any other file, and a listed file that was edited since, is overwritten 
 ``--force`` (`overwriting`).
 
 An entry of the build cache holds outputs of compilers, simulators and yosys, by the hash of their
-inputs. Its ``entry.json`` lists the hashes of its files; a damaged entry is made again. Beyond a
-limit, the least recently used entries are removed, but none that was used within the last hour.
+inputs, or a text that takes long (`kept`), by that of its inputs and of Boresight's sources. Its
+``entry.json`` lists the hashes of its files; a damaged entry is made again. Beyond a limit, the
+least recently used entries are removed, but none that was used within the last hour.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import re
 import shutil
 import tempfile
 import time
+import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
@@ -330,6 +332,10 @@ class Cache:
         return entries
 
 
+class _Edited(Exception):
+    """The sources are no longer what this process has imported; the text that it made."""
+
+
 def kept(name: str, identity: str, make: Callable[[], str]) -> str:
     """The text that ``make`` returns, from the build cache if it has been made before.
 
@@ -337,21 +343,35 @@ def kept(name: str, identity: str, make: Callable[[], str]) -> str:
     """
 
     def write(entry: Path) -> None:
-        (entry / "text").write_text(make(), encoding="utf-8", newline="")
+        text = make()
+        if _digest_of(_PACKAGE) != package_digest():
+            raise _Edited(text)
+        (entry / "text").write_bytes(zlib.compress(text.encode(), 1))
 
-    folder = Cache().get(name, f"{package_digest()} {identity}", write)
-    return (folder / "text").read_bytes().decode()
+    try:
+        folder = Cache().get(name, f"{package_digest()} {identity}", write)
+    except _Edited as edited:
+        return str(edited)
+    return zlib.decompress((folder / "text").read_bytes()).decode()
 
 
 @lru_cache(maxsize=1)
 def package_digest() -> str:
-    """Hash of all Python files of this package."""
+    """Hash of all Python files of this package, as they were when this module was imported."""
+    return _digest_of(_PACKAGE)
+
+
+def _digest_of(package: Path) -> str:
     known = hashlib.sha256()
-    for folder, folders, files in os.walk(_PACKAGE, followlinks=True):
+    for folder, folders, files in os.walk(package, followlinks=True):
         folders.sort()
         for file in sorted(file for file in files if file.endswith(".py")):
-            known.update(f"{file} {digest(Path(folder) / file)}".encode())
+            with suppress(OSError):  # no file: an editor's lock, a link to nothing
+                known.update(f"{file} {digest(Path(folder) / file)}".encode())
     return known.hexdigest()
+
+
+package_digest()
 
 
 def _sound(folder: Path) -> bool:

@@ -304,7 +304,8 @@ class Examined:
 def examine(of: Traced, *, updates: int | None = None) -> list[Examined]:
     """Prove each claim by intervals, or search for inputs that break it.
 
-    ``updates`` of each of the `RUNS` runs are by default as many as take about half a second.
+    ``updates`` of each of the `RUNS` runs are by default as many as take about half a second. What
+    the search finds is kept in the build cache.
     """
     claims = claims_of(of)
     proven = _proven(claims)
@@ -314,10 +315,13 @@ def examine(of: Traced, *, updates: int | None = None) -> list[Examined]:
     if updates is None:
         cost = len(of.program.ops) + CLAIM * len(tried)
         updates = min(max(WORK // cost, FEWEST), MOST)
-    nodes = [(repr(node), [a.number for a in node.args]) for node in live([c.node for c in tried])]
-    stated = [replace(claim, reason="", line="", unless="") for claim in tried]
+    # Everything but texts and source lines.
+    nodes = [*live([claim.node for claim in tried])]
+    plain = [replace(node, line="", reason="", unless="") for node in nodes]
+    args = [[arg.number for arg in node.args] for node in nodes]
+    stated = [(c.node.number, c.ends, c.low, c.high, c.word, c.state, c.bounded) for c in tried]
     of_program = of.program.digest, of.estimator.inputs, of.estimator.params
-    identity = repr((np.__version__, updates, of_program, stated, nodes))
+    identity = repr((np.__version__, updates, of_program, stated, plain, args))
     text = kept(f"search-{of.program.name}", identity, lambda: _searched(of, tried, updates))
     found = {}
     for claim, (reach, witness) in zip(tried, json.loads(text), strict=True):

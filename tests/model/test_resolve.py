@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -254,9 +255,14 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> None:
                 raise self._loads
             return self._loads
 
+    calls = []
+
+    @cache
     def points(group: str) -> list[Point]:
         assert group == "boresight.estimators"
+        calls.append(group)
         return [
+            *[Point("later", Offered)] * (len(calls) > 1),
             Point("theirs", Offered),
             Point("broken", ImportError("no numpy")),
             Point("number", 5),
@@ -283,12 +289,17 @@ def test_entry_points(installed: None) -> None:
         )
 
 
+def test_what_is_installed_meanwhile_is_found(installed: None) -> None:
+    assert "later" not in names_of_entry_points("boresight.estimators")
+    assert type(estimator_of("later")) is Offered
+
+
 def test_unknown_names_are_answered_with_the_nearest(installed: None) -> None:
     with pytest.raises(InputError) as raised:
         load("three", Estimator, "estimator", resolve.ESTIMATOR_GROUP)
     assert str(raised.value) == (
-        "estimator: wanted file.py:Class, or one of broken, mekf, number, theirs, world, "
-        "found 'three'; boresight info shows them all"
+        "estimator: wanted file.py:Class, or one of broken, later, mekf, number, theirs, "
+        "world, found 'three'; boresight info shows them all"
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.external import ToolFailed
+from boresight.sim import campaign
 from boresight.sim.campaign import Journal, cluster, complete, dispatch
 
 
@@ -95,3 +96,10 @@ def test_workers_of_a_cluster() -> None:
     ):
         results = dict(dispatch(1, [(x, square, (x,)) for x in range(5)], executor))
     assert results == {x: x * x for x in range(5)}
+
+
+def test_rows_of_other_sources_have_another_digest(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = campaign.sources(square)
+    assert campaign.sources(square) == before
+    monkeypatch.setattr(campaign, "package_digest", lambda: "other")
+    assert campaign.sources(square) != before

@@ -116,14 +116,23 @@ def test_the_cache_removes_least_recently_used_entries(
 def test_a_text_is_kept_until_the_sources_change(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "cache_folder", lambda _: tmp_path)
+    package, linked = tmp_path / "package", tmp_path / "linked"
+    package.mkdir()
+    linked.mkdir()
+    (package / "folder").symlink_to(linked)
+    monkeypatch.setattr(module, "_PACKAGE", package)
+    monkeypatch.setattr(module, "cache_folder", lambda _: tmp_path / "cache")
+    monkeypatch.setattr(module, "package_digest", lambda: module._digest_of(package))
     assert kept("n", "i", lambda: "a\r\n\u00b5\n") == "a\r\n\u00b5\n"
     assert kept("n", "i", lambda: "b") == "a\r\n\u00b5\n" and kept("n", "j", lambda: "c") == "c"
-    (tmp_path / "new.py").write_text("x = 1")
-    monkeypatch.setattr(module, "_PACKAGE", tmp_path)
-    module.package_digest.cache_clear()
-    assert kept("n", "i", lambda: "d") == "d"
-    module.package_digest.cache_clear()
+    (package / ".#of_an_editor.py").symlink_to("nobody@host.1")
+    before = module._digest_of(package)
+    assert kept("n", "j", lambda: "d") == "c"
+    (linked / "new.py").write_text("x = 1")
+    assert kept("n", "j", lambda: "e") == "e"
+    # A process that has imported what is there no more keeps nothing.
+    monkeypatch.setattr(module, "package_digest", lambda: before)
+    assert [kept("n", "k", lambda text=text: text) for text in "fg"] == ["f", "g"]
 
 
 def test_bytes(tmp_path: Path) -> None:

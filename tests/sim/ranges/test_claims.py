@@ -120,6 +120,7 @@ def test_whole_numbers_and_decimals_give_the_same_result() -> None:
     whole, other = (examined(e) for e in (Slow(), decimal(Slow)))
     assert [x.proven for x in whole] == [x.proven for x in other] == [False, True]
     assert [x.reach for x in whole] == [x.reach for x in other]
+    assert examined(Slow(), updates=8)[0].reach != whole[0].reach  # though results are kept
 
 
 def test_a_proof_does_not_rest_on_a_claim_that_is_not_proven() -> None:
