@@ -67,18 +67,20 @@ def test_words_of_other_programs() -> None:
                         prove(core, replace(image, rom=rom))
 
 
-def test_message(monkeypatch) -> None:
-    """No core is built; the word that differs is named."""
-    program = random_program(3, n_ops=12)
-    core = build_core(program, "small")
+@pytest.mark.parametrize("count", [1, 2])
+def test_message(count: int, monkeypatch) -> None:
+    """No core is built if its last program is wrong; the word that differs is named."""
+    programs = random_programs(3, count, n_ops=12)
+    core = build_shared_core(programs, "small")
     fields = [decode(core.machine, word) for word in core.image.rom]
-    k = next(k for k, f in enumerate(fields) if f["shift0"] and f["when0"])
+    last = range(core.image.bases[count - 1], len(fields))
+    k = next(k for k in last if fields[k]["shift0"] and fields[k]["when0"])
     fields[k]["shift0"] -= 1
     rom = [encode(core.machine, f) for f in fields]
     wrong = replace(core.image, rom=rom)
-    monkeypatch.setattr("boresight.gateware.core.assemble", lambda *_: wrong)
+    monkeypatch.setattr("boresight.gateware.core.Image.join", lambda *_, **__: wrong)
     with pytest.raises(Refuted, match=r"^\w+: (output|next) \S+ must be .*, not .*"):
-        build_core(program, "small")
+        build_shared_core(programs, "small")
 
 
 # Seeded faults: one place of an image, of the registers, of the schedule, or of the skew.
