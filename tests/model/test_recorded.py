@@ -11,12 +11,12 @@ import pytest
 
 from boresight.firmware.floating import FloatCModel
 from boresight.model import ops
-from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.recorded import check_recorded, evaluate
 from boresight.model.step import Values
 from boresight.model.words.interpreter import Interpreter
+from tests.support.estimators import ALL
 from tests.support.random_conditions import Conditional, Text, random_text
 
 FloatArray = npt.NDArray[np.float64]
@@ -44,9 +44,9 @@ class Own(Estimator):
         return {"s": 0.5 * x.s + u.a}, {"y": self.function(x, u, p)}
 
 
-@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+@pytest.mark.parametrize("name", ALL)
 def test_ours_are_what_they_record(name: str) -> None:
-    check_recorded(ESTIMATORS[name]())
+    check_recorded(ALL[name]())
 
 
 @pytest.mark.parametrize(

@@ -43,8 +43,8 @@ def compiled_float(
     """Outputs and states by name, each (steps, runs), of inputs (steps, n_inputs, runs).
 
     The double-precision C that is written from `step`, compiled once for an estimator object.
-    `tests/sim/levels/test_floating.py` shows of every shipped filter of nine axes that it is
-    `numpy_float` to 1e-12.
+    `tests/model/test_recorded.py` shows that an update of every shipped estimator is what `step`
+    computes, `tests/sim/levels/test_floating.py` that runs of filters of nine axes are to 1e-12.
     """
     model = _model(estimator)
     model.set_params(params)
