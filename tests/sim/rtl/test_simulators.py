@@ -76,7 +76,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
     return made
 
 
-def test_counts_cycles_and_takes_arguments(bench: Compiled) -> None:
+def test_counts_cycles_and_takes_arguments(bench: Compiled, monkeypatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(bench.program.parents[1]))
     run = bench.run({"limit": 20}, max_cycles=1000, files={"words.txt": "42\n"})
     assert "word 42" in run.stdout
     assert "count 20" in run.stdout
