@@ -53,7 +53,7 @@ def digest(*parts: Any) -> str:
 
 
 def sources(*objects: object) -> str:
-    """Digest of the loaded Python files beside those of some objects, and of Boresight's.
+    """Digest of Boresight's Python files, and of the loaded ones beside those of some objects.
 
     It covers a user's file and the modules that it imports from the same folder or below it.
     """

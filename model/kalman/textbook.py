@@ -419,7 +419,7 @@ class Textbook:
     def _linearised(
         self, function: _Function, names: list[str], x: dict[str, Any], leaves: Mapping[Any, Any]
     ) -> tuple[dict[str, Any], FloatArray]:
-        """What a function returns, and derivatives (names, errors) of it."""
+        """Values of a function at the estimate, and the derivatives (names, errors) of some."""
         k, n = self.kalman, len(self.kalman.errors)
         steps = np.array(k.largest_sd) * _STEP
         changes = [np.diag(steps * times) for times in _STENCIL]
@@ -427,7 +427,7 @@ class Textbook:
         varied = _moved_by(k, x, change.T)
         for s in k.estimated:
             for name in s.components if isinstance(s, Attitude) else (s.name,):
-                varied[name][-1] = x[name]  # not as the normalisation rounds it
+                varied[name][-1] = x[name]  # without the rounding of the normalisation
         results = function(self._leaves(varied, leaves, estimate=x))
         values = {name: np.broadcast_to(value, len(change)) for name, value in results.items()}
         weights = np.array([*_STENCIL.values()])[:, None] / steps

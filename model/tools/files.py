@@ -333,13 +333,14 @@ class Cache:
 
 
 class _Edited(Exception):
-    """The sources are no longer what this process has imported; the text that it made."""
+    """The sources changed after this process imported them; the argument is the text."""
 
 
 def kept(name: str, identity: str, make: Callable[[], str]) -> str:
     """The text that ``make`` returns, from the build cache if it has been made before.
 
-    It depends on ``identity`` and on the sources of this package alone. OSError as of `Cache.get`.
+    The text depends only on ``identity`` and on the sources of this package. Raises OSError as
+    `Cache.get` does.
     """
 
     def write(entry: Path) -> None:
@@ -366,7 +367,7 @@ def _digest_of(package: Path) -> str:
     for folder, folders, files in os.walk(package, followlinks=True):
         folders.sort()
         for file in sorted(file for file in files if file.endswith(".py")):
-            with suppress(OSError):  # no file: an editor's lock, a link to nothing
+            with suppress(OSError):  # an editor's lock, or another dangling link
                 known.update(f"{file} {digest(Path(folder) / file)}".encode())
     return known.hexdigest()
 

@@ -315,7 +315,7 @@ def examine(of: Traced, *, updates: int | None = None) -> list[Examined]:
     if updates is None:
         cost = len(of.program.ops) + CLAIM * len(tried)
         updates = min(max(WORK // cost, FEWEST), MOST)
-    # Everything but texts and source lines.
+    # Everything that the search depends on: no texts, no source lines.
     nodes = [*live([claim.node for claim in tried])]
     plain = [replace(node, line="", reason="", unless="") for node in nodes]
     args = [[arg.number for arg in node.args] for node in nodes]
